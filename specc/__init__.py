@@ -1,0 +1,3 @@
+"""Compiler of robot control specifications."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,17 @@
+"""Names that a mistyped one was probably meant to be."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+MOST = 3
+_LONGEST = 80
+
+
+def nearest(name: str, known: Iterable[str]) -> list[str]:
+    """The known names closest to `name`, best first, at most three; case is no difference."""
+    by_folded: dict[str, str] = {}
+    for candidate in known:
+        by_folded.setdefault(candidate.casefold(), candidate)
+    if len(name) > _LONGEST:
+        return []
+    return [by_folded[match] for match in get_close_matches(name.casefold(), by_folded, n=MOST)]

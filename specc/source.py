@@ -1,0 +1,144 @@
+"""Places in specification files: what a pass points at, and where that is in the text.
+
+A pass names a `Place` by keys and indices; `Sources` turns it into a `Span` of lines and columns.
+Nothing here knows YAML: the reader hands over a tree of `Node`s with character offsets.
+"""
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+from specc.alignment import ScalarStyle, raw_offsets
+
+Route = tuple[str | int, ...]
+"""Keys and indices from the top of a file down to a value."""
+
+_LINE_BREAK = re.compile(r"\r\n|\r|\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What a diagnostic points at.
+
+    `part` chooses the value at `route` or the key that names it. `start` and `end` are character
+    offsets inside the scalar as the program reads it (escapes resolved, lines folded). With part
+    "text" the route is empty and the offsets count the characters of the whole file.
+    """
+
+    file: str
+    route: Route = ()
+    part: Literal["key", "value", "text"] = "value"
+    start: int | None = None
+    end: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A stretch of a file; lines and columns count characters from 1, the end is exclusive."""
+
+    file: str
+    line: int
+    col: int
+    end_line: int
+    end_col: int
+
+
+@dataclass(slots=True)
+class Node:
+    """A value in the text: its offsets and, for a mapping or a list, its parts."""
+
+    start: int
+    end: int
+    scalar: str | None = None
+    style: ScalarStyle = ""
+    keys: dict[str | int, "Node"] = field(default_factory=dict)
+    values: dict[str | int, "Node"] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A file as it was read; `spans` is None when it has no tree of values."""
+
+    path: str
+    text: str
+    spans: Node | None = None
+
+    @cached_property
+    def line_starts(self) -> list[int]:
+        """Offset of the first character of every line."""
+        return [0, *(match.end() for match in _LINE_BREAK.finditer(self.text))]
+
+    def line(self, number: int) -> str:
+        """Text of a line, counted from 1, without its line break; empty beyond the file."""
+        starts = self.line_starts
+        if not 1 <= number <= len(starts):
+            return ""
+        end = starts[number] if number < len(starts) else len(self.text)
+        return self.text[starts[number - 1] : end].rstrip("\r\n")
+
+    def span(self, place: Place) -> Span:
+        """Where a place is; the nearest existing parent stands in for a route that is not there."""
+        start, end = self._offsets(place)
+        return Span(self.path, *self._position(start), *self._position(max(start, end)))
+
+    def written(self, route: Route) -> str:
+        """The characters of a value exactly as the file has them (a number's own digits)."""
+        node, found = self._descend(route)
+        return self.text[node.start : node.end] if node is not None and found else ""
+
+    def _offsets(self, place: Place) -> tuple[int, int]:
+        if place.part == "text":
+            start = place.start or 0
+            return start, start if place.end is None else place.end
+        node, found = self._descend(place.route, key=place.part == "key")
+        if node is None:
+            return 0, 0
+        if not found or place.start is None or node.scalar is None:
+            return node.start, node.end
+        offsets = raw_offsets(node.scalar, self.text[node.start : node.end], node.style)
+        length = len(node.scalar)
+        first = min(max(place.start, 0), length)
+        last = min(max(length if place.end is None else place.end, first), length)
+        return node.start + offsets[first], node.start + offsets[last]
+
+    def _descend(self, route: Route, key: bool = False) -> tuple[Node | None, bool]:
+        """Node at a route and whether the whole route exists; else the key of its last parent."""
+        node, name = self.spans, None
+        for step in route:
+            below = node.values.get(step) if node is not None else None
+            if below is None or node is None:
+                return name or node, False
+            name, node = node.keys.get(step), below
+        return (name or node if key else node), True
+
+    def _position(self, offset: int) -> tuple[int, int]:
+        line = bisect_right(self.line_starts, offset)
+        return line, offset - self.line_starts[line - 1] + 1
+
+
+class Sources:
+    """All files that were read for a specification."""
+
+    def __init__(self, files: Iterable[SourceFile] = ()) -> None:
+        self._files = {source.path: source for source in files}
+
+    def add(self, source: SourceFile) -> None:
+        """Take in a file that was read later."""
+        self._files[source.path] = source
+
+    def get(self, path: str) -> SourceFile | None:
+        """The file of a path, if it was read."""
+        return self._files.get(path)
+
+    def span(self, place: Place) -> Span:
+        """Where a place is; the head of the file if the file was never read."""
+        source = self._files.get(place.file)
+        return source.span(place) if source is not None else Span(place.file, 1, 1, 1, 1)
+
+    def line(self, file: str, number: int) -> str:
+        """Text of a line of a file, counted from 1; empty if there is none."""
+        source = self._files.get(file)
+        return source.line(number) if source is not None else ""
