@@ -1,0 +1,227 @@
+"""Typed expressions. Equality ignores where an expression stands in the file.
+
+Every node has `type` and `span`, the offsets of its text inside the YAML scalar it comes from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from collections.abc import Iterator
+from typing import Literal
+
+from specc.model.types import Bool, Enum, File, Int, Real, Type
+
+Span = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    type: Type
+    span: Span = field(default=(0, 0), compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Node):
+    """A literal in SI units. `value` is an int for type int, else a float."""
+
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Truth(Node):
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TextLiteral(Node):
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class Member(Node):
+    """A member of an enum, as a value."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Unused(Node):
+    """The paper's dash, spelt `_`: a component that the chosen mode does not use."""
+
+
+@dataclass(frozen=True, slots=True)
+class Input(Node):
+    """An element of an input buffer, `x.peer.element`."""
+
+    peer: str
+    element: str
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryRef(Node):
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class LetRef(Node):
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantRef(Node):
+    """A constant or a parameter of a reused description; its value is in the system or subsystem."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class FileRef(Node):
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Bound(Node):
+    """The variable of a quantifier."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Clock(Node):
+    """`elapsed`: seconds since the state was entered; `entered`: its first period; `period`: s."""
+
+    name: Literal["elapsed", "entered", "period"]
+
+
+@dataclass(frozen=True, slots=True)
+class Fresh(Node):
+    """The paper's predicate P: a value became visible since the previous time stamp."""
+
+    input: Input
+
+
+@dataclass(frozen=True, slots=True)
+class Present(Node):
+    """Whether the element has ever had a value."""
+
+    input: Input
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Node):
+    """An operator applied to arguments."""
+
+    operator: str
+    args: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin(Node):
+    """A function of the language itself; the table is `specc.expr.builtins`."""
+
+    name: str
+    args: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unary(Node):
+    op: Literal["-", "not"]
+    operand: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Binary(Node):
+    op: Literal["+", "-", "*", "/", "**", "@"]
+    left: Expr
+    right: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Compare(Node):
+    op: Literal["<", "<=", ">", ">=", "==", "!="]
+    left: Expr
+    right: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Among(Node):
+    """`item in {a, b}` over the members of an enum; a `not in` is a negated one."""
+
+    item: Expr
+    members: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Logic(Node):
+    op: Literal["and", "or"]
+    operands: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice(Node):
+    """`then if test else otherwise`."""
+
+    test: Expr
+    then: Expr
+    otherwise: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Items(Node):
+    """A literal vector, spatial vector or list, as its type says."""
+
+    items: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FieldOf(Node):
+    value: Expr
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Component(Node):
+    """One component of a vector or spatial vector, `v[2]` or `v.z`."""
+
+    value: Expr
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Quantifier(Node):
+    """`all(body for variable in over)` or `any(...)`; `over` is a vector or a list."""
+
+    kind: Literal["all", "any"]
+    variable: str
+    over: Expr
+    body: Expr
+
+
+Expr = (
+    Number | Truth | TextLiteral | Member | Unused | Input | MemoryRef | LetRef | ConstantRef
+    | FileRef | Bound | Clock | Fresh | Present | Call | Builtin | Unary | Binary | Compare | Among
+    | Logic | Choice | Items | FieldOf | Component | Quantifier
+)  # fmt: skip
+
+TRUE = Truth(True, type=Bool())
+FALSE = Truth(False, type=Bool())
+
+
+def children(expr: Expr) -> Iterator[Expr]:
+    """The direct subexpressions of `expr`, left to right."""
+    for part in fields(expr):
+        value = getattr(expr, part.name)
+        if isinstance(value, Node):
+            yield value  # type: ignore[misc]  # every Node subclass is a member of Expr
+        elif isinstance(value, tuple):
+            yield from (v for v in value if isinstance(v, Node))  # type: ignore[misc]  # as above
+
+
+def walk(expr: Expr) -> Iterator[Expr]:
+    """`expr` and all subexpressions, parents first."""
+    yield expr
+    for child in children(expr):
+        yield from walk(child)
+
+
+__all__ = [name for name in dir() if not name.startswith("_")]

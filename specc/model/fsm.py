@@ -1,0 +1,98 @@
+"""Moore machines: conditions, transition functions, behaviours, states and transitions (2.3, 2.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from specc.model.expr import Expr
+from specc.model.trace import Trace
+from specc.source import Place
+
+ConditionKind = Literal["initial", "terminal", "error"]
+Cause = Literal["terminal", "error"]
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A predicate. `always` and `never` are conditions too, with kind-less names."""
+
+    name: str
+    kind: ConditionKind
+    when: Expr
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """One target of a transition function. `peer` is "" for memory."""
+
+    peer: str
+    name: str
+    value: Expr
+    trace: Trace
+    place: Place
+
+    @property
+    def target(self) -> str:
+        return f"y.{self.peer}.{self.name}" if self.peer else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A transition function: all values are of time stamp i, all results take effect at i+1."""
+
+    name: str
+    assignments: tuple[Assignment, ...]
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """Transition functions, a terminal condition and an error condition (eq. 3)."""
+
+    name: str
+    functions: tuple[Function, ...]
+    terminal: Condition
+    error: Condition
+    title: str
+    trace: Trace
+    place: Place
+
+    @property
+    def assignments(self) -> tuple[Assignment, ...]:
+        return tuple(a for f in self.functions for a in f.assignments)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    name: str
+    behaviour: Behaviour
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`."""
+
+    source: str
+    cause: Cause
+    condition: Condition
+    target: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Axiom:
+    """What the designer asks the proofs to take for granted, with the reason."""
+
+    that: Expr
+    because: str
+    place: Place

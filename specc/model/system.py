@@ -1,0 +1,222 @@
+"""A whole specified system: agents, their subsystems and devices, the plant and the task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from specc.model.expr import Expr
+from specc.model.fsm import Axiom, Behaviour, Condition, Function, State, Transition
+from specc.model.trace import Trace
+from specc.model.types import Type
+from specc.source import Place
+
+SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
+DeviceKind = Literal["real_effector", "real_receptor"]
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """A primitive function in Python. Frame variables in the types start with "?"."""
+
+    name: str
+    parameters: tuple[tuple[str, Type], ...]
+    result: Type
+    python: str
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A named number, vector or pose; `value` refers to nothing but other constants and operators."""
+
+    name: str
+    value: Expr
+    title: str
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One element of a communication buffer."""
+
+    name: str
+    type: Type
+    init: Expr | None
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """The part of a buffer that is connected to one peer."""
+
+    peer: str
+    direction: Literal["x", "y"]
+    elements: tuple[Element, ...]
+    other_end: str
+    """Qualified name of the subsystem or device at the other end: `irp.c`, `irp.E.m`."""
+    place: Place
+
+    def element(self, name: str) -> Element | None:
+        return next((e for e in self.elements if e.name == name), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    name: str
+    type: Type
+    init: Expr
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Let:
+    """A named subexpression, computed at most once a period."""
+
+    name: str
+    value: Expr
+    title: str
+    trace: Trace
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Subsystem:
+    """A control subsystem, virtual effector or virtual receptor."""
+
+    agent: str
+    name: str
+    kind: SubsystemKind
+    title: str
+    rate_hz: Fraction
+    ports: tuple[Port, ...]
+    constants: tuple[Constant, ...]
+    """The parameters of a reused description, with their values; empty otherwise."""
+    memory: tuple[Memory, ...]
+    lets: tuple[Let, ...]
+    """In order of dependence: a let refers to earlier ones only."""
+    conditions: tuple[Condition, ...]
+    functions: tuple[Function, ...]
+    behaviours: tuple[Behaviour, ...]
+    states: tuple[State, ...]
+    initial_state: str
+    transitions: tuple[Transition, ...]
+    axioms: tuple[Axiom, ...]
+    trace: Trace
+    place: Place
+
+    @property
+    def qualified_name(self) -> str:
+        return f"{self.agent}.{self.name}"
+
+    def port(self, direction: str, peer: str) -> Port | None:
+        return next((p for p in self.ports if (p.direction, p.peer) == (direction, peer)), None)
+
+    def let(self, name: str) -> Let:
+        return next(item for item in self.lets if item.name == name)
+
+    def state(self, name: str) -> State:
+        return next(s for s in self.states if s.name == name)
+
+
+@dataclass(frozen=True, slots=True)
+class Device:
+    """A real effector or real receptor. `x` is what it accepts, `y` what it reports."""
+
+    agent: str
+    name: str
+    kind: DeviceKind
+    title: str
+    x: tuple[Element, ...]
+    y: tuple[Element, ...]
+    trace: Trace
+    place: Place
+
+    @property
+    def qualified_name(self) -> str:
+        letter = "E" if self.kind == "real_effector" else "R"
+        return f"{self.agent}.{letter}.{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Agent:
+    name: str
+    kind: str
+    """Letters of section 2.2 as declared, e.g. CERT; "" when the designer leaves it to specc."""
+    title: str
+    subsystems: tuple[Subsystem, ...]
+    """The control subsystem first, then virtual effectors and receptors in file order."""
+    devices: tuple[Device, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """What stands behind one element of a device in the plant."""
+
+    device: str
+    element: str
+    joints: tuple[str, ...]
+    sensors: tuple[str, ...]
+    actuators: tuple[str, ...]
+    camera: str
+    image: Literal["", "rgb", "depth"]
+    rate_hz: Fraction | None
+    noise: tuple[float, ...]
+    depth_noise: str
+    through: str
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    model: str
+    bindings: tuple[Binding, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What `specc run` counts and judges; it never influences an agent."""
+
+    subsystem: str
+    source: str
+    target: str
+    scene: str
+    judge: str
+    watch: tuple[str, ...]
+    """Memory elements of `subsystem` that step records carry for the judge."""
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    name: str
+    title: str
+    file: str
+    frames: tuple[tuple[str, str], ...]
+    types: tuple[tuple[str, Type, Trace], ...]
+    operators: tuple[Operator, ...]
+    constants: tuple[Constant, ...]
+    files: tuple[tuple[str, str], ...]
+    agents: tuple[Agent, ...]
+    plant: Plant | None
+    task: Task | None
+
+    @property
+    def subsystems(self) -> tuple[Subsystem, ...]:
+        return tuple(s for a in self.agents for s in a.subsystems)
+
+    @property
+    def devices(self) -> tuple[Device, ...]:
+        return tuple(d for a in self.agents for d in a.devices)
+
+    def operator(self, name: str) -> Operator:
+        return next(o for o in self.operators if o.name == name)

@@ -1,0 +1,160 @@
+"""Types of values: shape, unit and coordinate frame. Two types are the same when they are equal.
+
+A frame is a name; in an operator's signature a name that starts with "?" is a frame variable,
+which stands for any frame (see `specc.expr.unify`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
+
+Frame = str
+
+
+@dataclass(frozen=True, slots=True)
+class Bool:
+    def __str__(self) -> str:
+        return "bool"
+
+
+@dataclass(frozen=True, slots=True)
+class Int:
+    def __str__(self) -> str:
+        return "int"
+
+
+@dataclass(frozen=True, slots=True)
+class Real:
+    unit: Unit = DIMENSIONLESS
+
+    def __str__(self) -> str:
+        return "real" if self.unit == DIMENSIONLESS else f"real[{self.unit}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    def __str__(self) -> str:
+        return "text"
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """A file of the specification, named under `files:`."""
+
+    def __str__(self) -> str:
+        return "file"
+
+
+@dataclass(frozen=True, slots=True)
+class Enum:
+    name: str
+    members: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return self.name or f"enum[{', '.join(self.members)}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """`size` elements that are all reals of one unit, integers, booleans or of one enum."""
+
+    size: int
+    element: Real | Enum | Int | Bool
+
+    def __str__(self) -> str:
+        inner = self.element.unit if isinstance(self.element, Real) else self.element
+        return f"vector[{self.size}]" if str(inner) == "1" else f"vector[{self.size}, {inner}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Spatial:
+    """Six components: three along the axes of `frame`, then three about them."""
+
+    frame: Frame
+    linear: Unit
+    angular: Unit
+
+    def __str__(self) -> str:
+        short = _SPATIAL_NAMES.get((self.linear, self.angular))
+        if short:
+            return f"{short}[{self.frame.lstrip('?')}]"
+        return f"spatial[{self.frame.lstrip('?')}, {self.linear}, {self.angular}]"
+
+
+SPATIAL_COMPONENTS = ("x", "y", "z", "ax", "ay", "az")
+VECTOR3_COMPONENTS = ("x", "y", "z")
+SPATIAL_KINDS = {
+    "wrench": (NEWTON, NEWTON_METRE),
+    "twist": (METRE / SECOND, RADIAN / SECOND),
+}
+_SPATIAL_NAMES = {units: name for name, units in SPATIAL_KINDS.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Pose of `child` in `parent`, X_parent_child; the paper's left-superscript parent."""
+
+    parent: Frame
+    child: Frame
+
+    def __str__(self) -> str:
+        return f"pose[{self.parent.lstrip('?')}, {self.child.lstrip('?')}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """`channels` is 3 for RGB (bytes) and 1 for a depth map (metres)."""
+
+    height: int
+    width: int
+    channels: int
+
+    def __str__(self) -> str:
+        return f"image[{self.height}, {self.width}, {self.channels}]"
+
+
+@dataclass(frozen=True, slots=True)
+class ListOf:
+    element: Type
+
+    def __str__(self) -> str:
+        return f"list[{self.element}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Named fields. `python` is the class of its values, `module:Class`, or "" to generate one."""
+
+    name: str
+    frames: tuple[Frame, ...]
+    fields: tuple[tuple[str, Type], ...]
+    python: str = ""
+
+    def field(self, name: str) -> Type | None:
+        return dict(self.fields).get(name)
+
+    def __str__(self) -> str:
+        return _applied(self.name, self.frames)
+
+
+@dataclass(frozen=True, slots=True)
+class Opaque:
+    """A value that only operators look into; `python` is its class, `module:Class`."""
+
+    name: str
+    frames: tuple[Frame, ...]
+    python: str
+
+    def __str__(self) -> str:
+        return _applied(self.name, self.frames)
+
+
+def _applied(name: str, frames: tuple[Frame, ...]) -> str:
+    return f"{name}[{', '.join(f.lstrip('?') for f in frames)}]" if frames else name
+
+
+Type = (
+    Bool | Int | Real | Text | File | Enum | Vector | Spatial | Pose | Image | ListOf | Record | Opaque
+)
