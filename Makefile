@@ -1,0 +1,58 @@
+# Everything below works in .venv, which the first target that needs it creates.
+#
+#   make demo    set up and run one pick of the flagship, specs/irp_picking.yaml
+#   make test    set up and run the tests
+#   make check   linters, types, import directions, committed output against the specs
+#   make build   regenerate generated/ from specs/
+#   make bench   print the benchmarks
+
+# The pinned versions have wheels for 3.11 to 3.13; any later python3 is tried last.
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3; do \
+    if $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; \
+    then echo $$python; break; fi; done)
+
+BIN := .venv/bin
+READY := .venv/.ready
+SPECS := $(sort $(wildcard specs/*.yaml))
+BENCHMARKS := $(sort $(wildcard bench/*.py))
+TEST_WORKERS ?= 2
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+# Arrays here are small: threads inside BLAS cost more than they bring.
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
+
+.PHONY: demo test check build bench
+.DELETE_ON_ERROR:
+
+demo: $(READY)
+	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
+
+test: $(READY)
+	$(BIN)/python -m pytest -n $(TEST_WORKERS)
+
+check: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/specc build --check $(SPECS)
+
+build: $(READY)
+	$(BIN)/specc build $(SPECS)
+
+bench: $(READY)
+	@set -e; for benchmark in $(BENCHMARKS); do \
+	    echo "== $$benchmark"; $(BIN)/python $$benchmark; done
+
+$(READY): pyproject.toml requirements.lock
+	@test -n "$(PYTHON)" || { \
+	    echo "specc needs Python 3.11 or newer and found none." >&2; \
+	    echo "Install one, or name it: make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	    echo "specc needs Python 3.11 or newer; $(PYTHON) is not." >&2; exit 1; }
+	@test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv || { \
+	    echo "$(PYTHON) cannot create .venv (on Debian and Ubuntu: install python3-venv)." >&2; exit 1; }
+	$(PIP_INSTALL) -r requirements.lock
+	$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
