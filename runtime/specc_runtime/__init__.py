@@ -1,0 +1,1 @@
+"""The runtime of generated robot control systems: work cycle, buffers, operators and plants."""

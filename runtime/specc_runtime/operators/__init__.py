@@ -1,0 +1,1 @@
+"""The operators of a specification: pure functions that know nothing of agents."""
