@@ -1,0 +1,87 @@
+"""Functions of the specification language itself.
+
+Six numbers are too few for numpy to pay: comparisons and norms run on Python floats.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from specc_runtime.values import Pose, Vector
+
+
+def near(a: float | Vector, b: float | Vector, tolerance: float) -> bool:
+    """Whether every component of `a` lies within `tolerance` of that of `b`; never for NaN.
+
+    Scalars, or vectors of one shape (n,); all three arguments in one unit.
+    """
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        for p, q in zip(a.tolist(), b.tolist(), strict=True):
+            if not abs(p - q) <= tolerance:
+                return False
+        return True
+    return bool(abs(a - b) <= tolerance)
+
+
+def near_pose(X: Pose, Y: Pose, position_m: float, rotation_rad: float) -> bool:
+    """Whether two poses in one frame differ by no more than a distance and an angle.
+
+    The angle is that of the rotation from one to the other. It enters as its chord,
+    |R_X - R_Y|^2 = 8 sin^2(angle / 2), which unlike the arc cosine is exact for small angles.
+    """
+    (a, b, c, u), (d, e, f, v), (g, h, i, w), _ = X.tolist()
+    (j, k, l, x), (m, n, o, y), (p, q, r, z), _ = Y.tolist()  # noqa: E741
+    if not (u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 <= position_m * position_m:
+        return False
+    chord = (
+        (a - j) ** 2 + (b - k) ** 2 + (c - l) ** 2
+        + (d - m) ** 2 + (e - n) ** 2 + (f - o) ** 2
+        + (g - p) ** 2 + (h - q) ** 2 + (i - r) ** 2
+    )  # fmt: skip
+    return bool(chord <= 8.0 * math.sin(0.5 * min(rotation_rad, math.pi)) ** 2)
+
+
+def inverse(X_AB: Pose) -> Pose:
+    """X_BA of a rigid transform: its rotation transposed, not a general matrix inverse."""
+    (a, b, c, u), (d, e, f, v), (g, h, i, w), _ = X_AB.tolist()
+    return np.array(
+        (
+            (a, d, g, -(a * u + d * v + g * w)),
+            (b, e, h, -(b * u + e * v + h * w)),
+            (c, f, i, -(c * u + f * v + i * w)),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+    )
+
+
+def norm(v: Vector) -> float:
+    """Euclidean norm of a vector (n,), in its unit."""
+    return math.hypot(*v.tolist())
+
+
+def position(X_AB: Pose) -> Vector:
+    """Origin of B in the axes of A, (3,), metres."""
+    return X_AB[:3, 3].copy()
+
+
+def translation(x_m: float, y_m: float, z_m: float) -> Pose:
+    """X_AB with the axes of A and the origin of B at (x, y, z) in A."""
+    return np.array(
+        ((1.0, 0.0, 0.0, x_m), (0.0, 1.0, 0.0, y_m), (0.0, 0.0, 1.0, z_m), (0.0, 0.0, 0.0, 1.0))
+    )
+
+
+def _identity() -> Pose:
+    pose = np.eye(4)
+    pose.setflags(write=False)
+    return pose
+
+
+_IDENTITY = _identity()
+
+
+def identity() -> Pose:
+    """X_AB of coinciding frames (read-only)."""
+    return _IDENTITY

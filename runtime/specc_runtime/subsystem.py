@@ -1,0 +1,86 @@
+"""The base of every generated subsystem and the tables it carries."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+from specc_runtime.faults import UndecidedTransition
+
+Cause = Literal["terminal", "error"]
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A row of the transition table: in `source`, ended by `cause`, if `condition`, to `target`."""
+
+    source: str
+    cause: Cause
+    condition: str
+    target: str
+
+    def __str__(self) -> str:
+        return f"{self.source} {self.cause} {self.condition} -> {self.target}"
+
+
+@dataclass(frozen=True, slots=True)
+class Equations:
+    """Equation numbers of what a step can execute.
+
+    `behaviours` by state, `checks` by state and cause (terminal and error conditions), `rows` by
+    index into the transition table.
+    """
+
+    behaviours: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    checks: Mapping[str, Mapping[Cause, tuple[int, ...]]] = field(default_factory=dict)
+    rows: tuple[tuple[int, ...], ...] = ()
+
+
+class Subsystem(ABC):
+    """A Moore machine over its buffers (section 2.3). Generated classes fill in the rest.
+
+    `x` holds the input elements with their `fresh_` and `present_` flags, `y` the output elements,
+    both by `<peer>_<element>`. The executor writes `x` and reads `y`; nobody else does.
+    """
+
+    name: ClassVar[str]
+    period_s: ClassVar[float]
+    initial_state: ClassVar[str]
+    transitions: ClassVar[tuple[Transition, ...]]
+    sends: ClassVar[Mapping[str, tuple[str, ...]]]
+    """State -> the elements of `y` that its behaviour writes."""
+    equations: ClassVar[Equations] = Equations()
+    axioms: ClassVar[tuple[str, ...]] = ()
+
+    x: Any
+    y: Any
+    memory: Any
+    state: str = ""
+    """The state whose behaviour ran last; empty before the first step."""
+    violations: tuple[int, ...] = ()
+    """Indices of the axioms that did not hold in the last step."""
+
+    @abstractmethod
+    def step(self) -> int:
+        """One period of the work cycle; the index of the transition taken, or -1.
+
+        Raises `UndecidedTransition`, and whatever an operator raises.
+        """
+
+    def violated(self, index: int) -> None:
+        """Note that axiom `index` does not hold; the executor stops the run."""
+        self.violations = (*self.violations, index)
+
+    def undecided(self, cause: Cause, enabled: Sequence[int]) -> UndecidedTransition:
+        """The fault to raise when the rows `enabled` hold where exactly one must."""
+        rows = [str(self.transitions[index]) for index in enabled]
+        return UndecidedTransition(self.name, self.state, cause, rows, contents(self.x))
+
+
+def contents(buffer: object) -> dict[str, object]:
+    """The elements of a buffer that have a value, by name, in order of declaration."""
+    names = [name for cls in type(buffer).__mro__ for name in getattr(cls, "__slots__", ())]
+    names += getattr(buffer, "__dict__", {})
+    return {name: getattr(buffer, name) for name in names if hasattr(buffer, name)}
