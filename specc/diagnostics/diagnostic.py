@@ -18,7 +18,7 @@ class Related:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """A finding. `code` is an entry of `specc.diagnostics.registry`; `label` stands at the caret."""
+    """A finding; `code` is an entry of the registry and `label` stands at the caret."""
 
     code: str
     message: str

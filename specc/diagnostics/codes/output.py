@@ -1,0 +1,22 @@
+"""E009x: the output of `specc build` cannot be put where it was asked for."""
+
+from specc.diagnostics.code import Code
+
+CODES = (
+    Code(
+        "E0090",
+        "output cannot be written",
+        "The operating system refused to create or replace a file of the output. What was there "
+        "before is still there.",
+        "$ specc build spec.yaml --out /proc",
+        "$ specc build spec.yaml --out generated",
+    ),
+    Code(
+        "E0091",
+        "output directory holds other files",
+        "`specc build` replaces the directory of a system as a whole, so that no file of an "
+        "earlier build survives. It refuses to do so to a directory that it did not write.",
+        "$ mkdir -p generated/demo; touch generated/demo/notes.txt; specc build demo.yaml",
+        "$ specc build demo.yaml --out elsewhere",
+    ),
+)

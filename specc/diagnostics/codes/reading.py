@@ -1,0 +1,163 @@
+"""E00xx and W000x: the file cannot be read, is not YAML, or is YAML that specc leaves out."""
+
+from specc.diagnostics.code import Code
+
+_PASSING = "specc: 1\nsystem: demo\n"
+
+CODES = (
+    Code(
+        "E0001",
+        "file not found",
+        "There is no file at the path that was given on the command line or in a specification. "
+        "Paths inside a specification are relative to the file that names them.",
+        "$ specc validate no_such_file.yaml",
+        "$ specc validate specs/irp_picking.yaml",
+    ),
+    Code(
+        "E0002",
+        "not a file",
+        "The path names a directory, a pipe or a device. A specification is read from a regular "
+        "file, because its diagnostics point into it.",
+        "$ specc validate specs/",
+        "$ specc validate specs/irp_picking.yaml",
+    ),
+    Code(
+        "E0003",
+        "file cannot be read",
+        "The operating system refused to open the file, usually for lack of permission.",
+        "$ chmod 000 spec.yaml; specc validate spec.yaml",
+        "$ chmod 644 spec.yaml; specc validate spec.yaml",
+    ),
+    Code(
+        "E0004",
+        "file too large",
+        "The file is larger than 8 MB. Specifications are written by people; a file of that size "
+        "is a log, a model or an image that was named by mistake.",
+        "$ specc validate recording.mcap",
+        "$ specc validate specs/irp_picking.yaml",
+    ),
+    Code(
+        "E0005",
+        "not UTF-8",
+        "Specifications are text in UTF-8. The file has a byte that no UTF-8 text has at that "
+        "place; it was saved in another encoding, or it is no text.",
+        "system: caf\\xe9        # the byte of Latin-1",
+        "system: caf\\xc3\\xa9    # the same letter in UTF-8",
+    ),
+    Code(
+        "E0006",
+        "forbidden character",
+        "YAML forbids control characters, and specc also refuses the line separators U+0085, "
+        "U+2028 and U+2029, which YAML parsers and editors count differently. In double quotes "
+        "all of them can be written as escapes.",
+        'title: "bell \x07"',
+        'title: "bell \\x07"',
+    ),
+    Code(
+        "E0007",
+        "empty file",
+        "The file has no value at all: it is empty or holds only comments.",
+        "# nothing here yet",
+        _PASSING,
+    ),
+    Code(
+        "E0008",
+        "several documents in a file",
+        "YAML can put several documents in a file, separated by `---`. A specification is one "
+        "document; what belongs to another file is named by its path.",
+        "specc: 1\nsystem: demo\n---\nspecc: 1\nsystem: other\n",
+        _PASSING,
+    ),
+    Code(
+        "E0009",
+        "not YAML",
+        "The text breaks the grammar of YAML: a quote or bracket is not closed, a line is "
+        "indented by too little or too much, or a value has characters that need quotes. Types "
+        "such as pose[B, E] need quotes inside { } and [ ].",
+        "x: {T_d: pose[B, E]}",
+        'x: {T_d: "pose[B, E]"}',
+    ),
+    Code(
+        "E0010",
+        "tab in indentation",
+        "YAML allows only spaces in indentation, because editors show tabs at different widths.",
+        "agents:\n\tirp: {}\n",
+        "agents:\n  irp: {}\n",
+    ),
+    Code(
+        "E0011",
+        "duplicate key",
+        "A mapping has the same key twice. Many YAML readers keep the last one silently; here "
+        "one of two behaviours or buffers would vanish.",
+        "functions:\n  hold: {eq: 14}\n  hold: {eq: 15}\n",
+        "functions:\n  hold: {eq: 14}\n  sense: {eq: 15}\n",
+    ),
+    Code(
+        "E0012",
+        "not a key",
+        "The keys of a mapping are names. A key that is empty, null, a list, a mapping or an "
+        "alias names nothing.",
+        "frames:\n  : robot base\n",
+        "frames:\n  B: robot base\n",
+    ),
+    Code(
+        "E0013",
+        "merge key",
+        "`<<` is no part of YAML 1.2, and values that appear from elsewhere make a specification "
+        "hard to read. Descriptions are shared by files that are used with parameters.",
+        "m:\n  <<: *defaults\n",
+        "m:\n  rate: 500 Hz\n",
+    ),
+    Code(
+        "E0014",
+        "tag",
+        "Tags such as !!str or !include change what a value is behind the reader's back. Quotes "
+        "make text; anything else is what it looks like.",
+        "title: !!str 5",
+        'title: "5"',
+    ),
+    Code(
+        "E0015",
+        "alias without a value",
+        "An alias `*name` stands for the value after the anchor `&name`, which must be complete "
+        "earlier in the file. An alias inside its own value would have no end.",
+        "a: *limits\nb: &limits [0, 1]\n",
+        "a: &limits [0, 1]\nb: *limits\n",
+    ),
+    Code(
+        "E0016",
+        "nested too deep",
+        "Values are nested more than 64 levels deep. No part of a specification is nested deeper "
+        "than a dozen levels.",
+        "a: " + "[" * 65 + "]" * 65,
+        "a: [[[]]]",
+    ),
+    Code(
+        "E0017",
+        "too many values",
+        "With its aliases written out, the file holds more than 100000 values. A few lines of "
+        "aliases to aliases can stand for billions; the limit keeps specc from trying.",
+        "a: &a [x, x, x, x, x, x, x, x, x, x]\n"
+        "b: &b [*a, *a, *a, *a, *a, *a, *a, *a, *a, *a]\n"
+        "c: &c [*b, *b, *b, *b, *b, *b, *b, *b, *b, *b]\n"
+        "d: &d [*c, *c, *c, *c, *c, *c, *c, *c, *c, *c]\n"
+        "e: &e [*d, *d, *d, *d, *d, *d, *d, *d, *d, *d]\n",
+        "a: &a [x, x, x]\nb: [*a, *a, *a]\n",
+    ),
+    Code(
+        "E0018",
+        "number out of range",
+        "A whole number does not fit 64 bits, or a decimal number does not fit a double and "
+        "would become infinite.",
+        "gain: 1e999",
+        "gain: 1e9",
+    ),
+    Code(
+        "W0001",
+        "byte order mark",
+        "The file starts with the mark U+FEFF. UTF-8 needs none; other tools may take it for a "
+        "part of the first key.",
+        "\\xef\\xbb\\xbfspecc: 1",
+        "specc: 1",
+    ),
+)

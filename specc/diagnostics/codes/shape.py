@@ -1,0 +1,45 @@
+"""E01xx: the file is YAML, but not of the shape of a specification."""
+
+from specc.diagnostics.code import Code
+
+CODES = (
+    Code(
+        "E0101",
+        "unknown key",
+        "The mapping has a key that has no meaning at that place. It is refused rather than "
+        "ignored, because it is most often a known key with a typing error.",
+        "specc: 1\nsystem: demo\nagentz: {}\n",
+        "specc: 1\nsystem: demo\nagents: {}\n",
+    ),
+    Code(
+        "E0102",
+        "missing key",
+        "The mapping lacks a key without which it has no meaning.",
+        "system: demo\n",
+        "specc: 1\nsystem: demo\n",
+    ),
+    Code(
+        "E0103",
+        "wrong kind of value",
+        "A value is of another kind than its key takes: a list instead of a mapping, text "
+        "instead of a number.",
+        "specc: 1\nsystem: demo\nframes: [B, E]\n",
+        "specc: 1\nsystem: demo\nframes: {B: robot base, E: end-effector}\n",
+    ),
+    Code(
+        "E0104",
+        "invalid value",
+        "A value is of the right kind, but not one that its key takes: a word that is none of "
+        "the possible ones, a number outside its range, a name with forbidden characters.",
+        "specc: 1\nsystem: two words\n",
+        "specc: 1\nsystem: two_words\n",
+    ),
+    Code(
+        "E0105",
+        "unsupported version of the language",
+        "The key `specc` names the version of the specification language. This compiler reads "
+        "version 1; nothing else in the file is checked.",
+        "specc: 2\nsystem: demo\n",
+        "specc: 1\nsystem: demo\n",
+    ),
+)

@@ -1,0 +1,194 @@
+"""From parse events to plain data and a tree of places, in one pass, within limits."""
+
+import re
+from typing import Any, NoReturn
+
+from specc.diagnostics import Diagnostic, Related
+from specc.read.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+    YamlSyntaxError,
+    events,
+)
+from specc.read.scalars import NumberRangeError, is_null, plain_value
+from specc.read.syntax import syntax_error
+from specc.read.tree import Built, Tree
+from specc.source import Node, Place
+
+MAX_DEPTH = 64
+MAX_NODES = 100_000
+
+_ANCHOR = re.compile(r"&[^\s,\[\]{}]+\s*")
+
+
+def compose(path: str, text: str) -> tuple[Any, Node | None, tuple[Diagnostic, ...]]:
+    """Data, places and findings of a YAML text that holds no forbidden character.
+
+    Data is None when the text is not YAML or goes beyond the limits of depth and size.
+    """
+    composer = _Composer(path, text)
+    try:
+        for event in events(text):
+            composer.take(event)
+    except YamlSyntaxError as fault:
+        return None, None, (*composer.findings, syntax_error(path, text, fault))
+    except _GiveUpError:
+        return None, None, tuple(composer.findings)
+    root = composer.tree.root
+    if root is None or (root.node.scalar == "" and not root.node.style):
+        composer.report("E0007", "the file is empty", 0, 0, "start with `specc: 1`")
+        return None, None, tuple(composer.findings)
+    return root.data, root.node, tuple(composer.findings)
+
+
+class _GiveUpError(Exception):
+    """The last finding makes the rest of the file meaningless or too expensive."""
+
+
+class _Composer:
+    """Gives every event its meaning; what cannot be kept becomes a finding."""
+
+    def __init__(self, path: str, text: str) -> None:
+        self.findings: list[Diagnostic] = []
+        self.tree = Tree()
+        self._path = path
+        self._text = text
+        self._anchors: dict[str, Built | None] = {}
+        self._documents = 0
+        self._nodes = 0
+        self._actions = {
+            ScalarEvent: self._scalar,
+            MappingStartEvent: self._open,
+            SequenceStartEvent: self._open,
+            MappingEndEvent: self._close,
+            SequenceEndEvent: self._close,
+            AliasEvent: self._alias,
+            DocumentStartEvent: self._document,
+        }
+
+    def take(self, event: Any) -> None:
+        """Account for one event."""
+        action = self._actions.get(type(event))
+        if action is not None:
+            action(event)
+
+    def report(self, code: str, message: str, start: int, end: int, hint: str) -> None:
+        """Add a finding about a stretch of the text."""
+        place = Place(self._path, (), "text", start, end)
+        self.findings.append(Diagnostic(code, message, place, help=hint))
+
+    def _document(self, event: Any) -> None:
+        self._documents += 1
+        if self._documents > 1:
+            hint = "delete the `---`, or move what follows it to a file of its own"
+            self._stop("E0008", "a second document starts here", event, hint)
+
+    def _scalar(self, event: Any) -> None:
+        self._count(1, event)
+        start, end = self._without_anchor(event), event.end_mark.index
+        self._refuse_tag(event)
+        node = Node(start, end, event.value, event.style or "")
+        if self.tree.awaits_key:
+            self._key(node)
+            return
+        data = event.value
+        if not node.style:
+            try:
+                data = plain_value(data)
+            except NumberRangeError:
+                hint = "numbers have at most 64 bits; quote it if it is meant as text"
+                self.report("E0018", "this number is out of range", start, end, hint)
+        self._finish(Built(data, node), event.anchor)
+
+    def _key(self, node: Node) -> None:
+        key = node.scalar or ""
+        keep = False
+        if not node.style and is_null(key):
+            hint = "write the key before the colon, in quotes if it is meant as text"
+            self.report("E0012", "a key is missing here", node.start, node.end, hint)
+        elif not node.style and key == "<<":
+            hint = "write the keys out, or use a description from another file with parameters"
+            self.report("E0013", "merge keys are not supported", node.start, node.end, hint)
+        elif (first := self.tree.earlier_key(key)) is not None:
+            self._repeated(key, node, first)
+        else:
+            keep = True
+        self.tree.set_key(key, node, keep)
+
+    def _repeated(self, key: str, node: Node, first: Node) -> None:
+        place = Place(self._path, (), "text", node.start, node.end)
+        earlier = Place(self._path, (), "text", first.start, first.end)
+        related = (Related(earlier, "first given here"),)
+        hint = "give it once: rename or delete one of the two"
+        message = f"the key `{key}` is given twice"
+        self.findings.append(Diagnostic("E0011", message, place, "", related, hint))
+
+    def _open(self, event: Any) -> None:
+        self._count(1, event)
+        self._refuse_tag(event)
+        self._refuse_key(event)
+        if self.tree.depth >= MAX_DEPTH:
+            self._too_deep(event)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = None
+        is_mapping = type(event) is MappingStartEvent
+        self.tree.open({} if is_mapping else [], self._without_anchor(event), event.anchor)
+
+    def _close(self, event: Any) -> None:
+        # A block collection "ends" where the next token starts, often lines below.
+        end = event.end_mark.index
+        self._finish(*self.tree.close(end if event.start_mark.index < end else None))
+
+    def _alias(self, event: Any) -> None:
+        self._refuse_key(event)
+        if event.anchor not in self._anchors:
+            hint = f"write `&{event.anchor}` before the value that is meant"
+            self._stop("E0015", f"no anchor is called `{event.anchor}`", event, hint)
+        target = self._anchors[event.anchor]
+        if target is None:
+            hint = "an alias may only name a value that is complete before it"
+            self._stop("E0015", f"`*{event.anchor}` stands inside its own value", event, hint)
+        self._count(target.size, event)
+        if self.tree.depth + target.height > MAX_DEPTH:
+            self._too_deep(event)
+        self._finish(target, None)
+
+    def _finish(self, value: Built, anchor: str | None) -> None:
+        if anchor is not None:
+            self._anchors[anchor] = value
+        self.tree.put(value)
+
+    def _count(self, nodes: int, event: Any) -> None:
+        self._nodes += nodes
+        if self._nodes > MAX_NODES:
+            hint = f"with its aliases written out, a file may hold {MAX_NODES} values"
+            self._stop("E0017", "the file holds too many values", event, hint)
+
+    def _too_deep(self, event: Any) -> NoReturn:
+        hint = f"values may be nested {MAX_DEPTH} levels deep"
+        self._stop("E0016", "this is nested too deep", event, hint)
+
+    def _refuse_tag(self, event: Any) -> None:
+        if event.tag is not None:
+            hint = "delete it; a value in quotes is text, any other is what it looks like"
+            start = event.start_mark.index
+            self.report("E0014", "tags are not supported", start, event.end_mark.index, hint)
+
+    def _refuse_key(self, event: Any) -> None:
+        if self.tree.awaits_key:
+            hint = "a key is a name or a text in quotes"
+            self._stop("E0012", "this cannot be a key", event, hint)
+
+    def _without_anchor(self, event: Any) -> int:
+        start: int = event.start_mark.index
+        anchor = _ANCHOR.match(self._text, start) if event.anchor is not None else None
+        return anchor.end() if anchor else start
+
+    def _stop(self, code: str, message: str, event: Any, hint: str) -> NoReturn:
+        self.report(code, message, event.start_mark.index, event.end_mark.index, hint)
+        raise _GiveUpError

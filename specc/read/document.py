@@ -1,0 +1,55 @@
+"""Reading a specification file: its data, its text with places, and what is wrong with it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from specc.diagnostics import Diagnostic
+from specc.read.compose import compose
+from specc.read.load import UnreadableFileError, load_text
+from specc.read.unsafe import forbidden_characters
+from specc.source import Place, SourceFile
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A file that was read.
+
+    `data` consists of dict (keys are str), list, str, int, float, bool and None. It is None when
+    an error kept the file from being understood; parts reached by an alias are shared objects.
+    """
+
+    data: Any
+    source: SourceFile
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing is wrong with the file as YAML."""
+        return all(finding.severity != "error" for finding in self.diagnostics)
+
+
+def read_file(path: str) -> Document:
+    """Read a file; whatever is wrong with it becomes a diagnostic, never an exception."""
+    try:
+        text, marked = load_text(path)
+    except UnreadableFileError as refusal:
+        return Document(None, SourceFile(path, refusal.text), (refusal.diagnostic,))
+    document = read_text(path, text)
+    if not marked:
+        return document
+    warning = Diagnostic(
+        "W0001",
+        "the file starts with a byte order mark",
+        Place(path, (), "text", 0, 0),
+        help="save the file as UTF-8 without a byte order mark",
+    )
+    return Document(document.data, document.source, (warning, *document.diagnostics))
+
+
+def read_text(path: str, text: str) -> Document:
+    """Read the text of a file; `path` only names it."""
+    forbidden = forbidden_characters(path, text)
+    if forbidden:
+        return Document(None, SourceFile(path, text), forbidden)
+    data, spans, diagnostics = compose(path, text)
+    return Document(data, SourceFile(path, text, spans), diagnostics)

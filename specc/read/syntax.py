@@ -1,0 +1,72 @@
+"""Words for texts that are not YAML: what the parser stumbled over and what usually mends it."""
+
+import re
+
+from specc.diagnostics import Diagnostic, Related
+from specc.read.events import YamlSyntaxError
+from specc.source import Place
+
+_QUOTE = "put the value in double quotes"
+_INDENT = "line the keys of a mapping up, and use the same indentation for all items of a list"
+_UNCLOSED = "a quote, a bracket or a brace that was opened here or above is not closed"
+_TEXT_IN_FLOW = (
+    "inside { } and [ ], text that contains any of [ ] { } , must stand in double quotes"
+)
+
+# The parser's words, more readable words, and the way out.
+_PROBLEMS = (
+    (
+        "mapping values are not allowed",
+        "a `: ` is not expected here",
+        f"{_QUOTE} if the colon belongs to it; otherwise check the indentation",
+    ),
+    (
+        "cannot start any token",
+        "text cannot start with this character",
+        f"{_QUOTE} if the character belongs to it",
+    ),
+    ("did not find expected ',' or '}'", "expected `,` or `}`", _TEXT_IN_FLOW),
+    ("did not find expected ',' or ']'", "expected `,` or `]`", _TEXT_IN_FLOW),
+    ("did not find expected key", "expected a key of the mapping", _INDENT),
+    ("did not find expected '-' indicator", "expected a `- ` item of the list", _INDENT),
+    ("could not find expected ':'", "expected `:` after a key", _INDENT),
+    ("unexpected end of stream", "the file ends inside quotes", _UNCLOSED),
+    ("did not find expected node content", "expected a value", _UNCLOSED),
+    ("unknown escape character", "unknown escape sequence", "write a backslash as \\\\"),
+    ("incompatible YAML document", "unsupported version of YAML", "specc reads YAML 1.2"),
+)
+_TAB_INDENT = re.compile(r"^ *\t[ \t]*", re.MULTILINE)
+
+
+def syntax_error(path: str, text: str, fault: YamlSyntaxError) -> Diagnostic:
+    """The finding for a text that the parser refused."""
+    return _tab_error(path, text, fault.at) or _parse_error(path, fault)
+
+
+def _tab_error(path: str, text: str, at: int) -> Diagnostic | None:
+    """A tab in the indentation of the line at fault; the parser may blame what follows it."""
+    line_start = max(text.rfind("\n", 0, at), text.rfind("\r", 0, at)) + 1
+    tab = _TAB_INDENT.match(text, line_start)
+    if tab is None or at > tab.end():
+        return None
+    start = text.index("\t", tab.start())
+    return Diagnostic(
+        "E0010",
+        "a tab indents this line",
+        Place(path, (), "text", start, tab.end()),
+        help="indent with spaces: YAML does not allow tabs there",
+    )
+
+
+def _parse_error(path: str, fault: YamlSyntaxError) -> Diagnostic:
+    message, hint = fault.problem, "check quotes, brackets and indentation near this place"
+    for words, ours, way_out in _PROBLEMS:
+        if words in fault.problem:
+            message, hint = ours, way_out
+            break
+    related: tuple[Related, ...] = ()
+    if fault.context_at is not None and fault.context_at != fault.at:
+        place = Place(path, (), "text", fault.context_at, fault.context_at)
+        related = (Related(place, fault.context or "starts here"),)
+    place = Place(path, (), "text", fault.at, fault.at)
+    return Diagnostic("E0009", f"this is not YAML: {message}", place, related=related, help=hint)
