@@ -17,6 +17,9 @@ Color = tuple[int, int, int]
 Points = NDArray[np.float64]
 
 DRAWN_PX_PER_MM = 6.0
+# The Kinect sees 0.46 pixels a millimetre: a motif must be some pixels wide to give a feature.
+MOTIF_SPACING_MM = 9.0
+MOTIF_RADIUS_MM = (4.5, 9.5)
 _SUBPIXEL_BITS = 4
 
 
@@ -36,8 +39,8 @@ def draw_face(design: Design, face: int, size_mm: tuple[float, float], px_per_mm
     rng = np.random.default_rng([design.seed, face])
     width_mm, height_mm = size_mm
     canvas = _background(rng, design, size_mm)
-    for centre in _scatter(rng, size_mm, spacing_mm=6.2):
-        radius_mm = rng.uniform(2.6, 6.5)
+    for centre in _scatter(rng, size_mm, spacing_mm=MOTIF_SPACING_MM):
+        radius_mm = rng.uniform(*MOTIF_RADIUS_MM)
         _motif(canvas, rng, design, centre, radius_mm)
     _title(canvas, rng, design, face, size_mm)
     size_px = (round(width_mm * px_per_mm), round(height_mm * px_per_mm))
