@@ -1,0 +1,48 @@
+"""Every third-party package comes in through its own door and nowhere else."""
+
+import sys
+
+import pytest
+
+from tests.house.tree import Module, modules
+
+COMPILER = modules(".", "specc")
+RUNTIME = modules("runtime", "specc_runtime")
+
+# Package -> the modules, with what is inside them, that may import it.
+DOORS = {
+    "cv2": {"specc_runtime.operators.vision.opencv"},
+    "jinja2": {"specc.emit"},
+    "mujoco": {"specc_runtime.plants.mujoco"},
+    "numpy": {"specc_runtime"},
+    "pinocchio": {"specc_runtime.operators.dynamics"},
+    "pydantic": {"specc.schema"},
+    "rich": {"specc.output", "specc_runtime.progress"},
+    "ruamel": {"specc.read"},
+}
+
+
+def passes(module: Module, package: str) -> bool:
+    """Whether `module` is a door of `package` or lies behind one."""
+    return any(
+        module.name == door or module.name.startswith(f"{door}.")
+        for door in DOORS.get(package, set())
+    )
+
+
+@pytest.mark.parametrize("module", [*COMPILER, *RUNTIME], ids=lambda module: module.name)
+def test_third_party_packages_come_in_through_their_doors(module: Module) -> None:
+    packages = {name.split(".")[0] for name in module.imports()}
+    foreign = packages - sys.stdlib_module_names - {"specc", "specc_runtime"}
+    assert {package for package in foreign if not passes(module, package)} == set()
+
+
+@pytest.mark.parametrize("package", sorted(DOORS))
+def test_doors_are_used(package: str) -> None:
+    for door in DOORS[package]:
+        behind = [
+            module
+            for module in (*COMPILER, *RUNTIME)
+            if module.name == door or module.name.startswith(f"{door}.")
+        ]
+        assert any(name.split(".")[0] == package for module in behind for name in module.imports())

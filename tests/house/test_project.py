@@ -1,0 +1,87 @@
+"""What the project says of itself agrees with what it has."""
+
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tests.house.tree import ROOT, tracked_files
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
+TARGET = re.compile(r"^([a-z][\w-]*):", re.MULTILINE)
+MAKE = re.compile(r"(?:^|`|\$ )\s*make ([a-z][\w-]*)", re.MULTILINE)
+
+
+@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md"])
+def test_documented_make_targets_exist(document: str) -> None:
+    code = "\n".join(CODE.findall((ROOT / document).read_text(encoding="utf-8")))
+    named = set(MAKE.findall(code))
+    assert {"demo", "test"} <= named
+    assert named <= set(TARGET.findall((ROOT / "Makefile").read_text(encoding="utf-8")))
+
+
+def test_lock_pins_what_the_project_requires() -> None:
+    lines = (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines()
+    pins = {
+        canonicalize_name(pin.name): next(iter(pin.specifier)).version
+        for pin in (Requirement(line) for line in lines if line and not line.startswith("#"))
+    }
+    declared = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"]]
+    unmet = [
+        str(wanted)
+        for wanted in map(Requirement, declared)
+        if not wanted.specifier.contains(pins.get(canonicalize_name(wanted.name), "0"))
+    ]
+    assert unmet == []
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the contents of the project's wheel."""
+    out = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(out)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = out.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(out / "site")
+    return out / "site"
+
+
+def test_wheel_finds_its_own_templates_and_specs(installed: Path) -> None:
+    program = (
+        "from specc.resources import specs_dir, templates_dir\n"
+        "import specc_runtime\n"
+        "print(templates_dir(), specs_dir(), specc_runtime.__file__, sep='\\n')"
+    )
+    printed = subprocess.run(
+        [sys.executable, "-P", "-c", program],
+        cwd=installed,
+        env={"PYTHONPATH": str(installed)},
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    templates, specs, runtime = map(Path, printed.splitlines())
+    assert all(path.is_relative_to(installed) for path in (templates, specs, runtime))
+    assert any(path.is_file() for path in templates.rglob("*"))
+
+
+@pytest.mark.parametrize("folder", ["specs", "templates"])
+def test_wheel_carries_every_file_of(folder: str, installed: Path) -> None:
+    source, target = ROOT / folder, installed / "specc/_data" / folder
+    tracked = {path.relative_to(source) for path in tracked_files() if source in path.parents}
+    assert tracked
+    assert tracked == {path.relative_to(target) for path in target.rglob("*") if path.is_file()}
+
+
+def test_version_is_the_same_everywhere() -> None:
+    from specc import __version__
+
+    assert PROJECT["version"] == __version__

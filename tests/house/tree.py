@@ -1,0 +1,64 @@
+"""What stands in the working tree, for the tests that judge it."""
+
+import ast
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """A Python module by its dotted name."""
+
+    name: str
+    path: Path
+
+    def imports(self) -> Iterator[str]:
+        """Dotted names that the module imports, anywhere in it, relative ones resolved."""
+        package = self.name.split(".")
+        if self.path.name != "__init__.py":
+            package = package[:-1]
+        for node in ast.walk(ast.parse(self.path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                yield from (alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                above = package[: len(package) - node.level + 1] if node.level else []
+                yield ".".join([*above, *filter(None, [node.module])])
+
+
+@cache
+def modules(root: str, under: str) -> tuple[Module, ...]:
+    """Modules of the package or folder `under` that is imported from the folder `root`."""
+    base = ROOT / root
+    return tuple(
+        Module(
+            ".".join(path.relative_to(base).with_suffix("").parts).removesuffix(".__init__"), path
+        )
+        for path in sorted((base / under).rglob("*.py"))
+    )
+
+
+@cache
+def tracked_files() -> tuple[Path, ...]:
+    """Files under version control that exist, with those about to be added."""
+    listing = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout
+    paths = (ROOT / name for name in listing.split("\0") if name)
+    return tuple(path for path in paths if path.is_file())
+
+
+def text_of(path: Path) -> str | None:
+    """Text of a file, or None when it is binary."""
+    content = path.read_bytes()
+    if b"\0" in content:
+        return None
+    return content.decode("utf-8", errors="replace")
