@@ -1,0 +1,79 @@
+"""Schema to model: references become objects, texts become typed expressions."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from specc.model.system import Agent, Operator, System
+from specc.resolve.agents import AgentResolver, Setting
+from specc.resolve.context import Findings
+from specc.resolve.definitions import Definitions
+from specc.resolve.library import Library, Load, Loaded
+from specc.resolve.plant import resolve_plant, resolve_task
+
+__all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """The system, and the qualified names of subsystems that are not whole because of errors."""
+
+    system: System
+    broken: frozenset[str]
+
+
+def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
+    """Resolve the system of `file`; other files come through `load`."""
+    spec, top = file.spec, file.top
+    if spec.system is None:
+        findings.report(
+            "E0102",
+            "the file has no `system:`",
+            top.place,
+            help="add `system: a_name`; a file with `subsystem:` or `agent:` is used by a system",
+        )
+    library = Library(load, os.path.dirname(file.path) or ".", findings)
+    definitions = library.definitions(file)
+    agents, resolver = _agents(file, library, definitions, findings)
+    plant = task = None
+    if spec.plant is not None:
+        path = os.path.relpath(library.beside(file, spec.plant.model), library.base)
+        model = path.replace(os.sep, "/")
+        plant = resolve_plant(spec.plant, top["plant"], model, findings, definitions)
+    if spec.task is not None:
+        task = resolve_task(spec.task, top["task"], agents, findings)
+    known = [definitions, *resolver.instances]
+    system = System(
+        spec.system or "",
+        spec.title,
+        os.path.basename(file.path),
+        tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
+        (),
+        _operators(known),
+        tuple(definitions.constants.values()),
+        tuple(sorted({n: p for d in known for n, p in d.files.items()}.items())),
+        agents,
+        plant,
+        task,
+    )
+    return Resolved(system, frozenset(resolver.broken))
+
+
+def _agents(
+    file: Loaded, library: Library, definitions: Definitions, findings: Findings
+) -> tuple[tuple[Agent, ...], AgentResolver]:
+    resolver = AgentResolver(library, findings, tuple(file.spec.agents))
+    setting = Setting(file, definitions)
+    found = [
+        resolver.resolve(name, item, file.top["agents"][name], setting)
+        for name, item in file.spec.agents.items()
+    ]
+    return tuple(a for a in found if a is not None), resolver
+
+
+def _operators(known: list[Definitions]) -> tuple[Operator, ...]:
+    merged: dict[str, Operator] = {}
+    for definitions in reversed(known):
+        merged |= definitions.operators
+    return tuple(merged.values())

@@ -1,0 +1,218 @@
+"""Agents with their subsystems and devices; reused descriptions are instantiated here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, SubsystemKind
+from specc.resolve.buffers import resolve_buffers, resolve_elements
+from specc.resolve.context import Findings, Where, trace_of
+from specc.resolve.definitions import Definitions
+from specc.resolve.ends import peers_of_control, peers_of_virtual, report_strangers
+from specc.resolve.expressions import Expressions, rate_of
+from specc.resolve.library import Library, Loaded
+from specc.resolve.machine import MachineResolver
+from specc.resolve.reuse import reuse
+from specc.schema.files import AgentDef, DeviceDef
+from specc.schema.subsystem import SubsystemDef
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """The file that describes a part, the names in force there and the parameters given to it."""
+
+    file: Loaded
+    definitions: Definitions
+    given: tuple[Constant, ...] = ()
+
+
+@dataclass(slots=True)
+class AgentResolver:
+    """Resolves the agents of a system. `instances` collects the definitions of reused files."""
+
+    library: Library
+    findings: Findings
+    names: tuple[str, ...]
+    broken: set[str] = field(default_factory=set)
+    instances: list[Definitions] = field(default_factory=list)
+
+    def resolve(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
+        """The agent, or None if the file that it uses cannot be used."""
+        if definition.use is not None:
+            return self._reused(name, definition, where, at)
+        subsystems = []
+        if definition.control is None:
+            message = f"agent `{name}` has no control subsystem"
+            help_text = "every agent has exactly one (2.1): add `control:`"
+            self.findings.report("E0402", message, where.key, help=help_text)
+        else:
+            peers = peers_of_control(name, definition, self.names)
+            subsystems.append(
+                self._subsystem(
+                    name,
+                    "c",
+                    "control",
+                    definition,
+                    definition.control,
+                    where["control"],
+                    peers,
+                    at,
+                )
+            )
+        subsystems += self._virtual(name, definition, where, at)
+        devices = self._devices(name, definition, where, at)
+        found = tuple(s for s in subsystems if s is not None)
+        return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
+
+    def _reused(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
+        used = reuse(
+            definition.use or "", definition.arguments, where, at.file, at.definitions, self.library
+        )
+        if used is None:
+            return None
+        inner = used.file.spec.agent
+        if inner is None:
+            self._no_description("agent", where)
+            return None
+        self.instances.append(used.definitions)
+        inside = Setting(used.file, used.definitions, used.given)
+        agent = self.resolve(name, inner, used.file.top["agent"], inside)
+        return agent and replace(agent, place=where.key)
+
+    def _virtual(
+        self, agent: str, around: AgentDef, where: Where, at: Setting
+    ) -> list[Subsystem | None]:
+        found = []
+        groups: tuple[tuple[str, SubsystemKind, Mapping[str, SubsystemDef]], ...] = (
+            ("virtual_effectors", "virtual_effector", around.virtual_effectors),
+            ("virtual_receptors", "virtual_receptor", around.virtual_receptors),
+        )
+        for group, kind, members in groups:
+            for name, definition in members.items():
+                peers = peers_of_virtual(agent, name, kind, definition, around)
+                place = where[group][name]
+                found.append(
+                    self._subsystem(agent, name, kind, around, definition, place, peers, at)
+                )
+        return found
+
+    def _subsystem(
+        self,
+        agent: str,
+        name: str,
+        kind: SubsystemKind,
+        around: AgentDef,
+        definition: SubsystemDef,
+        where: Where,
+        peers: Mapping[str, str],
+        at: Setting,
+    ) -> Subsystem | None:
+        before = len(self.findings.diagnostics)
+        described, inside, here = definition, at, where
+        if definition.use is not None:
+            used = reuse(
+                definition.use, definition.arguments, where, at.file, at.definitions, self.library
+            )
+            if used is None or used.file.spec.subsystem is None:
+                if used is not None:
+                    self._no_description("subsystem", where)
+                self.broken.add(f"{agent}.{name}")
+                return None
+            self.instances.append(used.definitions)
+            described, here = used.file.spec.subsystem, used.file.top["subsystem"]
+            inside = Setting(used.file, used.definitions, used.given)
+        report_strangers(described, here, kind, peers, around, self.names, self.findings)
+        rate = self._rate(definition, where, described, here)
+        resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
+        if len(self.findings.diagnostics) > before:
+            self.broken.add(resolved.qualified_name)
+        return replace(resolved, title=definition.title or resolved.title, place=where.key)
+
+    def _inside(
+        self,
+        agent: str,
+        name: str,
+        kind: SubsystemKind,
+        definition: SubsystemDef,
+        where: Where,
+        peers: Mapping[str, str],
+        at: Setting,
+        rate: Fraction,
+    ) -> Subsystem:
+        expressions = Expressions(self.findings, at.definitions)
+        buffers = resolve_buffers(definition, where, peers, expressions)
+        machine = MachineResolver(
+            definition, where, buffers.scope, buffers.ports, buffers.memory, expressions
+        ).resolve()
+        return Subsystem(
+            agent,
+            name,
+            kind,
+            definition.title,
+            rate,
+            buffers.ports,
+            at.given,
+            buffers.memory,
+            buffers.lets,
+            machine.conditions,
+            machine.functions,
+            machine.behaviours,
+            machine.states,
+            self._initial_state(definition, where),
+            machine.transitions,
+            machine.axioms,
+            trace_of(definition),
+            where.key,
+        )
+
+    def _rate(
+        self, user: SubsystemDef, where: Where, described: SubsystemDef, here: Where
+    ) -> Fraction:
+        text, at = (user.rate, where) if user.rate is not None else (described.rate, here)
+        if text is None:
+            message = "the subsystem has no rate"
+            self.findings.report("E0102", message, where.key, help="add e.g. `rate: 100 Hz`")
+            return Fraction(1)
+        return rate_of(text, at["rate"], self.findings) or Fraction(1)
+
+    def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
+        if definition.initial_state in definition.states:
+            return definition.initial_state
+        if definition.initial_state is None:
+            message = "the subsystem has no initial state"
+            help_text = "add `initial_state:` with the state of the first period"
+            self.findings.report("E0102", message, where.key, help=help_text)
+        else:
+            place = where["initial_state"].place
+            self.findings.unknown(
+                "E0217", "state", definition.initial_state, definition.states, place
+            )
+        return next(iter(definition.states), "")
+
+    def _devices(
+        self, agent: str, around: AgentDef, where: Where, at: Setting
+    ) -> tuple[Device, ...]:
+        expressions = Expressions(self.findings, at.definitions)
+        groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
+            ("real_effectors", "real_effector", around.real_effectors),
+            ("real_receptors", "real_receptor", around.real_receptors),
+        )
+        found = []
+        for group, kind, members in groups:
+            for name, item in members.items():
+                here = where[group][name]
+                x = resolve_elements(item.x, here["x"], expressions)
+                y = resolve_elements(item.y, here["y"], expressions)
+                trace = trace_of(item)
+                found.append(Device(agent, name, kind, item.title, x, y, trace, here.key))
+        return tuple(found)
+
+    def _no_description(self, what: str, where: Where) -> None:
+        self.findings.report(
+            "E0219",
+            f"the file describes no {what}",
+            where["use"].place,
+            help=f"the file needs `{what}:` at its top",
+        )

@@ -1,0 +1,142 @@
+"""Buffers, memory and lets of a subsystem: what its expressions may refer to."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from graphlib import CycleError, TopologicalSorter
+from typing import Literal
+
+from specc.expr import Scope
+from specc.model.system import Element, Let, Memory, Port
+from specc.resolve.context import Where, trace_of
+from specc.resolve.expressions import Expressions
+from specc.resolve.library import constant_scope
+from specc.schema.subsystem import ElementDef, SubsystemDef
+
+
+@dataclass(slots=True)
+class Buffers:
+    """Everything of a subsystem that stands still: ports, memory, lets, and the scope they make."""
+
+    ports: tuple[Port, ...] = ()
+    memory: tuple[Memory, ...] = ()
+    lets: tuple[Let, ...] = ()
+    scope: Scope = field(default_factory=Scope)
+
+
+def resolve_buffers(
+    definition: SubsystemDef, where: Where, ends: Mapping[str, str], expressions: Expressions
+) -> Buffers:
+    """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
+    ports = _ports(definition, where, ends, expressions)
+    inputs = {(p.peer, e.name): e.type for p in ports if p.direction == "x" for e in p.elements}
+    outside = replace(constant_scope(expressions.definitions), inputs=inputs)
+    memory = _memory(definition, where, outside, expressions)
+    inside = replace(outside, memory={m.name: m.type for m in memory}, allow_clock=True)
+    lets = _Lets(definition, where["let"], inside, expressions).resolve()
+    scope = replace(inside, lets={item.name: item.value.type for item in lets})
+    return Buffers(ports, memory, lets, scope)
+
+
+def _ports(
+    definition: SubsystemDef, where: Where, ends: Mapping[str, str], expressions: Expressions
+) -> tuple[Port, ...]:
+    ports = []
+    directions: tuple[tuple[Literal["x", "y"], Mapping[str, Mapping[str, ElementDef]]], ...] = (
+        ("x", definition.x),
+        ("y", definition.y),
+    )
+    for direction, buffers in directions:
+        for peer, elements in buffers.items():
+            at = where[direction][peer]
+            found = resolve_elements(elements, at, expressions)
+            if peer in ends:
+                ports.append(Port(peer, direction, found, ends[peer], at.key))
+    return tuple(ports)
+
+
+def resolve_elements(
+    elements: Mapping[str, ElementDef], where: Where, expressions: Expressions
+) -> tuple[Element, ...]:
+    """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
+    found = []
+    for name, definition in elements.items():
+        at = where[name]
+        type_ = expressions.type(at.scalar("type"), definition.type)
+        if type_ is None:
+            expressions.broken.add(name)
+            continue
+        init = None
+        if definition.init is not None:
+            scope = constant_scope(expressions.definitions)
+            init = expressions.value(at["init"], definition.init, scope, type_)
+        trace = trace_of(definition)
+        found.append(Element(name, type_, init, definition.title, trace, at.key))
+    return tuple(found)
+
+
+def _memory(
+    definition: SubsystemDef, where: Where, scope: Scope, expressions: Expressions
+) -> tuple[Memory, ...]:
+    found = []
+    for name, item in definition.memory.items():
+        at = where["memory"][name]
+        type_ = expressions.type(at["type"], item.type)
+        init = type_ and expressions.value(at["init"], item.init, scope, type_)
+        if type_ is None or init is None:
+            expressions.broken.add(name)
+        else:
+            found.append(Memory(name, type_, init, item.title, trace_of(item), at.key))
+    return tuple(found)
+
+
+@dataclass(slots=True)
+class _Lets:
+    """Lets in order of dependence. One that depends on itself is reported with its cycle."""
+
+    definition: SubsystemDef
+    where: Where
+    scope: Scope
+    expressions: Expressions
+
+    def resolve(self) -> tuple[Let, ...]:
+        found: list[Let] = []
+        for name in self._order():
+            item, at = self.definition.let[name], self.where[name]
+            scope = replace(self.scope, lets={f.name: f.value.type for f in found})
+            value = self.expressions.value(at.scalar("is"), item.value, scope, None)
+            if value is None:
+                self.expressions.broken.add(name)
+            else:
+                found.append(Let(name, value, item.title, trace_of(item), at.key))
+        return tuple(found)
+
+    def _order(self) -> tuple[str, ...]:
+        uses = {name: self._uses(name) for name in self.definition.let}
+        try:
+            return tuple(TopologicalSorter(uses).static_order())
+        except CycleError as error:
+            cycle: list[str] = error.args[1]
+            self._report(cycle[::-1])
+            self.expressions.broken |= set(uses)
+            return ()
+
+    def _uses(self, name: str) -> list[str]:
+        text, at = self.definition.let[name].value, self.where[name].scalar("is")
+        scratch = Expressions(type(self.expressions.findings)(), self.expressions.definitions)
+        tree = scratch.tree(at, text)
+        if tree is None:
+            return []
+        names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        return [other for other in self.definition.let if other in names]
+
+    def _report(self, cycle: list[str]) -> None:
+        path = " -> ".join(f"`{name}`" for name in cycle)
+        self.expressions.findings.report(
+            "E0206",
+            f"`{cycle[0]}` is defined by itself: {path}",
+            self.where[cycle[0]].key,
+            help="keep the value of the previous period in memory and refer to that",
+        )

@@ -1,0 +1,89 @@
+"""What every part of resolving shares: a cursor into the files and the list of findings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from specc.diagnostics import Diagnostic, Related, nearest
+from specc.expr import ExprError
+from specc.model.trace import Trace
+from specc.schema.base import Traced
+from specc.source import Place, Route
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """A value in a file: its route and what the YAML has there."""
+
+    file: str
+    route: Route
+    raw: object
+
+    def __getitem__(self, key: str | int) -> Where:
+        raw: object = None
+        if isinstance(self.raw, dict) or (isinstance(self.raw, list) and isinstance(key, int)):
+            try:
+                raw = self.raw[key]  # type: ignore[index]  # a list takes the int, a dict the key
+            except (KeyError, IndexError):
+                raw = None
+        return Where(self.file, (*self.route, key), raw)
+
+    def scalar(self, key: str) -> Where:
+        """The value at `key`, or this value itself where the short form is used."""
+        return self[key] if isinstance(self.raw, dict) else self
+
+    def cell(self, key: str, index: int) -> Where:
+        """The value at `key`, or at `index` where a row is written as a list."""
+        return self[index] if isinstance(self.raw, list) else self[key]
+
+    @property
+    def place(self) -> Place:
+        return Place(self.file, self.route)
+
+    @property
+    def key(self) -> Place:
+        return Place(self.file, self.route, "key")
+
+
+@dataclass(slots=True)
+class Findings:
+    """Collects diagnostics, so that all that is wrong is reported in one go."""
+
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def report(
+        self,
+        code: str,
+        message: str,
+        place: Place,
+        *,
+        label: str = "",
+        related: tuple[Related, ...] = (),
+        help: str = "",
+    ) -> None:
+        self.diagnostics.append(Diagnostic(code, message, place, label, related, help))
+
+    def expression_error(self, where: Where, error: ExprError) -> None:
+        """Report an error in the text at `where`, at its own offsets."""
+        place = Place(where.file, where.route, "value", error.start, error.end)
+        self.diagnostics.append(Diagnostic(error.code, error.message, place, help=error.help))
+
+    def unknown(self, code: str, what: str, name: str, known: object, place: Place) -> None:
+        """Report an unknown name with the nearest known ones, or all of them if they are few."""
+        names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
+        self.report(code, f"unknown {what} `{name}`", place, help=suggestion(name, names))
+
+
+def suggestion(name: str, known: list[str]) -> str:
+    """A way out for an unknown name: `did you mean ...?`, or what there is."""
+    close = nearest(name, known)
+    if close:
+        return "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
+    if not known:
+        return "none is declared"
+    listed = ", ".join(f"`{n}`" for n in known[:8])
+    return f"known: {listed}" + (", ..." if len(known) > 8 else "")
+
+
+def trace_of(part: Traced) -> Trace:
+    return Trace(part.eq, part.table, part.fig)

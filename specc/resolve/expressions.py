@@ -1,0 +1,81 @@
+"""Turns the texts of expressions, types and units into their meaning, reporting what is wrong."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from specc.expr import ExprError, ExprErrors, Scope, check, parse, parse_type
+from specc.model.expr import Expr
+from specc.model.types import Type
+from specc.model.units import HERTZ, UnitError, parse_unit
+from specc.resolve.context import Findings, Where
+from specc.resolve.definitions import Definitions
+
+
+@dataclass(slots=True)
+class Expressions:
+    """Reads texts in one scope. `broken` holds names whose own definition has an error.
+
+    An error that only says that such a name is unknown would be a follow-up, and is dropped.
+    """
+
+    findings: Findings
+    definitions: Definitions
+    broken: set[str] = field(default_factory=set)
+
+    def type(self, where: Where, text: str) -> Type | None:
+        """The type that `text` spells, or None after reporting."""
+        try:
+            return parse_type(text, self.definitions.names())
+        except ExprError as error:
+            self._report(where, text, error)
+            return None
+
+    def tree(self, where: Where, text: str) -> ast.expr | None:
+        """The syntax tree of `text`, or None after reporting."""
+        try:
+            return parse(text)
+        except ExprError as error:
+            self._report(where, text, error)
+            return None
+
+    def value(self, where: Where, text: str, scope: Scope, expected: Type | None) -> Expr | None:
+        """The typed expression, or None after reporting."""
+        tree = self.tree(where, text)
+        if tree is None:
+            return None
+        try:
+            return check(tree, text, scope, expected)
+        except ExprErrors as errors:
+            for error in errors.errors:
+                self._report(where, text, error)
+            return None
+
+    def _report(self, where: Where, text: str, error: ExprError) -> None:
+        named = text[error.start : error.end]
+        if error.code.startswith("E02") and named.rsplit(".", 1)[-1] in self.broken:
+            return
+        self.findings.expression_error(where, error)
+
+
+def rate_of(text: str, where: Where, findings: Findings) -> Fraction | None:
+    """Periods per second from `500 Hz`, `2 kHz` or `10 ms`; None after reporting."""
+    number, _, unit_text = text.strip().partition(" ")
+    try:
+        value, unit = Fraction(number), parse_unit(unit_text.strip() or "1")
+    except (ValueError, ZeroDivisionError, UnitError):
+        unit = None
+    scaled = value * Fraction(unit.scale).limit_denominator(10**9) if unit else Fraction(0)
+    if unit and unit.same_kind(HERTZ) and scaled > 0:
+        return scaled
+    if unit and unit.same_kind(parse_unit("s")) and scaled > 0:
+        return 1 / scaled
+    findings.report(
+        "E0106",
+        f"`{text}` is not a rate",
+        where.place,
+        help="write periods per second, e.g. `500 Hz`, or the period, e.g. `10 ms`",
+    )
+    return None

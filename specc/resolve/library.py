@@ -1,0 +1,221 @@
+"""Builds the definitions of a file: its own and those of the files that it uses."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from specc.expr import ExprError, Scope, TypeNames, parse_signature, parse_type
+from specc.model.system import Constant, Operator
+from specc.model.types import Enum, Frame, Opaque, Record, Type
+from specc.resolve.context import Findings, Where, trace_of
+from specc.resolve.definitions import Definitions, MakeType
+from specc.resolve.expressions import Expressions
+from specc.schema import SpecFile
+from specc.schema.files import TypeDef
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A file that has the right shape."""
+
+    path: str
+    spec: SpecFile
+    top: Where
+
+
+Load = Callable[[str, Where | None], Loaded | None]
+"""Reads and shapes a file, reporting what is wrong at the place that names it."""
+
+
+@dataclass(slots=True)
+class Library:
+    """Definitions of files. `base` is the directory of the main file."""
+
+    load: Load
+    base: str
+    findings: Findings
+    _using: tuple[str, ...] = ()
+
+    def definitions(
+        self, file: Loaded, frames: dict[str, Frame] | None = None, given: tuple[Constant, ...] = ()
+    ) -> Definitions:
+        """Definitions in force in `file`; `frames` and `given` are values of its parameters."""
+        own = Definitions(frames=dict(frames or {}))
+        own.constants |= {c.name: c for c in given}
+        self._use_others(file, own)
+        self._frames(file, own)
+        self._types(file, own)
+        self._files(file, own)
+        self._operators(file, own)
+        self._constants(file, own)
+        return own
+
+    def beside(self, file: Loaded, relative: str) -> str:
+        """Path of a file that `file` names, relative to the working directory."""
+        return os.path.normpath(os.path.join(os.path.dirname(file.path), relative))
+
+    def _use_others(self, file: Loaded, own: Definitions) -> None:
+        for index, relative in enumerate(file.spec.use):
+            where = file.top["use"][index]
+            path = self.beside(file, relative)
+            if path in (file.path, *self._using):
+                self.findings.report("E0207", f"`{relative}` uses itself", where.place)
+                continue
+            other = self.load(path, where)
+            if other is None:
+                continue
+            inner = Library(self.load, self.base, self.findings, (*self._using, file.path))
+            own.absorb(inner.definitions(other), self.findings)
+
+    def _frames(self, file: Loaded, own: Definitions) -> None:
+        for name, title in file.spec.frames.items():
+            if own.claim("frame", name, file.top["frames"][name].key, self.findings):
+                own.frames.setdefault(name, name)
+                own.frame_titles[own.frames[name]] = title
+
+    def _types(self, file: Loaded, own: Definitions) -> None:
+        for name, definition in file.spec.types.items():
+            where = file.top["types"][name]
+            if own.claim("type", name, where.key, self.findings):
+                own.types[name] = _TypeMaker(name, definition, where, own, self.findings)
+                own.type_traces[name] = trace_of(definition)
+        for name, definition in file.spec.types.items():
+            maker = own.types.get(name)
+            if isinstance(maker, _TypeMaker):
+                maker.check(tuple(f"?{f}" for f in definition.frames))
+
+    def _files(self, file: Loaded, own: Definitions) -> None:
+        for name, relative in file.spec.files.items():
+            where = file.top["files"][name]
+            if not own.claim("file", name, where.key, self.findings):
+                continue
+            path = self.beside(file, relative)
+            own.files[name] = os.path.relpath(path, self.base).replace(os.sep, "/")
+            if not os.path.exists(path):
+                self.findings.report(
+                    "E0208",
+                    f"no file `{relative}`",
+                    where.place,
+                    help="the path is relative to the file that names it",
+                )
+
+    def _operators(self, file: Loaded, own: Definitions) -> None:
+        for name, definition in file.spec.operators.items():
+            where = file.top["operators"][name]
+            if not own.claim("operator", name, where.key, self.findings):
+                continue
+            try:
+                signature = parse_signature(definition.signature, own.names(variables=True))
+            except ExprError as error:
+                self.findings.expression_error(where["signature"], error)
+                continue
+            parameters, result = signature
+            own.operators[name] = Operator(
+                name,
+                parameters,
+                result,
+                definition.python,
+                definition.title,
+                trace_of(definition),
+                where.key,
+            )
+
+    def _constants(self, file: Loaded, own: Definitions) -> None:
+        expressions = Expressions(self.findings, own)
+        for name, definition in file.spec.constants.items():
+            where = file.top["constants"][name]
+            if not own.claim("constant", name, where.key, self.findings):
+                continue
+            scope = constant_scope(own)
+            value = expressions.value(where.scalar("is"), definition.value, scope, None)
+            if value is None:
+                expressions.broken.add(name)
+            else:
+                own.constants[name] = Constant(name, value, definition.title, where.key)
+
+
+def constant_scope(definitions: Definitions) -> Scope:
+    """What a constant may name: earlier constants, operators, enum members and files."""
+    return Scope(
+        constants={n: c.value.type for n, c in definitions.constants.items()},
+        enums=enum_members(definitions),
+        files=frozenset(definitions.files),
+        operators=definitions.operators,
+    )
+
+
+def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:
+    """Member -> the declared enums that have it."""
+    members: dict[str, tuple[Enum, ...]] = {}
+    for maker in definitions.types.values():
+        if isinstance(maker, _TypeMaker) and isinstance(made := maker.enum(), Enum):
+            for member in made.members:
+                members[member] = (*members.get(member, ()), made)
+    return members
+
+
+@dataclass(slots=True)
+class _TypeMaker:
+    """Makes the type of a name, for given frames; a type that contains itself is an error."""
+
+    name: str
+    definition: TypeDef
+    where: Where
+    definitions: Definitions
+    findings: Findings
+    _making: bool = False
+    _enum: Type | None = None
+
+    def __call__(self, frames: tuple[Frame, ...]) -> Type:
+        if len(frames) != len(self.definition.frames):
+            wanted = len(self.definition.frames)
+            raise ExprError(f"type `{self.name}` takes {wanted} frames, not {len(frames)}", 0, 0)
+        if self._making:
+            raise ExprError(f"type `{self.name}` contains itself", 0, 0)
+        self._making = True
+        try:
+            return self._make(frames)
+        finally:
+            self._making = False
+
+    def enum(self) -> Type | None:
+        """The type if it is an enum; made once."""
+        if self._enum is None and (self.definition.type or "").lstrip().startswith("enum"):
+            try:
+                self._enum = self(())
+            except ExprError:
+                return None
+        return self._enum
+
+    def check(self, frames: tuple[Frame, ...]) -> None:
+        """Report what is wrong with the definition, once, at its own place."""
+        given = [self.definition.type, self.definition.fields, self.definition.opaque]
+        if sum(part is not None for part in given) != 1:
+            message = f"type `{self.name}` needs one of `type`, `fields` and `opaque`"
+            self.findings.report("E0104", message, self.where.place)
+            return
+        try:
+            self(frames)
+        except ExprError as error:
+            self.findings.expression_error(self.where.scalar("type"), error)
+
+    def _make(self, frames: tuple[Frame, ...]) -> Type:
+        definition = self.definition
+        local = dict(zip(definition.frames, frames, strict=True))
+        names = TypeNames(
+            frames=self.definitions.frames | local,
+            types=self.definitions.types,
+            variables_allowed=False,
+        )
+        if definition.opaque:
+            return Opaque(self.name, frames, definition.python or "")
+        if definition.fields is not None:
+            fields = tuple((n, parse_type(t, names)) for n, t in definition.fields.items())
+            return Record(self.name, frames, fields, definition.python or "")
+        made = parse_type(definition.type or "", names)
+        return Enum(self.name, made.members) if isinstance(made, Enum) else made
+
+
+__all__ = ["Library", "Load", "Loaded", "MakeType", "constant_scope", "enum_members"]

@@ -1,0 +1,206 @@
+"""The machine of a subsystem: conditions, functions, behaviours, states and transitions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from specc.expr import Scope
+from specc.model.expr import FALSE, TRUE, Expr
+from specc.model.fsm import (
+    Assignment,
+    Axiom,
+    Behaviour,
+    Condition,
+    ConditionKind,
+    Function,
+    State,
+    Transition,
+)
+from specc.model.system import Memory, Port
+from specc.model.trace import Trace
+from specc.model.types import Bool, Type
+from specc.resolve.context import Where, trace_of
+from specc.resolve.expressions import Expressions
+from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, SubsystemDef
+
+
+@dataclass(slots=True)
+class Machine:
+    conditions: tuple[Condition, ...] = ()
+    functions: tuple[Function, ...] = ()
+    behaviours: tuple[Behaviour, ...] = ()
+    states: tuple[State, ...] = ()
+    transitions: tuple[Transition, ...] = ()
+    axioms: tuple[Axiom, ...] = ()
+
+
+@dataclass(slots=True)
+class MachineResolver:
+    """Resolves one subsystem's machine in the scope that its buffers make."""
+
+    definition: SubsystemDef
+    where: Where
+    scope: Scope
+    ports: tuple[Port, ...]
+    memory: tuple[Memory, ...]
+    expressions: Expressions
+    _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
+    _functions: dict[str, Function] = field(default_factory=dict)
+    _behaviours: dict[str, Behaviour] = field(default_factory=dict)
+
+    def resolve(self) -> Machine:
+        self._resolve_conditions()
+        self._resolve_functions()
+        self._resolve_behaviours()
+        return Machine(
+            tuple(self._conditions.values()),
+            tuple(self._functions.values()),
+            tuple(self._behaviours.values()),
+            self._states(),
+            self._transitions(),
+            self._axioms(),
+        )
+
+    def _resolve_conditions(self) -> None:
+        kinds: tuple[tuple[ConditionKind, Mapping[str, ConditionDef]], ...] = (
+            ("initial", self.definition.conditions.initial),
+            ("terminal", self.definition.conditions.terminal),
+            ("error", self.definition.conditions.error),
+        )
+        for kind, conditions in kinds:
+            for name, item in conditions.items():
+                at = self.where["conditions"][kind][name]
+                when = self.expressions.value(at.scalar("when"), item.when, self.scope, Bool())
+                if when is None:
+                    self.expressions.broken.add(name)
+                    when = TRUE
+                self._conditions[kind, name] = Condition(
+                    name, kind, when, item.title, trace_of(item), at.key
+                )
+
+    def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition | None:
+        fixed: dict[str, Expr] = {"always": TRUE, "never": FALSE}
+        if (kind, name) in self._conditions:
+            return self._conditions[kind, name]
+        if name in fixed:
+            return Condition(name, kind, fixed[name], "", Trace(), where.place)
+        known = [n for k, n in self._conditions if k == kind] + list(fixed)
+        self.expressions.findings.unknown("E0212", f"{kind} condition", name, known, where.place)
+        return None
+
+    def _resolve_functions(self) -> None:
+        for name, item in self.definition.functions.items():
+            at = self.where["functions"][name]
+            found = [
+                assignment
+                for target, value in (item.__pydantic_extra__ or {}).items()
+                if (assignment := self._assignment(target, value, at[target]))
+            ]
+            if not item.__pydantic_extra__:
+                message = f"function `{name}` assigns nothing"
+                self.expressions.findings.report(
+                    "E0213", message, at.key, help="add a target, e.g. `y.c.T_c: ...`"
+                )
+            self._functions[name] = self._function(name, item, tuple(found), at)
+
+    def _function(
+        self, name: str, item: FunctionDef, found: tuple[Assignment, ...], at: Where
+    ) -> Function:
+        return Function(name, found, item.title, trace_of(item), at.key)
+
+    def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
+        peer, name, type_ = self._target(target, at)
+        if type_ is None:
+            return None
+        value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_)
+        return value and Assignment(peer, name, value, trace_of(item), at.key)
+
+    def _target(self, target: str, at: Where) -> tuple[str, str, Type | None]:
+        """Peer, element and type of `y.peer.element`, or of a memory element."""
+        parts = target.split(".")
+        if len(parts) == 3 and parts[0] == "y":
+            elements = {
+                (p.peer, e.name): e.type
+                for p in self.ports
+                if p.direction == "y"
+                for e in p.elements
+            }
+            type_ = elements.get((parts[1], parts[2]))
+            if type_ is None and parts[2] not in self.expressions.broken:
+                known = [f"y.{peer}.{name}" for peer, name in elements]
+                self.expressions.findings.unknown("E0214", "target", target, known, at.key)
+            return parts[1], parts[2], type_
+        type_ = {m.name: m.type for m in self.memory}.get(target)
+        if type_ is None and target not in self.expressions.broken:
+            known = [m.name for m in self.memory]
+            known += [f"y.{p.peer}.{e.name}" for p in self.ports for e in p.elements]
+            self.expressions.findings.unknown("E0214", "target", target, known, at.key)
+        return "", target, type_
+
+    def _resolve_behaviours(self) -> None:
+        for name, item in self.definition.behaviours.items():
+            at = self.where["behaviours"][name]
+            functions = []
+            for index, used in enumerate(item.functions):
+                if used in self._functions:
+                    functions.append(self._functions[used])
+                else:
+                    place = at["functions"][index].place
+                    self.expressions.findings.unknown(
+                        "E0215", "function", used, self._functions, place
+                    )
+            terminal = self._condition("terminal", item.terminal, at["terminal"])
+            error = self._condition("error", item.error, at["error"])
+            if terminal and error:
+                self._behaviours[name] = Behaviour(
+                    name, tuple(functions), terminal, error, item.title, trace_of(item), at.key
+                )
+            else:
+                self.expressions.broken.add(name)
+
+    def _states(self) -> tuple[State, ...]:
+        states = []
+        for name, item in self.definition.states.items():
+            at = self.where["states"][name]
+            behaviour = self._behaviours.get(item.behaviour)
+            if behaviour:
+                states.append(State(name, behaviour, item.title, trace_of(item), at.key))
+            elif item.behaviour not in self.expressions.broken:
+                place = at.scalar("behaviour").place
+                self.expressions.findings.unknown(
+                    "E0216", "behaviour", item.behaviour, self._behaviours, place
+                )
+        return tuple(states)
+
+    def _transitions(self) -> tuple[Transition, ...]:
+        rows = []
+        for index, item in enumerate(self.definition.transitions):
+            at = self.where["transitions"][index]
+            known = self._is_state(item.source, at.cell("from", 0))
+            known &= self._is_state(item.target, at.cell("to", 3))
+            condition = self._condition("initial", item.when, at.cell("when", 2))
+            if known and condition:
+                rows.append(
+                    Transition(
+                        item.source, item.cause, condition, item.target, trace_of(item), at.place
+                    )
+                )
+        return tuple(rows)
+
+    def _is_state(self, name: str, where: Where) -> bool:
+        if name in self.definition.states:
+            return True
+        known = self.definition.states
+        self.expressions.findings.unknown("E0217", "state", name, known, where.place)
+        return False
+
+    def _axioms(self) -> tuple[Axiom, ...]:
+        axioms = []
+        scope = replace(self.scope, allow_clock=False)
+        for index, item in enumerate(self.definition.assume):
+            at = self.where["assume"][index]
+            that = self.expressions.value(at["that"], item.that, scope, Bool())
+            if that:
+                axioms.append(Axiom(that, item.because, at["that"].place))
+        return tuple(axioms)

@@ -1,0 +1,111 @@
+"""Descriptions that live in another file and are used with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from specc.expr import ExprError, parse_type
+from specc.model.system import Constant
+from specc.model.types import Frame, Type
+from specc.resolve.context import Findings, Where
+from specc.resolve.definitions import Definitions
+from specc.resolve.expressions import Expressions
+from specc.resolve.library import Library, Loaded, constant_scope
+
+
+@dataclass(frozen=True, slots=True)
+class Reused:
+    """A described part: the file, the definitions in force in it and its value parameters."""
+
+    file: Loaded
+    definitions: Definitions
+    given: tuple[Constant, ...]
+
+
+def reuse(
+    relative: str,
+    arguments: Mapping[str, str],
+    where: Where,
+    user: Loaded,
+    outer: Definitions,
+    library: Library,
+) -> Reused | None:
+    """Load the file that `where` uses and bind its parameters to `arguments`."""
+    file = library.load(library.beside(user, relative), where["use"])
+    if file is None:
+        return None
+    binder = _Binder(arguments, where["with"], where["use"], outer, library.findings)
+    frames = binder.frames(file.spec.parameters)
+    scratch = Library(library.load, library.base, Findings())
+    types = scratch.definitions(file, frames)
+    given = binder.values(file, types)
+    if not binder.complete:
+        return None
+    return Reused(file, library.definitions(file, frames, given), given)
+
+
+@dataclass(slots=True)
+class _Binder:
+    arguments: Mapping[str, str]
+    where: Where
+    used: Where
+    outer: Definitions
+    findings: Findings
+    complete: bool = True
+
+    def frames(self, parameters: Mapping[str, str]) -> dict[str, Frame]:
+        """Frame parameter -> actual frame; also reports missing and unknown arguments."""
+        self._names(parameters)
+        bound = {}
+        for name, kind in parameters.items():
+            if kind == "frame" and name in self.arguments:
+                actual = self.arguments[name]
+                if actual in self.outer.frames:
+                    bound[name] = self.outer.frames[actual]
+                else:
+                    self._fail()
+                    known = self.outer.frames
+                    self.findings.unknown("E0209", "frame", actual, known, self.where[name].place)
+        return bound
+
+    def values(self, file: Loaded, inner: Definitions) -> tuple[Constant, ...]:
+        """Value parameters as constants; their arguments are expressions of the using file."""
+        constants = []
+        for name, text in file.spec.parameters.items():
+            if text == "frame" or name not in self.arguments:
+                continue
+            expected = self._type(file.top["parameters"][name], text, inner)
+            if expected is None:
+                continue
+            expressions = Expressions(self.findings, self.outer)
+            where, scope = self.where[name], constant_scope(self.outer)
+            value = expressions.value(where, self.arguments[name], scope, expected)
+            if value is None:
+                self._fail()
+            else:
+                constants.append(Constant(name, value, "", where.key))
+        return tuple(constants)
+
+    def _names(self, parameters: Mapping[str, str]) -> None:
+        for name in self.arguments:
+            if name not in parameters:
+                self._fail()
+                self.findings.unknown("E0210", "parameter", name, parameters, self.where[name].key)
+        for name in parameters:
+            if name not in self.arguments:
+                self._fail()
+                message = f"parameter `{name}` has no value"
+                help_text = f"add `{name}: ...` under `with:`"
+                self.findings.report("E0211", message, self.used.place, help=help_text)
+
+    def _type(self, where: Where, text: str, inner: Definitions) -> Type | None:
+        try:
+            return parse_type(text, inner.names())
+        except ExprError as error:
+            self._fail()
+            self.findings.expression_error(where, error)
+            return None
+
+    def _fail(self) -> None:
+        self.complete = False
