@@ -13,7 +13,9 @@ UNFINISHED = re.compile(r"\b(?:TO[D]O|FIX[M]E|X{3}|HA[C]K)\b")
 CONFLICT = re.compile(r"^(?:<{7}|>{7}) ", re.MULTILINE)
 RELATIVE_PATH = re.compile(r"(?<![\w./])(?:\.\./)+[\w-][\w./-]*")
 SWITCHED_OFF = re.compile(r"#\s*(?:no[q]a|type:\s*ignor[e])")
-REASONED = re.compile(r"#\s*(?:no[q]a: [A-Z0-9, ]+|type: ignor[e]\[[\w, -]+\])\s*[#:(—-]+\s*\w")
+REASONED = re.compile(
+    r"#\s*(?:no[q]a: [A-Z]+\d+(?:, ?[A-Z]+\d+)*|type: ignor[e]\[[\w, -]+\])(?:  |\s*[#:(—-])\s*\w"
+)
 
 LONGEST_MODULE = 350
 LARGEST_FILE_KB = 1500
