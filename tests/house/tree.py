@@ -28,6 +28,17 @@ class Module:
             elif isinstance(node, ast.ImportFrom):
                 above = package[: len(package) - node.level + 1] if node.level else []
                 yield ".".join([*above, *filter(None, [node.module])])
+            elif isinstance(node, ast.Call):
+                yield from _imported_by_call(node)
+
+
+def _imported_by_call(node: ast.Call) -> Iterator[str]:
+    """The name in `import_module("name")`, absolute and written out."""
+    called = ast.unparse(node.func).rpartition(".")[2]
+    if called in {"import_module", "__import__"} and node.args:
+        name = node.args[0]
+        if isinstance(name, ast.Constant) and isinstance(name.value, str):
+            yield name.value
 
 
 @cache
