@@ -37,7 +37,7 @@ _LIMIT_SLACK = 1e-9  # rad, for rounding
 _Joints = tuple[float, float, float, float, float, float]
 
 
-class UnreachablePose(ValueError):  # noqa: N818  (the pose is the fault, not an error of the code)
+class UnreachablePose(ValueError):
     """A pose of E that the arm cannot take; holds the pose X_BE and the reason."""
 
     def __init__(self, X_BE: Array, reason: str) -> None:
@@ -107,29 +107,27 @@ def reachable(X_BE: Array, q_p: Array) -> bool:
 
 def _solve(X_BE: Array, q_p: _Joints) -> _Joints | None:
     """Joint positions regardless of limits, None out of reach."""
-    (nx, ox, ax, px), (ny, oy, ay, py), (nz, _, az, pz), _ = X_BE.tolist()
+    (nx, ox, ax, px), (ny, oy, ay, py), (nz, oz, az, pz), _ = X_BE.tolist()
     _, q2_p, q3_p, q4_p, q5_p, q6_p = q_p
     px, py, pz = px - TOOL * ax, py - TOOL * ay, pz - TOOL * az - SHOULDER_HEIGHT
     radius = hypot(px, py)
     if radius == 0.0:  # above the column, where q1 has no meaning and the arm cannot fold to
         return None
     c1, s1 = px / radius, py / radius
-    n_r, a_r = c1 * nx + s1 * ny, c1 * ax + s1 * ay
-    n_b, o_b, a_b = c1 * ny - s1 * nx, c1 * oy - s1 * ox, c1 * ay - s1 * ax
+    n_r, o_r, a_r = c1 * nx + s1 * ny, c1 * ox + s1 * oy, c1 * ax + s1 * ay
+    a_b = c1 * ay - s1 * ax
 
     sign = 1.0 if q5_p - _nearest(0.0, q5_p) > 0.0 else -1.0
     s5 = sign * hypot(a_r, az)
     q5 = _nearest(atan2(s5, a_b), q5_p)
-    t4_p = q2_p + q3_p + q4_p + _HALF_PI
-    if abs(s5) < _SINGULAR:
-        t4 = t4_p
-        q6 = atan2(n_r, nz) - t4 if a_b > 0.0 else atan2(n_r, -nz) + t4
-    else:
-        t4 = _nearest(atan2(sign * a_r, sign * az), t4_p)
-        q6 = atan2(sign * o_b, -sign * n_b)
+    t4 = q2_p + q3_p + q4_p + _HALF_PI
+    if abs(s5) > _SINGULAR:
+        t4 = _nearest(atan2(sign * a_r, sign * az), t4)
+    c4, s4 = cos(t4), sin(t4)
+    q6 = atan2(n_r * c4 - nz * s4, o_r * c4 - oz * s4)  # n and o along the V axis
     q6 = _turn_of_n(_nearest(q6, q6_p), q6_p)
 
-    elbow = _elbow(radius - WRIST * cos(t4), -pz - WRIST * sin(t4))
+    elbow = _elbow(radius - WRIST * c4, -pz - WRIST * s4)
     if elbow is None:
         return None
     t2, t3 = elbow

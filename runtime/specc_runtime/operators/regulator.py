@@ -13,13 +13,13 @@ from specc_runtime.operators.arrays import Array
 class RegulatorGains:
     """Gains of n regulators, each (n,); see `regulate` for their places in the law."""
 
-    scale: Array
-    lead: Array
-    lag: Array
+    counts_per_rad: Array
+    integral: Array
     pole: Array
-    b0: Array
-    b1: Array
+    now: Array
+    before: Array
     current_per_unit: Array
+    largest_integral: Array
     largest_current: Array
 
 
@@ -27,14 +27,13 @@ class RegulatorGains:
 class RegulatorState:
     """What regulators remember from one period to the next, each (n,).
 
-    error: last position error, encoder counts; delta: last filtered error, counts; u and
-    u_before: the last two outputs, in the regulator's own unit.
+    error: last position error, encoder counts; integral, lagged: last two parts of the output, in
+    the regulator's own unit.
     """
 
     error: Array
-    delta: Array
-    u: Array
-    u_before: Array
+    integral: Array
+    lagged: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +49,15 @@ def regulator_gains(
 ) -> RegulatorGains:
     """Gains from published rows (A, BB0, BB1, kp in mA, eps, Imax in mA), one for each axis."""
     pole, b0, b1, kp_mA, eps, limit_mA = np.array(published).T
+    integral = 2.0 * eps * (b0 - b1) / (1.0 - pole)
     return RegulatorGains(
-        scale=np.array(counts_per_turn) / (2.0 * pi),
-        lead=1.0 + eps,
-        lag=1.0 - eps,
+        counts_per_rad=np.array(counts_per_turn) / (2.0 * pi),
+        integral=integral,
         pole=pole,
-        b0=b0,
-        b1=b1,
+        now=(1.0 + eps) * b0 - integral,
+        before=(1.0 - eps) * b1,
         current_per_unit=kp_mA / 1000.0,
+        largest_integral=limit_mA / kp_mA,
         largest_current=limit_mA / 1000.0,
     )
 
@@ -65,23 +65,27 @@ def regulator_gains(
 def resting_state(axes: int) -> RegulatorState:
     """State of regulators that have had no error and given no current."""
     zero = np.zeros(axes)
-    return RegulatorState(zero, zero, zero, zero)
+    return RegulatorState(zero, zero, zero)
 
 
 def regulate(
     gains: RegulatorGains, error: Array, state: RegulatorState, feedforward: Array
 ) -> RegulatorOutput:
-    """One period of the published law (irp6_regulator/src/IRp6Regulator.cpp).
+    """One period of the published law, a PID with one lag, resolved into its parts.
 
-    With E the position error in counts:
+    The robot (irp6_regulator/src/IRp6Regulator.cpp) feeds increments of the position error E, in
+    encoder counts, through
 
-        delta_k = (1 + eps) E_k - (1 - eps) E_k-1
-        u_k     = u_k-1 + A (u_k-1 - u_k-2) + BB0 delta_k - BB1 delta_k-1
-        c_d     = clip(kp u_k + feedforward, +-Imax)
+        (BB0 - BB1 z^-1) ((1 + eps) - (1 - eps) z^-1) / ((1 - z^-1) (1 - A z^-1)),
 
-    The robot sums delta from increments, e_k = E_k - E_k-1; from rest that sum telescopes to the
-    line above. Unlike the robot's, u is pulled back to what the clipped current stands for:
-    fingers that hold an object would otherwise wind it up for as long as they hold.
+    multiplies by kp and clips to +-Imax. By partial fractions, and from rest, that is
+
+        integral_k = integral_k-1 + Ki E_k,            Ki = 2 eps (BB0 - BB1) / (1 - A)
+        lagged_k   = A lagged_k-1 + ((1 + eps) BB0 - Ki) E_k - (1 - eps) BB1 E_k-1
+        c_d        = clip(kp (integral_k + lagged_k) + feedforward, +-Imax)
+
+    Unlike the robot's, the integral is kept within +-Imax / kp: fingers that hold an object would
+    otherwise wind it up for as long as they hold, and let go as much later.
 
     Args:
         gains: of n axes.
@@ -89,11 +93,10 @@ def regulate(
         state: what the last period returned.
         feedforward: (n,) A, added before clipping.
     """
-    counts = error * gains.scale
-    delta = gains.lead * counts - gains.lag * state.error
-    u = state.u + gains.pole * (state.u - state.u_before)
-    u += gains.b0 * delta - gains.b1 * state.delta
-    wanted = gains.current_per_unit * u + feedforward
-    c_d = np.minimum(np.maximum(wanted, -gains.largest_current), gains.largest_current)
-    u += (c_d - wanted) / gains.current_per_unit
-    return RegulatorOutput(c_d, RegulatorState(counts, delta, u, state.u))
+    counts = error * gains.counts_per_rad
+    integral = state.integral + gains.integral * counts
+    integral = np.minimum(np.maximum(integral, -gains.largest_integral), gains.largest_integral)
+    lagged = gains.pole * state.lagged + gains.now * counts - gains.before * state.error
+    current = gains.current_per_unit * (integral + lagged) + feedforward
+    c_d = np.minimum(np.maximum(current, -gains.largest_current), gains.largest_current)
+    return RegulatorOutput(c_d, RegulatorState(counts, integral, lagged))
