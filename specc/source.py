@@ -60,11 +60,17 @@ class Node:
 
 @dataclass(frozen=True)
 class SourceFile:
-    """A file as it was read; `spans` is None when it has no tree of values."""
+    """A file as it was read; `spans` is None when it has no tree of values.
+
+    Short forms keep their places: a route that goes on below a scalar means the scalar
+    (`T_d: Motors` for `T_d: {type: Motors}`), and where a list stands for a mapping, as in the
+    rows of a table, `row_keys` gives the keys that its items stand for.
+    """
 
     path: str
     text: str
     spans: Node | None = None
+    row_keys: tuple[str, ...] = ()
 
     @cached_property
     def line_starts(self) -> list[int]:
@@ -108,11 +114,18 @@ class SourceFile:
         """Node at a route and whether the whole route exists; else the key of its last parent."""
         node, name = self.spans, None
         for step in route:
-            below = node.values.get(step) if node is not None else None
-            if below is None or node is None:
+            if node is None:
+                break
+            if node.scalar is not None:
+                return node, True
+            below = node.values.get(step) or node.values.get(self._row_index(step))
+            if below is None:
                 return name or node, False
             name, node = node.keys.get(step), below
         return (name or node if key else node), True
+
+    def _row_index(self, step: str | int) -> int:
+        return self.row_keys.index(step) if step in self.row_keys else -1
 
     def _position(self, offset: int) -> tuple[int, int]:
         line = bisect_right(self.line_starts, offset)

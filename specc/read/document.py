@@ -28,13 +28,16 @@ class Document:
         return all(finding.severity != "error" for finding in self.diagnostics)
 
 
-def read_file(path: str) -> Document:
-    """Read a file; whatever is wrong with it becomes a diagnostic, never an exception."""
+def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
+    """Read a file; whatever is wrong with it becomes a diagnostic, never an exception.
+
+    `row_keys` are the keys that the items of a list stand for where a row may be a mapping.
+    """
     try:
         text, marked = load_text(path)
     except UnreadableFileError as refusal:
         return Document(None, SourceFile(path, refusal.text), (refusal.diagnostic,))
-    document = read_text(path, text)
+    document = read_text(path, text, row_keys)
     if not marked:
         return document
     warning = Diagnostic(
@@ -46,10 +49,10 @@ def read_file(path: str) -> Document:
     return Document(document.data, document.source, (warning, *document.diagnostics))
 
 
-def read_text(path: str, text: str) -> Document:
+def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:
     """Read the text of a file; `path` only names it."""
     forbidden = forbidden_characters(path, text)
     if forbidden:
         return Document(None, SourceFile(path, text), forbidden)
     data, spans, diagnostics = compose(path, text)
-    return Document(data, SourceFile(path, text, spans), diagnostics)
+    return Document(data, SourceFile(path, text, spans, row_keys), diagnostics)

@@ -1,0 +1,1 @@
+"""The ways to print a report. Each module has `render(report) -> str`."""

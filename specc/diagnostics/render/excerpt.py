@@ -1,0 +1,59 @@
+"""The line of a file around a spot, cut to a bearable width, and the columns to underline."""
+
+from dataclasses import dataclass
+
+from specc.diagnostics.render.visible import visible, width
+from specc.source import Span
+
+MAX_COLUMNS = 100
+_CUT = "..."
+
+
+@dataclass(frozen=True, slots=True)
+class Excerpt:
+    """Text of a line as shown, and where and how far to underline it, in terminal columns."""
+
+    text: str
+    indent: int
+    length: int
+
+
+def excerpt(line: str, span: Span) -> Excerpt:
+    """The part of `line`, the first line of `span`, that has the start of the span in it."""
+    start = min(span.col - 1, len(line))
+    end = span.end_col - 1 if span.end_line == span.line else len(line.rstrip())
+    end = min(max(end, start), len(line))
+    before, marked, after = visible(line[:start]), visible(line[start:end]), visible(line[end:])
+    before, marked, after = _windowed(before, marked, after)
+    return Excerpt(before + marked + after, width(before), max(width(marked), 1))
+
+
+def _windowed(before: str, marked: str, after: str) -> tuple[str, str, str]:
+    """The three parts of a line, shortened where they are far from the start of the mark."""
+    if width(before) + width(marked) + width(after) <= MAX_COLUMNS:
+        return before, marked, after
+    if width(marked) > MAX_COLUMNS // 2:
+        marked, after = _head(marked, MAX_COLUMNS // 2), ""
+    before = _tail(before, MAX_COLUMNS - width(marked) - min(width(after), MAX_COLUMNS // 4))
+    return before, marked, _head(after, MAX_COLUMNS - width(before) - width(marked))
+
+
+def _head(text: str, columns: int) -> str:
+    if width(text) <= columns:
+        return text
+    return _fitting(text, columns) + _CUT
+
+
+def _tail(text: str, columns: int) -> str:
+    if width(text) <= columns:
+        return text
+    return _CUT + _fitting(text[::-1], columns)[::-1]
+
+
+def _fitting(text: str, columns: int) -> str:
+    room = columns - len(_CUT)
+    for count, char in enumerate(text):
+        room -= width(char)
+        if room < 0:
+            return text[:count]
+    return text

@@ -1,0 +1,27 @@
+"""A report as workflow commands of GitHub Actions, which show as annotations in a pull request."""
+
+from specc.diagnostics.report import Finding, Report
+
+_DATA = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
+_PROPERTY = {**_DATA, **str.maketrans({":": "%3A", ",": "%2C"})}
+
+
+def render(report: Report) -> str:
+    """One command a line for each finding."""
+    return "".join(f"{_command(finding)}\n" for finding in report.findings)
+
+
+def _command(finding: Finding) -> str:
+    found, span = finding.diagnostic, finding.primary.span
+    properties = {"file": span.file, "line": span.line, "endLine": span.end_line, "col": span.col}
+    # Annotations of several lines take no columns.
+    if span.line == span.end_line:
+        properties["endColumn"] = span.end_col
+    else:
+        del properties["col"]
+    properties["title"] = f"specc {found.code}"
+    pairs = ",".join(
+        f"{key}={str(value).translate(_PROPERTY)}" for key, value in properties.items()
+    )
+    text = f"{found.message}\n{found.help}" if found.help else found.message
+    return f"::{found.severity} {pairs}::{text.translate(_DATA)}"

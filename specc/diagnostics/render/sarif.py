@@ -1,0 +1,63 @@
+"""A report as SARIF 2.1.0 (OASIS), for code scanning services and editors."""
+
+import json
+from typing import Any
+from urllib.parse import quote
+
+from specc import __version__
+from specc.diagnostics.registry import all_codes
+from specc.diagnostics.report import Finding, Report, Spot
+
+_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
+
+
+def render(report: Report) -> str:
+    """The report as a SARIF log with one run."""
+    used = sorted({finding.diagnostic.code for finding in report.findings})
+    driver = {"name": "specc", "version": __version__, "rules": [_rule(code) for code in used]}
+    run = {
+        "tool": {"driver": driver},
+        "columnKind": "unicodeCodePoints",
+        "results": [_result(finding, used) for finding in report.findings],
+    }
+    return json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
+
+
+def _rule(code: str) -> dict[str, Any]:
+    entry = all_codes().get(code)
+    if entry is None:
+        return {"id": code}
+    return {
+        "id": code,
+        "shortDescription": {"text": entry.title},
+        "fullDescription": {"text": entry.explanation},
+        "defaultConfiguration": {"level": entry.severity},
+    }
+
+
+def _result(finding: Finding, rules: list[str]) -> dict[str, Any]:
+    found = finding.diagnostic
+    text = f"{found.message}\n{found.help}" if found.help else found.message
+    return {
+        "ruleId": found.code,
+        "ruleIndex": rules.index(found.code),
+        "level": found.severity,
+        "message": {"text": text},
+        "locations": [_location(finding.primary)],
+        "relatedLocations": [
+            {"id": number, "message": {"text": spot.message}, **_location(spot)}
+            for number, spot in enumerate(finding.related, start=1)
+        ],
+    }
+
+
+def _location(spot: Spot) -> dict[str, Any]:
+    span = spot.span
+    region = {
+        "startLine": span.line,
+        "startColumn": span.col,
+        "endLine": span.end_line,
+        "endColumn": span.end_col,
+    }
+    uri = quote(span.file.encode("utf-8", "surrogateescape"))
+    return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}

@@ -1,0 +1,68 @@
+"""A report for people: code, place, the line with a caret, related places and a way out."""
+
+from collections.abc import Iterator
+
+from specc.diagnostics.render.excerpt import excerpt
+from specc.diagnostics.render.visible import visible
+from specc.diagnostics.report import Finding, Report, Spot
+
+_RESET = "\x1b[0m"
+_COLOURS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "note": "\x1b[1;34m", "bold": "\x1b[1m"}
+
+
+def render(report: Report, colour: bool = False) -> str:
+    """The findings and a summary; ANSI colours only if `colour`."""
+    paint = _Paint(colour)
+    blocks = ["\n".join(_finding(finding, paint)) for finding in report.findings]
+    return "\n\n".join([*blocks, _summary(report)]) + "\n"
+
+
+class _Paint:
+    def __init__(self, colour: bool) -> None:
+        self._colour = colour
+
+    def __call__(self, style: str, text: str) -> str:
+        return f"{_COLOURS[style]}{text}{_RESET}" if self._colour and text else text
+
+
+def _finding(finding: Finding, paint: _Paint) -> Iterator[str]:
+    found = finding.diagnostic
+    numbers = [spot.span.line for spot in (finding.primary, *finding.related)]
+    margin = len(str(max(numbers)))
+    head = paint(found.severity, f"{found.severity}[{found.code}]")
+    yield f"{head}{paint('bold', f': {visible(found.message)}')}"
+    yield from _spot(finding.primary, "-->", "^", found.severity, margin, paint)
+    for spot in finding.related:
+        yield from _spot(spot, ":::", "-", "note", margin, paint)
+    if found.help:
+        first, *more = found.help.split("\n")
+        yield f"{' ' * margin} {paint('note', '=')} help: {visible(first)}"
+        yield from (f"{' ' * margin}         {visible(line)}" for line in more)
+
+
+def _spot(
+    spot: Spot, arrow: str, mark: str, style: str, margin: int, paint: _Paint
+) -> Iterator[str]:
+    span = spot.span
+    place = f"{visible(span.file)}:{span.line}:{span.col}"
+    yield f"{' ' * margin}{paint('note', arrow)} {place}"
+    if not spot.line.strip():
+        if spot.message:
+            yield f"{' ' * margin} {paint('note', '|')} {visible(spot.message)}"
+        return
+    shown = excerpt(spot.line, span)
+    bar = paint("note", "|")
+    yield f"{' ' * margin} {bar}"
+    yield f"{paint('note', str(span.line).rjust(margin))} {bar} {shown.text}"
+    underline = f"{mark * shown.length} {visible(spot.message)}".rstrip()
+    yield f"{' ' * margin} {bar} {' ' * shown.indent}{paint(style, underline)}"
+
+
+def _summary(report: Report) -> str:
+    errors, warnings = report.count("error"), report.count("warning")
+    checked = _plural(len(report.checked), "file")
+    return f"{checked} checked: {_plural(errors, 'error')}, {_plural(warnings, 'warning')}"
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
