@@ -122,10 +122,10 @@ def _title(
     corners = np.array([[-1, -1], [1, -0.9], [1.05, 1], [-0.95, 0.92]]) * half
     ink, plate = design.palette[0], design.palette[-1]
     _fill(canvas, centre + corners, plate)
-    _word(canvas, title, centre - (0, 0.28 * letter_mm), letter_mm, ink)
+    _word(canvas, title, centre - np.array([0, 0.28 * letter_mm]), letter_mm, ink)
     small_print = " ".join(rng.permutation(design.words)[:3])
     small_mm = min(4.5, 0.3 * letter_mm, 2.2 * half[0] / len(small_print))
-    _word(canvas, small_print, centre + (0, 0.66 * letter_mm), small_mm, ink)
+    _word(canvas, small_print, centre + np.array([0, 0.66 * letter_mm]), small_mm, ink)
 
 
 def _word(canvas: Image, text: str, centre_mm: Points, letter_mm: float, colour: Color) -> None:
