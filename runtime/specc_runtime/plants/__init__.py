@@ -1,0 +1,1 @@
+"""Plants: what stands behind the real effectors and receptors of a system."""

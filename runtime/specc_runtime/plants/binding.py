@@ -1,0 +1,60 @@
+"""Which joints, sensors, actuators and cameras of a model stand behind one element of a buffer."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Image = Literal["rgb", "depth"]
+DepthNoise = Literal["none", "kinect"]
+
+
+@dataclass(frozen=True, slots=True)
+class SensorBinding:
+    """One element that the plant writes.
+
+    The raw measurement is either an image of `camera` or the concatenation, in this order, of the
+    positions of `joints`, the data of `sensors` and the forces of `actuators`.
+
+    Attributes:
+        name: of the binding, e.g. "irp.E_m.m_m"; unique among the sensors of a plant.
+        joints: names of joints; hinges and slides give one number each, in rad and m.
+        sensors: names of sensors of the model.
+        actuators: names of actuators; each gives the force it exerts now, N or Nm.
+        camera: name of a camera, exclusive with the three above.
+        image: "rgb" (h, w, 3) uint8, or "depth" (h, w) float32 in metres along the optical axis,
+            0 where there is no reading.
+        through: value = through(raw); none means value = raw, a float if raw has one number.
+        noise: standard deviation of Gaussian noise for each of `sensors`, in the sensor's unit;
+            empty means none.
+        depth_noise: "kinect" adds the depth noise of `noise.kinect_depth`.
+        rate_hz: the value is taken at the first sample in each period 1/rate_hz and held for the
+            rest of it; none means taken afresh whenever time has passed.
+    """
+
+    name: str
+    joints: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()
+    actuators: tuple[str, ...] = ()
+    camera: str = ""
+    image: Image = "rgb"
+    through: Callable[[Any], Any] | None = None
+    noise: tuple[float, ...] = ()
+    depth_noise: DepthNoise = "none"
+    rate_hz: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorBinding:
+    """One element that the plant reads.
+
+    Attributes:
+        name: of the binding; unique among the actuators of a plant.
+        actuators: names of actuators of the model, driven in this order.
+        joints: names of joints whose positions, then velocities, form `raw`.
+        through: ctrl = through(command, raw); none means ctrl = command.
+    """
+
+    name: str
+    actuators: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
+    through: Callable[[Any, Any], Any] | None = None

@@ -1,0 +1,125 @@
+"""Camera images by OpenGL: EGL, else OSMesa, else a hidden window."""
+
+import os
+from ctypes.util import find_library
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from specc_runtime.plants.mujoco.cameras import Camera, Frame
+from specc_runtime.plants.mujoco.library import GL_VARIABLE, mujoco
+
+_MAX_GEOMS = 2000
+# Shared libraries without which a backend cannot start.
+_NEEDS = {"egl": ("EGL", "OpenGL"), "osmesa": ("OSMesa",), "glfw": ("GL",)}
+
+
+class GlUnavailableError(Exception):
+    """No OpenGL backend works here."""
+
+
+class GlRenderer:
+    """Draws with MuJoCo's own renderer.
+
+    Sensor frames have neither shadows nor multisampling: textures are mip-mapped anyway, and colour
+    and depth then come from one pass. Pictures have both.
+    """
+
+    def __init__(self, model: Any, data: Any) -> None:
+        self._model, self._data = model, data
+        self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
+        self._option = mujoco.MjvOption()
+        self._option.sitegroup[:] = 0
+        size = model.vis.global_.offwidth, model.vis.global_.offheight
+        self._gl = _open_context(*size)
+        self._samples = int(model.vis.quality.offsamples)
+        self._contexts: dict[int, Any] = {}
+
+    def render(self, camera: Camera) -> Frame:
+        """See `cameras.Renderer`."""
+        rgb, window_depth = self._draw(camera, samples=0, decorated=False)
+        return Frame(rgb, self._metres(window_depth))
+
+    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+        """See `cameras.Renderer`."""
+        return self._draw(camera, samples=self._samples, decorated=True)[0]
+
+    def close(self) -> None:
+        """See `cameras.Renderer`."""
+        self._gl.make_current()
+        for context in self._contexts.values():
+            context.free()
+        self._contexts.clear()
+        self._gl.free()
+
+    def _draw(self, camera: Camera, samples: int, decorated: bool) -> tuple[Any, Any]:
+        self._gl.make_current()
+        view = mujoco.MjvCamera()
+        view.type = mujoco.mjtCamera.mjCAMERA_FIXED.value
+        view.fixedcamid = camera.index
+        everything = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(
+            self._model, self._data, self._option, None, view, everything, self._scene
+        )
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW.value] = decorated
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION.value] = decorated
+        rgb = np.empty((camera.height, camera.width, 3), np.uint8)
+        depth = None if decorated else np.empty((camera.height, camera.width), np.float32)
+        window = mujoco.MjrRect(0, 0, camera.width, camera.height)
+        context = self._context(samples)
+        mujoco.mjr_render(window, self._scene, context)
+        mujoco.mjr_readPixels(rgb, depth, window, context)
+        # OpenGL's first row is the lowest one.
+        return rgb[::-1].copy(), None if depth is None else depth[::-1]
+
+    def _context(self, samples: int) -> Any:
+        if samples not in self._contexts:
+            self._model.vis.quality.offsamples = samples
+            context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
+            context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
+            self._contexts[samples] = context
+        return self._contexts[samples]
+
+    def _metres(self, window_depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Distance along the optical axis from reversed window depth (1 near, 0 far).
+
+        depth = n (f - z) / (z (f - n)) for the planes n, f of the frustum, solved for z.
+        """
+        near = self._model.vis.map.znear * self._model.stat.extent
+        far = self._model.vis.map.zfar * self._model.stat.extent
+        offset = near / (far - near)
+        metres = np.float32(far * offset) / (window_depth + np.float32(offset))
+        metres[window_depth <= 0] = 0
+        return metres
+
+
+def _open_context(width: int, height: int) -> Any:
+    """A current OpenGL context of the first backend that works.
+
+    PyOpenGL binds itself to one backend per process: after one fails that had its libraries,
+    the next may fail for that reason alone.
+    """
+    asked = os.environ.get(GL_VARIABLE, "").lower()
+    problems = []
+    for backend in (asked,) if asked in _NEEDS else _NEEDS:
+        missing = [name for name in _NEEDS[backend] if find_library(name) is None]
+        if missing:
+            problems.append(f"{backend} needs the library {', '.join(missing)}")
+            continue
+        try:
+            return _context_of(backend, width, height)
+        except Exception as error:  # noqa: BLE001  whatever a graphics stack raises, it is not there
+            problems.append(f"{backend}: {error}")
+    raise GlUnavailableError("; ".join(problems))
+
+
+def _context_of(backend: str, width: int, height: int) -> Any:
+    import importlib
+
+    if backend == "glfw" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise GlUnavailableError("no display")
+    context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+    context.make_current()
+    return context

@@ -1,0 +1,152 @@
+"""A simulated plant that agents sense and drive by the names of bindings."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+from specc_runtime.plants.errors import PlantError
+from specc_runtime.plants.mujoco.cameras import Cameras, RendererName
+from specc_runtime.plants.mujoco.driving import Actuator
+from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.model import initial_positions, load_model
+from specc_runtime.plants.mujoco.sensing import Sensor
+from specc_runtime.plants.mujoco.truth import GroundTruth
+
+_WHOLE = 1e-6  # tolerance, in time steps, on durations
+_DIVERGENCE = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC", "mjWARN_BADCTRL")
+
+
+class MujocoPlant:
+    """A MuJoCo simulation behind sensor and actuator bindings. It knows nothing of the robot.
+
+    Attributes:
+        truth: what is really so; for scenes and reports, never for agents.
+    """
+
+    def __init__(
+        self,
+        model_path: str,
+        sensors: Sequence[SensorBinding] = (),
+        actuators: Sequence[ActuatorBinding] = (),
+        *,
+        renderer: RendererName = "auto",
+    ) -> None:
+        """Load the model, resolve all bindings, reset with seed 0.
+
+        Raises:
+            PlantError: unreadable model, name that the model lacks, contradictory binding.
+        """
+        self._model = load_model(model_path)
+        self._data = mujoco.MjData(self._model)
+        self._cameras = Cameras(self._model, self._data, renderer)
+        _check_unique([binding.name for binding in (*sensors, *actuators)])
+        self._sensors = {
+            b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors
+        }
+        self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
+        self._divergence = [getattr(mujoco.mjtWarning, name).value for name in _DIVERGENCE]
+        self.truth = GroundTruth(self._model, self._data)
+        self.reset(0)
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the reset."""
+        return float(self._data.time)
+
+    @property
+    def timestep_s(self) -> float:
+        """Time step of the simulation."""
+        return float(self._model.opt.timestep)
+
+    def reset(self, seed: int) -> None:
+        """Back to time 0 at rest in the home configuration, without commands.
+
+        The noise of every sensor depends on the seed and the sensor's name only.
+        """
+        mujoco.mj_resetData(self._model, self._data)
+        self._data.qpos[:] = initial_positions(self._model)
+        mujoco.mj_forward(self._model, self._data)
+        self._cameras.forget()
+        for sensor in self._sensors.values():
+            sensor.reset(seed)
+        for actuator in self._actuators.values():
+            actuator.reset()
+
+    def sample(self, name: str) -> Any:
+        """Value of a bound sensor now. Raises PlantError for an unknown name."""
+        if name not in self._sensors:
+            raise PlantError(f"no sensor is bound as '{name}'", known=tuple(self._sensors))
+        return self._sensors[name].sample()
+
+    def actuate(self, name: str, value: Any) -> None:
+        """Give a bound actuator its command, held until the next one.
+
+        Raises:
+            PlantError: unknown name.
+        """
+        if name not in self._actuators:
+            raise PlantError(f"no actuator is bound as '{name}'", known=tuple(self._actuators))
+        self._actuators[name].command = value
+
+    def advance(self, duration_s: float) -> None:
+        """Simulate a whole number of time steps with constant controls.
+
+        The controls are computed once, at the beginning, from the held commands and the state.
+
+        Raises:
+            PlantError: not a whole number of steps, bad command, or the simulation diverged.
+        """
+        steps = duration_s / self._model.opt.timestep
+        if steps < 1 - _WHOLE or abs(steps - round(steps)) > _WHOLE:
+            raise PlantError(
+                f"{duration_s} s is not a whole number of steps of {self.timestep_s} s"
+            )
+        for actuator in self._actuators.values():
+            actuator.drive()
+        mujoco.mj_step(self._model, self._data, nstep=round(steps))
+        if any(self._data.warning[i].number for i in self._divergence):
+            raise PlantError(f"the simulation diverged at {self.time_s:.3f} s")
+
+    def settle(self, duration_s: float) -> None:
+        """Let free bodies come to rest while all joints stay where they are, then be at time 0.
+
+        For scenes, after a reset; contact friction, gravity and everything else act as usual.
+        """
+        held = self._jointed_coordinates()
+        position = self._data.qpos[held[0]].copy()
+        for _ in range(round(duration_s / self._model.opt.timestep)):
+            mujoco.mj_step(self._model, self._data)
+            self._data.qpos[held[0]] = position
+            self._data.qvel[held[1]] = 0.0
+        self._data.qvel[:] = 0.0
+        self._data.time = 0.0
+        mujoco.mj_forward(self._model, self._data)
+        self._cameras.forget()
+
+    def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
+        """(height, width, 3) RGB picture for people; cameras of agents are sensors."""
+        view = self._cameras.camera(camera, width, height)
+        return self._cameras.renderer().picture(view)
+
+    def close(self) -> None:
+        """Free the graphics system; the plant is of no use afterwards."""
+        self._cameras.close()
+
+    def _jointed_coordinates(self) -> tuple[Any, Any]:
+        """Indices into qpos and qvel of all joints but the free ones."""
+        free = mujoco.mjtJoint.mjJNT_FREE.value
+        model = self._model
+        velocities = np.flatnonzero(model.jnt_type[model.dof_jntid] != free)
+        kept = [model.joint(j).name for j in range(model.njnt) if model.jnt_type[j] != free]
+        from specc_runtime.plants.mujoco.model import position_indices
+
+        return position_indices(model, tuple(kept)), velocities
+
+
+def _check_unique(names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise PlantError(f"two bindings are called '{name}'")

@@ -1,0 +1,144 @@
+"""Camera images without a graphics system: MuJoCo's ray casting and a texture lookup."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from specc_runtime.operators.arrays import Array
+from specc_runtime.plants.mujoco.cameras import Camera, Frame
+from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.surface import Hits, Surfaces
+
+_VISIBLE = np.array((1, 1, 1, 0, 0, 0), np.uint8)  # geom groups, as drawn by default
+_SHOWN_GROUPS = 3
+_FAR_M = 1e6
+_NEAREST_M = 1e-3
+_BACKGROUND = np.uint8(235)
+_CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """A camera in the world: origin (3,), axes X_WC (columns right, up, backward), rays (n, 3)."""
+
+    camera: Camera
+    origin: Array
+    axes: Array
+    rays: Array
+
+
+class RaycastRenderer:
+    """Draws like `gl.GlRenderer` does for sensors, but without highlights and smoothed edges.
+
+    What cannot move is cast once for a camera that cannot move; later frames cast only the pixels
+    where moving geoms can be, and only against those.
+    """
+
+    def __init__(self, model: Any, data: Any) -> None:
+        self._model, self._data = model, data
+        self._surfaces = Surfaces(model, data)
+        fixed = model.body_weldid[model.geom_bodyid] == 0
+        self._moving = np.flatnonzero(~fixed & (model.geom_group < _SHOWN_GROUPS))
+        self._still: dict[Camera, tuple[_View, Frame]] = {}
+
+    def render(self, camera: Camera) -> Frame:
+        """See `cameras.Renderer`."""
+        if not self._stands_still(camera):
+            view = self._view(camera)
+            return self._cast(view, np.arange(len(view.rays)), _empty(camera), static=True)
+        if camera not in self._still:
+            view = self._view(camera)
+            self._still[camera] = view, self._cast_still(view)
+        view, still = self._still[camera]
+        return self._cast(view, self._pixels_of_moving(view), still, static=False)
+
+    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+        """See `cameras.Renderer`."""
+        return self.render(camera).rgb
+
+    def close(self) -> None:
+        """See `cameras.Renderer`."""
+        self._still.clear()
+
+    def _stands_still(self, camera: Camera) -> bool:
+        """Whether camera and lights hang on the world and follow nothing."""
+        model = self._model
+        fixed = mujoco.mjtCamLight.mjCAMLIGHT_FIXED.value
+        on_world = model.body_weldid[model.cam_bodyid[camera.index]] == 0
+        lit_from_world = (model.body_weldid[model.light_bodyid] == 0).all()
+        still = model.cam_mode[camera.index] == fixed and (model.light_mode == fixed).all()
+        return bool(on_world and lit_from_world and still)
+
+    def _view(self, camera: Camera) -> _View:
+        axes = np.array(self._data.cam_xmat[camera.index]).reshape(3, 3)
+        u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+        right, up = (u - camera.cx) / camera.fx, (camera.cy - v) / camera.fy
+        rays = np.stack((right, up, -np.ones_like(right)), axis=-1).reshape(-1, 3)
+        origin = np.array(self._data.cam_xpos[camera.index])
+        return _View(camera, origin, axes, np.ascontiguousarray(rays @ axes.T))
+
+    def _cast_still(self, view: _View) -> Frame:
+        """What is seen when everything that can move is out of sight."""
+        groups = self._model.geom_group
+        own = groups[self._moving].copy()
+        groups[self._moving] = _SHOWN_GROUPS
+        try:
+            return self._cast(view, np.arange(len(view.rays)), _empty(view.camera), static=True)
+        finally:
+            groups[self._moving] = own
+
+    def _cast(self, view: _View, pixels: Any, behind: Frame, static: bool) -> Frame:
+        """Frame of what the rays of some pixels hit, in front of another frame."""
+        rays = view.rays[pixels]
+        geom = np.empty(len(rays), np.int32)
+        depth, normal = np.empty(len(rays)), np.empty((len(rays), 3))
+        mujoco.mj_multiRay(
+            self._model, self._data, view.origin, rays.ravel(), _VISIBLE, static, -1,
+            geom, depth, normal.ravel(), len(rays), _FAR_M,
+        )  # fmt: skip
+        far = behind.depth.ravel()[pixels]
+        nearer = np.flatnonzero((depth >= 0) & ((far == 0) | (depth < far)))
+        step = np.stack((view.axes[:, 0] / view.camera.fx, -view.axes[:, 1] / view.camera.fy))
+        hits = Hits(
+            geom[nearer], depth[nearer], normal[nearer], rays[nearer], view.origin, step
+        )
+        frame = Frame(behind.rgb.copy(), behind.depth.copy())
+        drawn = pixels[nearer]
+        frame.rgb.reshape(-1, 3)[drawn] = self._surfaces.shade(hits, -view.axes[:, 2])
+        frame.depth.ravel()[drawn] = hits.depth
+        return frame
+
+    def _pixels_of_moving(self, view: _View) -> Any:
+        """Indices of the pixels inside the projected bounding boxes of geoms that can move."""
+        camera = view.camera
+        mask = np.zeros((camera.height, camera.width), bool)
+        for left, top, right, bottom in self._rectangles(view):
+            mask[top:bottom, left:right] = True
+        return np.flatnonzero(mask)
+
+    def _rectangles(self, view: _View) -> NDArray[np.intp]:
+        """Rows (left, top, right, bottom), in pixels, that contain each moving geom."""
+        boxes = self._model.geom_aabb[self._moving]
+        corners = boxes[:, None, :3] + _CORNERS * boxes[:, None, 3:]
+        rotation = self._data.geom_xmat[self._moving].reshape(-1, 3, 3)
+        world = np.einsum("gij,gkj->gki", rotation, corners)
+        world += self._data.geom_xpos[self._moving][:, None]
+        right, up, backward = np.moveaxis((world - view.origin) @ view.axes, -1, 0)
+        camera, depth = view.camera, np.maximum(-backward, _NEAREST_M)
+        u, v = camera.cx + camera.fx * right / depth, camera.cy - camera.fy * up / depth
+        size = np.array((camera.width, camera.height))
+        low = np.stack((u.min(axis=1), v.min(axis=1)), axis=1)
+        high = np.stack((u.max(axis=1), v.max(axis=1)), axis=1)
+        # A box that reaches behind the camera has no rectangle: it may be anywhere.
+        around = (backward > -_NEAREST_M).any(axis=1, keepdims=True)
+        low = np.where(around, 0, np.clip(np.floor(low), 0, size))
+        high = np.where(around, size, np.clip(np.ceil(high) + 1, 0, size))
+        hidden = (backward > -_NEAREST_M).all(axis=1)
+        return np.hstack((low, high))[~hidden].astype(np.intp)
+
+
+def _empty(camera: Camera) -> Frame:
+    size = camera.height, camera.width
+    return Frame(np.full((*size, 3), _BACKGROUND), np.zeros(size, np.float32))

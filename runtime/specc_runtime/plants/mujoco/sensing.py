@@ -1,0 +1,111 @@
+"""Sensors: from a binding to its value at the present time."""
+
+from collections.abc import Callable
+from math import floor
+from typing import Any
+
+import numpy as np
+
+from specc_runtime.operators.arrays import Array
+from specc_runtime.plants.binding import SensorBinding
+from specc_runtime.plants.errors import PlantError
+from specc_runtime.plants.mujoco import noise
+from specc_runtime.plants.mujoco.cameras import Cameras
+from specc_runtime.plants.mujoco.model import find, position_indices
+
+_TICK_TOLERANCE = 1e-6  # of a period; times are sums of floating-point time steps
+
+
+class Sensor:
+    """One bound sensor, with its noise and the value it holds."""
+
+    def __init__(self, model: Any, data: Any, cameras: Cameras, binding: SensorBinding) -> None:
+        self._binding = binding
+        self._data = data
+        if binding.camera:
+            self._read = _image_reader(cameras, binding)
+        else:
+            self._read = _number_reader(model, data, binding)
+        self._sigma = _sigma(model, binding)
+        self.reset(0)
+
+    def reset(self, seed: int) -> None:
+        """Restart the noise of this sensor for a run with that seed and forget the held value."""
+        self._rng = noise.stream(seed, self._binding.name)
+        self._period: float | None = None
+        self._value: Any = None
+
+    def sample(self) -> Any:
+        """Value at this time; arrays are read-only. Asking twice at one time changes nothing."""
+        period = self._present_period()
+        if period != self._period:
+            self._period, self._value = period, self._measure()
+        return self._value
+
+    def _present_period(self) -> float:
+        time: float = self._data.time
+        rate = self._binding.rate_hz
+        return time if rate is None else floor(time * rate + _TICK_TOLERANCE)
+
+    def _measure(self) -> Any:
+        raw = self._read()
+        if self._sigma is not None:
+            raw = raw + self._sigma * self._rng.standard_normal(raw.shape)
+        if self._binding.depth_noise == "kinect":
+            raw = noise.kinect_depth(raw, self._rng)
+        if self._binding.through is not None:
+            value = self._binding.through(raw)
+        else:
+            value = float(raw[0]) if raw.shape == (1,) else raw
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        return value
+
+
+def _image_reader(cameras: Cameras, binding: SensorBinding) -> Callable[[], Any]:
+    if binding.joints or binding.sensors or binding.actuators or binding.noise:
+        raise PlantError(f"sensor '{binding.name}': a camera stands alone, without joints or noise")
+    if binding.depth_noise != "none" and binding.image != "depth":
+        raise PlantError(f"sensor '{binding.name}': depth noise on an image without depth")
+    camera = cameras.camera(binding.camera)
+    if binding.image == "rgb":
+        return lambda: cameras.frame(camera).rgb
+    return lambda: cameras.frame(camera).depth
+
+
+def _number_reader(model: Any, data: Any, binding: SensorBinding) -> Callable[[], Array]:
+    joints = position_indices(model, binding.joints)
+    sensors = _sensor_indices(model, binding.sensors)
+    actuators = np.array([find(model, "actuator", a) for a in binding.actuators], dtype=np.intp)
+    if joints.size + sensors.size + actuators.size == 0:
+        raise PlantError(f"sensor '{binding.name}' measures nothing")
+    if binding.depth_noise != "none":
+        raise PlantError(f"sensor '{binding.name}': depth noise without a camera")
+
+    def read() -> Array:
+        return np.concatenate(
+            (data.qpos[joints], data.sensordata[sensors], data.actuator_force[actuators])
+        )
+
+    return read
+
+
+def _sensor_indices(model: Any, names: tuple[str, ...]) -> Any:
+    ids = [find(model, "sensor", name) for name in names]
+    parts = [np.arange(model.sensor_dim[i]) + model.sensor_adr[i] for i in ids]
+    return np.concatenate(parts) if parts else np.array([], dtype=np.intp)
+
+
+def _sigma(model: Any, binding: SensorBinding) -> Array | None:
+    """One standard deviation per raw number; only data of sensors is noisy."""
+    if not binding.noise:
+        return None
+    if len(binding.noise) != len(binding.sensors):
+        raise PlantError(
+            f"sensor '{binding.name}': {len(binding.noise)} noise values for "
+            f"{len(binding.sensors)} sensors"
+        )
+    sizes = [int(model.sensor_dim[find(model, "sensor", name)]) for name in binding.sensors]
+    before = position_indices(model, binding.joints).size
+    sigma = noise.standard_deviations(binding.noise, sizes)
+    return np.concatenate((np.zeros(before), sigma, np.zeros(len(binding.actuators))))
