@@ -49,7 +49,7 @@ def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
         spec.title,
         os.path.basename(file.path),
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
-        (),
+        tuple(sorted({n: t for d in known for n, t in d.type_traces.items()}.items())),
         _operators(known),
         tuple(definitions.constants.values()),
         tuple(sorted({n: p for d in known for n, p in d.files.items()}.items())),

@@ -1,6 +1,7 @@
 """The shape of the YAML, in pydantic. References are still text; meaning comes in `specc.resolve`."""
 
 from specc.schema.files import SpecFile
-from specc.schema.subsystem import SubsystemDef
+from specc.schema.shape import json_schema, shape
+from specc.schema.subsystem import ROW_KEYS, SubsystemDef
 
-__all__ = ["SpecFile", "SubsystemDef"]
+__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "json_schema", "shape"]

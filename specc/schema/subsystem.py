@@ -9,6 +9,10 @@ from pydantic import ConfigDict, Field
 from specc.schema.base import ExprText, Strict, Traced, TypeText, row_form, short_form
 
 
+ROW_KEYS = ("from", "cause", "when", "to")
+"""What the items of a row of the transition table stand for."""
+
+
 class ElementDef(Traced):
     """An element of a communication buffer."""
 
@@ -90,5 +94,5 @@ class SubsystemDef(Traced):
     behaviours: dict[str, BehaviourDef] = {}
     states: dict[str, Annotated[StateDef, short_form("behaviour")]] = {}
     initial_state: str | None = None
-    transitions: list[Annotated[TransitionDef, row_form(("from", "cause", "when", "to"))]] = []
+    transitions: list[Annotated[TransitionDef, row_form(ROW_KEYS)]] = []
     assume: list[AxiomDef] = []

@@ -1,0 +1,69 @@
+"""The story of the compiler: read, shape, resolve, check, lower, emit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from specc.diagnostics import Diagnostic
+from specc.model.system import System
+from specc.resolve import Findings, resolve
+from specc.resolve.loader import Loader
+from specc.source import Sources
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What is known of a specification: its meaning, if it has one, and all findings."""
+
+    system: System | None
+    proofs: Any
+    diagnostics: tuple[Diagnostic, ...]
+    sources: Sources
+
+    @property
+    def ok(self) -> bool:
+        """Whether code can be generated."""
+        errors = any(finding.severity == "error" for finding in self.diagnostics)
+        return self.system is not None and not errors
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """Generated files of a system, relative path -> text; empty if the specification has errors."""
+
+    result: Result
+    system: str
+    files: dict[str, str]
+
+
+def compile_spec(path: str) -> Result:
+    """Read, shape, resolve and check the specification at `path`."""
+    from specc.checks import run_checks
+
+    findings = Findings()
+    loader = Loader(findings)
+    file = loader.load(path)
+    if file is None:
+        return Result(None, None, tuple(findings.diagnostics), loader.sources)
+    resolved = resolve(file, loader.load, findings)
+    checked, proofs = run_checks(resolved.system, resolved.broken)
+    return Result(resolved.system, proofs, (*findings.diagnostics, *checked), loader.sources)
+
+
+def build(path: str) -> Build:
+    """Compile the specification at `path`, then lower and emit it."""
+    result = compile_spec(path)
+    if not result.ok or result.system is None:
+        return Build(result, "", {})
+    from specc.emit import emit
+    from specc.lower import lower
+
+    return Build(result, result.system.name, emit(lower(result.system, result.proofs)))
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema of a specification file, for editors."""
+    from specc.schema import json_schema as of_files
+
+    return of_files()
