@@ -6,19 +6,24 @@ Six numbers are too few for numpy to pay: comparisons and norms run on Python fl
 from __future__ import annotations
 
 import math
+from typing import Any, overload
 
 import numpy as np
 
 from specc_runtime.values import Pose, Vector
 
 
-def near(a: float | Vector, b: float | Vector, tolerance: float) -> bool:
+@overload
+def near(a: float, b: float, tolerance: float) -> bool: ...
+@overload
+def near(a: Vector, b: Vector, tolerance: float) -> bool: ...
+def near(a: Any, b: Any, tolerance: float) -> bool:
     """Whether every component of `a` lies within `tolerance` of that of `b`; never for NaN.
 
     Scalars, or vectors of one shape (n,); all three arguments in one unit.
     """
-    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-        for p, q in zip(a.tolist(), b.tolist(), strict=True):
+    if isinstance(a, np.ndarray):
+        for p, q in zip(a.tolist(), b.tolist(), strict=True):  # noqa: SIM110  # all() costs 0.4 us
             if not abs(p - q) <= tolerance:
                 return False
         return True

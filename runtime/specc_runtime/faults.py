@@ -58,6 +58,7 @@ class UndecidedTransition(Fault):
         self.inputs = dict(inputs)
 
     def as_data(self) -> dict[str, object]:
+        """Adds the cause, the rows that held and the inputs as text."""
         data = super().as_data()
         inputs = {name: repr(value) for name, value in self.inputs.items()}
         return data | {"cause": self.cause, "rows": list(self.rows), "inputs": inputs}
@@ -74,6 +75,7 @@ class AxiomViolated(Fault):
         self.axioms = tuple(axioms)
 
     def as_data(self) -> dict[str, object]:
+        """Adds the axioms."""
         return super().as_data() | {"axioms": list(self.axioms)}
 
 
@@ -86,6 +88,7 @@ class StepFailed(Fault):
         self.place = _place(error.__traceback__)
 
     def as_data(self) -> dict[str, object]:
+        """Adds where the operator raised."""
         return super().as_data() | {"place": self.place}
 
 

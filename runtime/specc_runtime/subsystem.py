@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
+from specc_runtime.buffers import slots
 from specc_runtime.faults import UndecidedTransition
 
 Cause = Literal["terminal", "error"]
@@ -80,7 +81,5 @@ class Subsystem(ABC):
 
 
 def contents(buffer: object) -> dict[str, object]:
-    """The elements of a buffer that have a value, by name, in order of declaration."""
-    names = [name for cls in type(buffer).__mro__ for name in getattr(cls, "__slots__", ())]
-    names += getattr(buffer, "__dict__", {})
-    return {name: getattr(buffer, name) for name in names if hasattr(buffer, name)}
+    """The elements of a buffer that have a value, by name."""
+    return {name: getattr(buffer, name) for name in slots(buffer) if hasattr(buffer, name)}

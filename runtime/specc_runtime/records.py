@@ -1,0 +1,72 @@
+"""The record of a step, which everything that watches a run reads, and the digest of a run."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+from specc_runtime.encoding import encode
+
+_HEAD = struct.Struct("<QdiH").pack
+
+
+@dataclass(frozen=True, slots=True)
+class StepRecord:
+    """What a subsystem did at its time stamp `stamp`, committed when the others could see it.
+
+    `transition` is an index into the subsystem's table or -1, `state` the state whose behaviour
+    ran, `time_s` the simulated time of the stamp, `sent` the output elements that it wrote and
+    `watched` memory that the task asked for.
+    """
+
+    subsystem: str
+    stamp: int
+    time_s: float
+    state: str
+    transition: int
+    sent: tuple[tuple[str, Any], ...]
+    watched: tuple[tuple[str, Any], ...] = ()
+
+
+class RecordDigest:
+    """SHA-256 over all records in the order in which they are committed; call it with each."""
+
+    def __init__(self) -> None:
+        self._hash = hashlib.sha256()
+        self._texts: dict[str, bytes] = {}
+        self._last: dict[tuple[str, str], tuple[Any, bytes]] = {}
+
+    def __call__(self, record: StepRecord) -> None:
+        """Add a record; raises TypeError when a value has no encoding."""
+        name = record.subsystem
+        parts = [
+            self._text(name),
+            self._text(record.state),
+            _HEAD(record.stamp, record.time_s, record.transition, len(record.sent)),
+        ]
+        for element, value in record.sent:
+            parts += (self._text(element), self._value(name, element, value))
+        for element, value in record.watched:
+            parts += (self._text(element), self._value(name, element, value))
+        self._hash.update(b"".join(parts))
+
+    def hexdigest(self) -> str:
+        """The digest so far."""
+        return self._hash.hexdigest()
+
+    def _text(self, text: str) -> bytes:
+        data = self._texts.get(text)
+        if data is None:
+            data = self._texts[text] = encode(text)
+        return data
+
+    def _value(self, subsystem: str, element: str, value: Any) -> bytes:
+        # Values never change once sent, so one that is sent again has the bytes it had.
+        last = self._last.get((subsystem, element))
+        if last is not None and last[0] is value:
+            return last[1]
+        data = encode(value)
+        self._last[subsystem, element] = (value, data)
+        return data

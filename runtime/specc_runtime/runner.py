@@ -1,0 +1,98 @@
+"""One subsystem in the executor: its step, here or in a worker thread, and what came of it."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from concurrent.futures import Executor as Pool
+from concurrent.futures import Future
+from typing import Protocol
+
+from specc_runtime.clock import WallClock
+from specc_runtime.faults import AxiomViolated, Fault, StepFailed
+from specc_runtime.subsystem import Subsystem
+
+Outcome = int | Fault
+"""The transition taken or -1, or why the step came to nothing."""
+
+
+class Runner(Protocol):
+    """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps."""
+
+    subsystem: Subsystem
+    busy_s: float
+
+    def start(self) -> None:
+        """Begin the step. From now on new inputs belong to the next one."""
+
+    def outcome(self) -> Outcome:
+        """What came of the step that was started, once it is there."""
+
+
+class InlineRunner:
+    """Steps at once, in the thread of the executor."""
+
+    def __init__(self, subsystem: Subsystem, clear: Callable[[], None], clock: WallClock) -> None:
+        self.subsystem = subsystem
+        self.busy_s = 0.0
+        self._clear = clear
+        self._now_s = clock.now_s
+        self._outcome: Outcome = -1
+
+    def start(self) -> None:
+        """Step and lower the fresh flags."""
+        begin_s = self._now_s()
+        self._outcome = outcome_of(self.subsystem)
+        self.busy_s += self._now_s() - begin_s
+        self._clear()
+
+    def outcome(self) -> Outcome:
+        """The outcome of the last step."""
+        return self._outcome
+
+
+class WorkerRunner:
+    """Steps in a pool, on a copy of the inputs, while the executor goes on."""
+
+    def __init__(
+        self, subsystem: Subsystem, clear: Callable[[], None], clock: WallClock, pool: Pool
+    ) -> None:
+        self.subsystem = subsystem
+        self.busy_s = 0.0
+        self._inbox = subsystem.x
+        self._clear = clear
+        self._now_s = clock.now_s
+        self._pool = pool
+        self._future: Future[Outcome] | None = None
+
+    def start(self) -> None:
+        """Hand the step over and lower the fresh flags of the inbox."""
+        self.subsystem.x = copy.copy(self._inbox)
+        self._clear()
+        self._future = self._pool.submit(self._step)
+
+    def outcome(self) -> Outcome:
+        """Wait for the step that was started."""
+        return -1 if self._future is None else self._future.result()
+
+    def _step(self) -> Outcome:
+        begin_s = self._now_s()
+        outcome = outcome_of(self.subsystem)
+        self.busy_s += self._now_s() - begin_s
+        return outcome
+
+
+def outcome_of(subsystem: Subsystem) -> Outcome:
+    """One step; whatever goes wrong in it becomes a fault, with the broken axioms first."""
+    try:
+        outcome: Outcome = subsystem.step()
+    except Fault as fault:
+        outcome = fault
+    except Exception as error:  # noqa: BLE001  # whatever an operator raises stops the run cleanly
+        outcome = StepFailed(subsystem.name, subsystem.state, error)
+    if not subsystem.violations:
+        return outcome
+    axioms = [subsystem.axioms[index] for index in subsystem.violations]
+    violated = AxiomViolated(subsystem.name, subsystem.state, axioms)
+    violated.__cause__ = outcome if isinstance(outcome, Fault) else None
+    return violated

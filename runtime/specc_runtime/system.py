@@ -1,0 +1,148 @@
+"""A built system: subsystems with their rates, connections, plant and task."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from specc_runtime.subsystem import Subsystem
+
+if TYPE_CHECKING:
+    from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+
+
+@dataclass(frozen=True, slots=True)
+class Scheduled:
+    """A subsystem that is due every `ticks` base ticks."""
+
+    subsystem: Subsystem
+    ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """Output element `output` of `source` becomes input element `input` of `target`."""
+
+    source: str
+    output: str
+    target: str
+    input: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlantInput:
+    """Sensor `sensor` of the plant is input element `element` of `subsystem`."""
+
+    sensor: str
+    subsystem: str
+    element: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlantOutput:
+    """Output element `element` of `subsystem` goes to actuator `actuator` of the plant."""
+
+    subsystem: str
+    element: str
+    actuator: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlantSpec:
+    """What stands behind the real effectors and receptors; `model` is relative to the base."""
+
+    model: str
+    sensors: tuple[SensorBinding, ...] = ()
+    actuators: tuple[ActuatorBinding, ...] = ()
+    inputs: tuple[PlantInput, ...] = ()
+    outputs: tuple[PlantOutput, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What a run counts and judges. A cycle ends when `subsystem` goes from `source` to `target`.
+
+    `scene` and `judge` name classes, `module:Class` (see `specc_runtime.task`); either may be "".
+    `watch` lists memory of `subsystem` that its step records carry for the judge.
+    """
+
+    subsystem: str
+    source: str
+    target: str
+    scene: str = ""
+    judge: str = ""
+    watch: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """Everything a run needs. `spec` is the specification's file, for reports."""
+
+    name: str
+    tick_s: float
+    subsystems: tuple[Scheduled, ...]
+    connections: tuple[Connection, ...] = ()
+    plant: PlantSpec | None = None
+    task: Task | None = None
+    spec: str = ""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError with all that is inconsistent."""
+        problems = [*_bad_rates(self), *_bad_names(self)]
+        if problems:
+            raise ValueError(f"system {self.name!r}: {'; '.join(problems)}")
+
+    def scheduled(self, name: str) -> Scheduled:
+        """The subsystem of that name; raises KeyError."""
+        for scheduled in self.subsystems:
+            if scheduled.subsystem.name == name:
+                return scheduled
+        raise KeyError(name)
+
+
+def whole_ticks(period_s: float, tick_s: float) -> int:
+    """Base ticks in a period; raises ValueError unless it is a whole number, at least 1."""
+    ticks = round(period_s / tick_s)
+    if ticks < 1 or not math.isclose(ticks * tick_s, period_s, rel_tol=1e-9):
+        raise ValueError(f"a period of {period_s} s is no multiple of the base tick, {tick_s} s")
+    return ticks
+
+
+def _bad_rates(system: System) -> list[str]:
+    if not (system.tick_s > 0.0 and math.isfinite(system.tick_s)):
+        return [f"the base tick is {system.tick_s} s"]
+    problems = []
+    for scheduled in system.subsystems:
+        name, period_s = scheduled.subsystem.name, scheduled.subsystem.period_s
+        try:
+            ticks = whole_ticks(period_s, system.tick_s)
+        except ValueError as error:
+            problems.append(f"{name}: {error}")
+            continue
+        if ticks != scheduled.ticks:
+            problems.append(f"{name}: {scheduled.ticks} ticks, but its period is {ticks}")
+    for sensor in system.plant.sensors if system.plant else ():
+        try:
+            if sensor.rate_hz is not None:
+                whole_ticks(1.0 / sensor.rate_hz, system.tick_s)
+        except ValueError as error:
+            problems.append(f"{sensor.name}: {error}")
+    return problems
+
+
+def _bad_names(system: System) -> list[str]:
+    names = [scheduled.subsystem.name for scheduled in system.subsystems]
+    problems = [f"{name} occurs twice" for name in sorted({n for n in names if names.count(n) > 1})]
+    used = [end for c in system.connections for end in (c.source, c.target)]
+    if system.plant is not None:
+        used += [item.subsystem for item in system.plant.inputs]
+        used += [item.subsystem for item in system.plant.outputs]
+        sensors = {sensor.name for sensor in system.plant.sensors}
+        actuators = {actuator.name for actuator in system.plant.actuators}
+        unbound = {i.sensor for i in system.plant.inputs} - sensors
+        unbound |= {o.actuator for o in system.plant.outputs} - actuators
+        problems += [f"{name} is not bound to the plant" for name in sorted(unbound)]
+    if system.task is not None:
+        used.append(system.task.subsystem)
+    return problems + [f"there is no subsystem {name}" for name in sorted(set(used) - set(names))]

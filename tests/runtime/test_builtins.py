@@ -1,0 +1,85 @@
+"""The language's functions against their definitions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from specc_runtime.builtins import (
+    identity,
+    inverse,
+    near,
+    near_pose,
+    norm,
+    position,
+    translation,
+)
+
+coordinates = st.floats(-3.0, 3.0)
+axes = st.tuples(coordinates, coordinates, coordinates).filter(lambda v: math.hypot(*v) > 1e-3)
+
+
+def _pose(axis: tuple[float, ...], angle: float, origin: tuple[float, ...]) -> np.ndarray:
+    """Rodrigues' formula."""
+    x, y, z = np.array(axis) / math.hypot(*axis)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    X = np.eye(4)
+    X[:3, :3] += math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
+    X[:3, 3] = origin
+    return X
+
+
+poses = st.builds(_pose, axes, st.floats(-3.1, 3.1), st.tuples(*[coordinates] * 3))
+
+
+@given(poses)
+def test_inverse_undoes(X: np.ndarray) -> None:
+    np.testing.assert_allclose(inverse(X) @ X, np.eye(4), atol=1e-12)
+    np.testing.assert_allclose(inverse(inverse(X)), X, atol=1e-12)
+
+
+@given(poses, axes, st.floats(1e-6, 3.1), st.floats(0.5, 2.0).filter(lambda f: abs(f - 1) > 1e-3))
+def test_near_pose_measures_the_angle_between(
+    X: np.ndarray, axis: tuple[float, ...], angle: float, factor: float
+) -> None:
+    Y = X @ _pose(axis, angle, (0.0, 0.0, 0.0))
+    assert near_pose(X, Y, 1e-9, angle * factor) == (factor > 1 or angle * factor > math.pi)
+    assert near_pose(Y, X, 1e-9, angle * factor) == near_pose(X, Y, 1e-9, angle * factor)
+
+
+@given(poses, st.tuples(coordinates, coordinates, coordinates))
+def test_near_pose_measures_the_distance_between(X: np.ndarray, p: tuple[float, ...]) -> None:
+    Y = X @ translation(*p)
+    assert near_pose(X, Y, math.hypot(*p) + 1e-9, 1e-6)
+    if math.hypot(*p) > 1e-6:
+        assert not near_pose(X, Y, math.hypot(*p) * 0.999, 1e-6)
+
+
+def test_near_takes_the_largest_component() -> None:
+    a, b = np.array([1.0, 2.0]), np.array([1.1, 2.3])
+    assert near(a, b, 0.31)
+    assert not near(a, b, 0.29)
+    assert near(1.0, 1.5, 0.5)
+    assert not near(1.0, 1.5, 0.49)
+
+
+@pytest.mark.parametrize("tolerance", [1.0, math.inf])
+def test_nothing_is_near_what_is_not_used(tolerance: float) -> None:
+    assert not near(math.nan, 0.0, tolerance)
+    assert not near(np.array([0.0, math.nan]), np.zeros(2), tolerance)
+    X = np.eye(4)
+    X[0, 3] = math.nan
+    assert not near_pose(X, np.eye(4), tolerance, tolerance)
+
+
+def test_parts_of_poses() -> None:
+    X = translation(1.0, 2.0, 3.0)
+    assert position(X).tolist() == [1.0, 2.0, 3.0]
+    assert not np.shares_memory(position(X), X)
+    assert norm(position(X)) == math.sqrt(14.0)
+    np.testing.assert_array_equal(identity(), np.eye(4))
+    with pytest.raises(ValueError, match="read-only"):
+        identity()[0, 0] = 2.0
