@@ -19,4 +19,12 @@ CODES = (
         "$ mkdir -p generated/demo; touch generated/demo/notes.txt; specc build demo.yaml",
         "$ specc build demo.yaml --out elsewhere",
     ),
+    Code(
+        "E0092",
+        "output is not up to date",
+        "`specc build --check` found that a build would change, add or remove this file. The "
+        "output is committed so that it can be read and reviewed; it has to match its spec.",
+        "$ specc build --check demo.yaml    # after demo.yaml was edited",
+        "$ specc build demo.yaml; specc build --check demo.yaml",
+    ),
 )

@@ -97,7 +97,7 @@ CODES = (
         "not a key",
         "The keys of a mapping are names. A key that is empty, null, a list, a mapping or an "
         "alias names nothing.",
-        "frames:\n  : robot base\n",
+        "frames:\n  ~: robot base\n",
         "frames:\n  B: robot base\n",
     ),
     Code(

@@ -1,0 +1,135 @@
+"""The `specc` command: parses arguments, hands them to a command, exits.
+
+Exit codes: 0 clean; 1 the specification has errors, output is stale or the task was not
+fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of specc itself;
+130 interrupted; 141 the reader of the output went away.
+"""
+
+import argparse
+import math
+import os
+import sys
+from collections.abc import Sequence
+
+from specc import __version__
+
+FORMATS = ("text", "json", "sarif", "github", "junit")
+FAULT, INTERRUPTED, BROKEN_PIPE = 70, 130, 141
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command that the arguments name (those of the process by default).
+
+    Raises:
+        SystemExit: the arguments are wrong, ask for help, or the runtime ended the process.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    options = _parser().parse_args(arguments)
+    try:
+        code = _dispatch(options)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        print("specc: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Python flushes stdout once more at exit; it must find a stream that takes it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    except Exception as error:
+        if "SPECC_TRACEBACK" in os.environ:
+            raise
+        print(_fault(error), file=sys.stderr)
+        return FAULT
+    return code
+
+
+def _dispatch(options: argparse.Namespace) -> int:
+    # `--version`, `--help` and usage errors need none of it.
+    from specc import commands
+
+    return int(getattr(commands, options.command)(options))
+
+
+def _fault(error: Exception) -> str:
+    words = f"{type(error).__name__}: {error}".encode("unicode_escape").decode()
+    return (
+        f"specc: a fault of specc itself, not of your files: {words[:300]}\n"
+        "specc: set SPECC_TRACEBACK=1 to see where, and please report it"
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="specc",
+        description="Compiler of robot control specifications.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"specc {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    validate = commands.add_parser("validate", help="report what is wrong with specifications")
+    validate.add_argument("specs", metavar="SPEC", nargs="+")
+    _add_format(validate)
+
+    build = commands.add_parser("build", help="generate code from specifications")
+    build.add_argument("specs", metavar="SPEC", nargs="+")
+    build.add_argument(
+        "--out", metavar="DIR", default="generated", help="a directory per system goes here"
+    )
+    build.add_argument("--check", action="store_true", help="compare only; 1 if not up to date")
+    _add_format(build)
+
+    _add_run(commands.add_parser("run", help="simulate a specification"))
+
+    explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
+    explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
+
+    commands.add_parser("schema", help="print the JSON Schema of specifications")
+    return parser
+
+
+def _add_format(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--format",
+        choices=FORMATS,
+        default="text",
+        help="text goes to standard error, the others to standard output",
+    )
+
+
+def _add_run(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("spec", metavar="SPEC")
+    parser.add_argument("--seed", metavar="N", type=_whole_number, help="of the random numbers")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--cycles", metavar="N", type=_count, help="cycles of the task")
+    length.add_argument("--duration", metavar="S", type=_seconds, help="simulated seconds")
+    parser.add_argument("--report", metavar="FILE.json", help="write what happened")
+    parser.add_argument("--viewer", action="store_true", help="show the simulation")
+    parser.add_argument("--video", metavar="FILE.mp4", help="record the simulation")
+    parser.add_argument("--renderer", choices=("auto", "gl", "raycast"))
+    parser.add_argument("--inline", action="store_true", help="compute in one process")
+
+
+def _whole_number(text: str) -> int:
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number")
+    return int(text)
+
+
+def _count(text: str) -> int:
+    number = _whole_number(text)
+    if number == 0:
+        raise argparse.ArgumentTypeError("at least 1 is needed")
+    return number
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number of seconds")
+    return seconds

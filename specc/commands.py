@@ -1,0 +1,119 @@
+"""What each command does: calls the compiler, prints what it found, gives the exit code."""
+
+import json
+import os
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+from specc.diagnostics import nearest
+from specc.diagnostics.report import Finding, Report, report, resolve
+from specc.source import Sources
+
+# Not faults of a specification: a file that gives no text or takes none.
+_UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
+
+
+def validate(options: Namespace) -> int:
+    """Report what is wrong with specifications."""
+    from specc import pipeline
+
+    findings: list[Finding] = []
+    for path in options.specs:
+        result = pipeline.compile_spec(path)
+        findings += resolve(result.diagnostics, result.sources)
+    return _publish(findings, options.specs, options.format)
+
+
+def build(options: Namespace) -> int:
+    """Write, or with `--check` compare, the generated code of specifications."""
+    from specc import output, pipeline
+
+    findings: list[Finding] = []
+    for path in options.specs:
+        built = pipeline.build(path)
+        findings += resolve(built.result.diagnostics, built.result.sources)
+        if built.result.ok:
+            put = output.stale if options.check else output.write
+            findings += resolve(put(Path(options.out, built.system), built.files), Sources())
+    return _publish(findings, options.specs, options.format)
+
+
+def run(options: Namespace) -> int:
+    """Generate code into a temporary directory and simulate it."""
+    from tempfile import TemporaryDirectory
+
+    from specc import output, pipeline
+    from specc.launch import launch
+
+    built = pipeline.build(options.spec)
+    findings = resolve(built.result.diagnostics, built.result.sources)
+    if not built.result.ok:
+        return _publish(findings, [options.spec], "text")
+    with TemporaryDirectory(prefix="specc-") as scratch:
+        directory = Path(scratch, "generated", built.system)
+        findings += resolve(output.write(directory, built.files), Sources())
+        if findings and (code := _publish(findings, [options.spec], "text")):
+            return code
+        return launch(_runtime_arguments(directory, options))
+
+
+def explain(options: Namespace) -> int:
+    """Print the entry of a code, or the list of all codes."""
+    from specc.diagnostics.registry import all_codes
+    from specc.diagnostics.render.explanation import explanation, overview
+
+    codes = all_codes()
+    if options.code is None:
+        sys.stdout.write(overview(codes))
+        return 0
+    entry = codes.get(options.code.upper())
+    if entry is None:
+        close = " or ".join(nearest(options.code, codes))
+        hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
+        print(f"specc: no code is called {options.code!r}; {hint}", file=sys.stderr)
+        return 2
+    sys.stdout.write(explanation(entry))
+    return 0
+
+
+def schema(options: Namespace) -> int:
+    """Print the JSON Schema of specification files, for editors."""
+    from specc import pipeline
+
+    print(json.dumps(pipeline.json_schema(), indent=2))
+    return 0
+
+
+def _runtime_arguments(directory: Path, options: Namespace) -> list[str]:
+    arguments = [str(directory), "--base", os.path.dirname(options.spec) or "."]
+    for name in ("seed", "cycles", "duration", "report", "video", "renderer"):
+        value = getattr(options, name)
+        if value is not None:
+            arguments += [f"--{name}", str(value)]
+    return arguments + [f"--{name}" for name in ("viewer", "inline") if getattr(options, name)]
+
+
+def _publish(findings: list[Finding], checked: Sequence[str], form: str) -> int:
+    """Print a report and give the exit code that it stands for."""
+    found = report(findings, checked)
+    # Each format is imported only when it is asked for.
+    renderer = import_module(f"specc.diagnostics.render.{form}")
+    if form == "text":
+        sys.stderr.write(renderer.render(found, colour=_colour()))
+    else:
+        sys.stdout.write(renderer.render(found))
+    return _exit_code(found)
+
+
+def _exit_code(found: Report) -> int:
+    if any(finding.diagnostic.code in _UNREADABLE for finding in found.findings):
+        return 2
+    return 1 if found.count("error") else 0
+
+
+def _colour() -> bool:
+    plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
+    return sys.stderr.isatty() and not plain

@@ -1,0 +1,27 @@
+"""The entry of a code as `specc explain` prints it."""
+
+from textwrap import fill, indent
+
+from specc.diagnostics.code import Code
+from specc.diagnostics.render.visible import visible_lines
+
+_COLUMNS = 80
+
+
+def explanation(code: Code) -> str:
+    """Title, reason, a failing and a passing example."""
+    return (
+        f"{code.id} ({code.severity}): {code.title}\n\n"
+        f"{fill(code.explanation, _COLUMNS)}\n\n"
+        f"Refused:\n\n{_example(code.failing)}\n\n"
+        f"Accepted:\n\n{_example(code.passing)}\n"
+    )
+
+
+def overview(codes: dict[str, Code]) -> str:
+    """One line a code."""
+    return "".join(f"{code.id}  {code.title}\n" for code in codes.values())
+
+
+def _example(text: str) -> str:
+    return indent(visible_lines(text.strip("\n")), "    ")

@@ -1,0 +1,116 @@
+"""Putting the output of a build on disk: all of it or nothing, and comparing it without writing.
+
+A directory of output is replaced as a whole, so that no file of an earlier build survives. A
+marker file says that specc may do so.
+"""
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from specc.diagnostics import Diagnostic
+from specc.source import Place
+
+MARKER = ".specc-output"
+_MARKER_TEXT = "Written by `specc build`, which replaces this directory as a whole.\n"
+_UNCOMPARED = "__pycache__"
+
+
+def stale(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
+    """One finding for each file that a build would change, add or remove.
+
+    `files` maps paths relative to `directory` to their text.
+    """
+    try:
+        return [_stale(directory / name, state) for name, state in _differences(directory, files)]
+    except OSError as error:
+        return [_refused(directory, error)]
+
+
+def write(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
+    """Make `directory` hold exactly `files`; findings say why that was refused.
+
+    What was there before stays until everything is written, also when the user interrupts.
+    """
+    try:
+        if not _may_replace(directory):
+            return [_foreign(directory)]
+        if _differences(directory, files):
+            _replace(directory.resolve(), _with_marker(files))
+    except OSError as error:
+        return [_refused(directory, error)]
+    return []
+
+
+def _with_marker(files: Mapping[str, str]) -> dict[str, str]:
+    return {**files, MARKER: _MARKER_TEXT}
+
+
+def _differences(directory: Path, files: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Names of files that differ, each with how: stale, missing or left over."""
+    wanted = _with_marker(files)
+    present = _present(directory)
+    differences = [
+        (name, "stale" if name in present else "missing")
+        for name, text in wanted.items()
+        if name not in present or (directory / name).read_bytes() != text.encode()
+    ]
+    return sorted([*differences, *((name, "left over") for name in present - wanted.keys())])
+
+
+def _present(directory: Path) -> set[str]:
+    if not directory.is_dir():
+        return set()
+    return {
+        path.relative_to(directory).as_posix()
+        for path in directory.rglob("*")
+        if not path.is_dir() and _UNCOMPARED not in path.parts
+    }
+
+
+def _may_replace(directory: Path) -> bool:
+    if not os.path.lexists(directory):
+        return True
+    return directory.is_dir() and ((directory / MARKER).is_file() or not any(directory.iterdir()))
+
+
+def _replace(directory: Path, files: Mapping[str, str]) -> None:
+    directory.parent.mkdir(parents=True, exist_ok=True)
+    # A sibling, because a rename is atomic only within a file system.
+    with tempfile.TemporaryDirectory(dir=directory.parent, prefix=f".{directory.name}.") as aside:
+        new, old = Path(aside, "new"), Path(aside, "old")
+        for name, text in files.items():
+            path = new / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(text.encode())
+        _swap(directory, new, old)
+
+
+def _swap(directory: Path, new: Path, old: Path) -> None:
+    try:
+        if directory.exists():
+            directory.rename(old)
+        new.rename(directory)
+    except BaseException:
+        if old.exists() and not directory.exists():
+            old.rename(directory)
+        raise
+
+
+def _stale(path: Path, state: str) -> Diagnostic:
+    message = f"the file is {state}"
+    return Diagnostic("E0092", message, Place(str(path)), help="run `specc build` and commit")
+
+
+def _foreign(directory: Path) -> Diagnostic:
+    message = "specc did not write what is here and will not replace it"
+    hint = "name another directory with --out, or move what is here out of the way"
+    return Diagnostic("E0091", message, Place(str(directory)), help=hint)
+
+
+def _refused(directory: Path, error: OSError) -> Diagnostic:
+    path = str(error.filename or directory)
+    message = f"the output cannot be written: {(error.strerror or 'unknown reason').lower()}"
+    hint = "check the permissions and the space there, or name another directory with --out"
+    return Diagnostic("E0090", message, Place(path), help=hint)
