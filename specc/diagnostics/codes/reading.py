@@ -105,8 +105,8 @@ CODES = (
         "merge key",
         "`<<` is no part of YAML 1.2, and values that appear from elsewhere make a specification "
         "hard to read. Descriptions are shared by files that are used with parameters.",
-        "m:\n  <<: *defaults\n",
-        "m:\n  rate: 500 Hz\n",
+        "k: &defaults {rate: 500 Hz}\nm:\n  <<: *defaults\n",
+        "k: {rate: 500 Hz}\nm: {rate: 500 Hz}\n",
     ),
     Code(
         "E0014",
