@@ -1,5 +1,6 @@
 """A report as workflow commands of GitHub Actions, which show as annotations in a pull request."""
 
+from specc.diagnostics.render.visible import visible, visible_lines
 from specc.diagnostics.report import Finding, Report
 
 _DATA = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
@@ -21,7 +22,7 @@ def _command(finding: Finding) -> str:
         del properties["col"]
     properties["title"] = f"specc {found.code}"
     pairs = ",".join(
-        f"{key}={str(value).translate(_PROPERTY)}" for key, value in properties.items()
+        f"{key}={visible(str(value)).translate(_PROPERTY)}" for key, value in properties.items()
     )
     text = f"{found.message}\n{found.help}" if found.help else found.message
-    return f"::{found.severity} {pairs}::{text.translate(_DATA)}"
+    return f"::{found.severity} {pairs}::{visible_lines(text).translate(_DATA)}"
