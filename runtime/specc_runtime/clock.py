@@ -13,3 +13,8 @@ class WallClock:
     def now_s(self) -> float:
         """Monotonic wall time, seconds."""
         return time.perf_counter()
+
+    def wait(self, duration_s: float) -> None:
+        """Let wall time pass; not at all if the duration is negative."""
+        if duration_s > 0.0:
+            time.sleep(duration_s)

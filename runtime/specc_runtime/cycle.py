@@ -92,14 +92,17 @@ class Executor:
         pending = [track for track in self._tracks.values() if track.pending]
         for track in sorted(pending, key=lambda track: (track.visible_tick, track.name)):
             self._commit(track)
+
+    def close(self) -> None:
+        """End the worker threads, once what they do is done."""
         if self._pool is not None:
             self._pool.shutdown()
 
     def _commit(self, track: Track) -> None:
         try:
             record = track.commit(self._tick_s)
+            for observe in self._observers:
+                observe(record)
         except Fault as fault:
+            fault.stamp, fault.time_s = track.stamp, track.started_tick * self._tick_s
             self.faults.append(fault)
-            return
-        for observe in self._observers:
-            observe(record)

@@ -92,6 +92,15 @@ class StepFailed(Fault):
         return super().as_data() | {"place": self.place}
 
 
+class UnrecordableValue(Fault):
+    """A value of `element` has no stable encoding; `__cause__` says which type it is of."""
+
+    def __init__(self, subsystem: str, state: str, element: str, error: TypeError) -> None:
+        super().__init__(subsystem, state, f"{element}: {error}")
+        self.__cause__ = error
+        self.element = element
+
+
 def _place(trace: TracebackType | None) -> str:
     """`function (module.py:line)` where the exception was raised."""
     frames = traceback.extract_tb(trace)

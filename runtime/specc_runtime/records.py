@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from specc_runtime.encoding import encode
+from specc_runtime.faults import UnrecordableValue
 
 _HEAD = struct.Struct("<QdiH").pack
 
@@ -39,17 +40,18 @@ class RecordDigest:
         self._last: dict[tuple[str, str], tuple[Any, bytes]] = {}
 
     def __call__(self, record: StepRecord) -> None:
-        """Add a record; raises TypeError when a value has no encoding."""
+        """Add a record. Raises `UnrecordableValue`."""
         name = record.subsystem
         parts = [
             self._text(name),
             self._text(record.state),
             _HEAD(record.stamp, record.time_s, record.transition, len(record.sent)),
         ]
-        for element, value in record.sent:
-            parts += (self._text(element), self._value(name, element, value))
-        for element, value in record.watched:
-            parts += (self._text(element), self._value(name, element, value))
+        try:
+            for element, value in record.sent + record.watched:
+                parts += (self._text(element), self._value(name, element, value))
+        except TypeError as error:
+            raise UnrecordableValue(name, record.state, element, error) from error
         self._hash.update(b"".join(parts))
 
     def hexdigest(self) -> str:

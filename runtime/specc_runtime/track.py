@@ -56,9 +56,7 @@ class Track:
         """Make the pending step visible; raises the fault that it ended in."""
         self.pending = False
         outcome = self.runner.outcome()
-        time_s = self.started_tick * tick_s
         if isinstance(outcome, Fault):
-            outcome.stamp, outcome.time_s = self.stamp, time_s
             raise outcome
         subsystem = self._scheduled.subsystem
         state = subsystem.state
@@ -67,4 +65,5 @@ class Track:
         if self._watch:
             memory = subsystem.memory
             watched = tuple([(name, getattr(memory, name, None)) for name in self._watch])
+        time_s = self.started_tick * tick_s
         return StepRecord(self.name, self.stamp, time_s, state, outcome, sent, watched)

@@ -86,6 +86,7 @@ class Run:
             if not self.executor.advance():
                 break
         self.executor.finish()
+        self.executor.close()
         self.sha256 = digest.hexdigest()
 
     def of(self, name: str) -> list[StepRecord]:

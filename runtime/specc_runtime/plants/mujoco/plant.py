@@ -1,7 +1,7 @@
 """A simulated plant that agents sense and drive by the names of bindings."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,13 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.cameras import Cameras, RendererName
 from specc_runtime.plants.mujoco.driving import Actuator
 from specc_runtime.plants.mujoco.library import mujoco
-from specc_runtime.plants.mujoco.model import initial_positions, load_model
+from specc_runtime.plants.mujoco.model import HeldJoints, initial_positions, load_model
 from specc_runtime.plants.mujoco.sensing import Sensor
 from specc_runtime.plants.mujoco.truth import GroundTruth
+from specc_runtime.plants.mujoco.viewer import Viewer
+
+if TYPE_CHECKING:
+    from specc_runtime.plants.mujoco.window import Window
 
 _WHOLE = 1e-6  # tolerance, in time steps, on durations
 _DIVERGENCE = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC", "mjWARN_BADCTRL")
@@ -43,9 +47,7 @@ class MujocoPlant:
         self._data = mujoco.MjData(self._model)
         self._cameras = Cameras(self._model, self._data, renderer)
         _check_unique([binding.name for binding in (*sensors, *actuators)])
-        self._sensors = {
-            b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors
-        }
+        self._sensors = {b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors}
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
         self._divergence = [getattr(mujoco.mjtWarning, name).value for name in _DIVERGENCE]
         self.truth = GroundTruth(self._model, self._data)
@@ -115,12 +117,10 @@ class MujocoPlant:
 
         For scenes, after a reset; contact friction, gravity and everything else act as usual.
         """
-        held = self._jointed_coordinates()
-        position = self._data.qpos[held[0]].copy()
+        held = HeldJoints(self._model, self._data)
         for _ in range(round(duration_s / self._model.opt.timestep)):
             mujoco.mj_step(self._model, self._data)
-            self._data.qpos[held[0]] = position
-            self._data.qvel[held[1]] = 0.0
+            held.put_back()
         self._data.qvel[:] = 0.0
         self._data.time = 0.0
         mujoco.mj_forward(self._model, self._data)
@@ -131,19 +131,19 @@ class MujocoPlant:
         view = self._cameras.camera(camera, width, height)
         return self._cameras.renderer().picture(view)
 
+    def open_viewer(self) -> Viewer:
+        """A window on the plant for people. Raises PlantError where there is no display."""
+        return Viewer(self._model, self._data)
+
+    def window(self) -> "Window":
+        """Open a window on the simulation. Raises PlantError where that cannot be."""
+        from specc_runtime.plants.mujoco.window import Window
+
+        return Window(self._model, self._data)
+
     def close(self) -> None:
         """Free the graphics system; the plant is of no use afterwards."""
         self._cameras.close()
-
-    def _jointed_coordinates(self) -> tuple[Any, Any]:
-        """Indices into qpos and qvel of all joints but the free ones."""
-        free = mujoco.mjtJoint.mjJNT_FREE.value
-        model = self._model
-        velocities = np.flatnonzero(model.jnt_type[model.dof_jntid] != free)
-        kept = [model.joint(j).name for j in range(model.njnt) if model.jnt_type[j] != free]
-        from specc_runtime.plants.mujoco.model import position_indices
-
-        return position_indices(model, tuple(kept)), velocities
 
 
 def _check_unique(names: list[str]) -> None:

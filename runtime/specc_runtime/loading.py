@@ -1,0 +1,56 @@
+"""Finding what a run needs by name: the generated system, the scene and the judge."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from specc_runtime.options import UsageError
+from specc_runtime.system import System
+
+
+def load_system(directory: Path, base: Path) -> System:
+    """The system of a generated package, with files relative to `base`.
+
+    Raises UsageError when there is no such package or a file that it names is missing.
+    """
+    package = directory.resolve()
+    if not (package / "system.py").is_file():
+        raise UsageError(f"{directory} is not a generated system: it has no system.py")
+    module = _import(package)
+    try:
+        system = module.build(str(base))
+    except OSError as error:
+        raise UsageError(f"{error.filename or base}: {error.strerror or error}") from error
+    if not isinstance(system, System):
+        raise UsageError(f"{directory}: build() gives no system")
+    return system
+
+
+def load_class(path: str) -> Any:
+    """The class that `module:Class` names. Raises UsageError when there is none."""
+    module_name, _, class_name = path.partition(":")
+    try:
+        return getattr(import_module(module_name), class_name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UsageError(f"cannot load {path!r}: {error}") from error
+
+
+def _import(package: Path) -> ModuleType:
+    """The module `system` of a package, from that place even if another has the same name."""
+    name = package.name
+    if not name.isidentifier():
+        raise UsageError(f"{package} cannot be imported: {name!r} is not a name")
+    for known in [m for m in sys.modules if m == name or m.startswith(f"{name}.")]:
+        if not str(getattr(sys.modules[known], "__file__", "") or "").startswith(str(package)):
+            del sys.modules[known]
+    sys.path.insert(0, str(package.parent))
+    try:
+        return import_module(f"{name}.system")
+    except ImportError as error:
+        raise UsageError(f"cannot load {package}: {error}") from error
+    finally:
+        sys.path.remove(str(package.parent))

@@ -1,0 +1,65 @@
+"""The summary of a run on standard output."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from specc_runtime.report import Report
+
+
+def show(report: Report, console: Console | None = None) -> None:
+    """Print cycles, subsystems, figures and faults."""
+    console = console or Console()
+    if report.cycles:
+        console.print(_cycles(report.cycles))
+    console.print(_subsystems(report))
+    console.print(
+        f"{report.simulated_s:.2f} s simulated in {report.wall_s:.2f} s "
+        f"({report.real_time_factor:.1f} times real time), {report.peak_memory_mb:.0f} MB, "
+        f"seed {report.seed}, {len(report.equations_executed)} equations executed",
+        highlight=False,
+    )
+    console.print(f"records {report.records_sha256}", highlight=False, style="dim")
+    for fault in report.faults:
+        where = f"{fault['subsystem']} {fault['state']}".strip() or "plant"
+        text = f"{fault['fault']} in {where} at {fault['time_s']:.3f} s: {fault['message']}"
+        console.print(f"[red]fault[/] {escape(text)}", highlight=False)
+
+
+def _cycles(cycles: list[dict[str, Any]]) -> Table:
+    table = Table(title="Cycles", title_justify="left")
+    names = list(dict.fromkeys(name for cycle in cycles for name in cycle))
+    table.add_column("", justify="right")
+    for name in names:
+        table.add_column(name.replace("_", " "), overflow="fold")
+    for number, cycle in enumerate(cycles, start=1):
+        table.add_row(str(number), *(_cell(cycle.get(name)) for name in names))
+    return table
+
+
+def _subsystems(report: Report) -> Table:
+    table = Table(title="Subsystems", title_justify="left")
+    table.add_column("subsystem")
+    for name in ("steps", "mean step", "states", "transitions"):
+        table.add_column(name, justify="right")
+    for name, data in report.subsystems.items():
+        table.add_row(
+            name,
+            str(data["steps"]),
+            f"{data['mean_step_us']:.1f} us",
+            str(len(data["states_visited"])),
+            str(sum(data["transitions_taken"].values())),
+        )
+    return table
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool):
+        return "[green]yes[/]" if value else "[red]no[/]"
+    if isinstance(value, float):
+        return f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}"
+    return "-" if value is None else escape(str(value))

@@ -1,0 +1,108 @@
+"""The report of a run, as data and as a file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import resource
+import sys
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.options import UsageError
+from specc_runtime.statistics import Tally
+
+_DISTRIBUTIONS = {
+    "numpy": "numpy", "mujoco": "mujoco", "pinocchio": "pin", "cv2": "opencv-python-headless"
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What happened in a run; the fields are the keys of the file."""
+
+    spec: str
+    seed: int
+    versions: dict[str, str]
+    simulated_s: float
+    wall_s: float
+    real_time_factor: float
+    peak_memory_mb: float
+    cycles: list[dict[str, Any]]
+    subsystems: dict[str, dict[str, Any]]
+    equations_executed: list[int]
+    records_sha256: str
+    faults: list[dict[str, Any]]
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain values; numbers that JSON does not have become null."""
+        return {name: _plain(getattr(self, name)) for name in self.__slots__}
+
+
+def subsystem_data(tally: Tally, busy_s: float) -> dict[str, Any]:
+    """The entry of one subsystem; `busy_s` is the wall time of its steps."""
+    steps = tally.steps
+    return {
+        "steps": steps,
+        "mean_step_us": 1e6 * busy_s / steps if steps else 0.0,
+        "states_visited": tally.states_visited,
+        "transitions_taken": tally.transitions_taken,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Python, specc and the packages in use."""
+    found = {"python": platform.python_version()}
+    used = {name: dist for name, dist in _DISTRIBUTIONS.items() if name in sys.modules}
+    for name, distribution in {"specc": "specc", **used}.items():
+        try:
+            found[name] = version(distribution)
+        except PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def peak_memory_mb() -> float:
+    """Largest resident set of this process so far, 10^6 bytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    unit_bytes = 1 if sys.platform == "darwin" else 1024
+    return peak * unit_bytes / 1e6
+
+
+def check_writable(path: Path) -> None:
+    """Raises UsageError unless a file can be put there; better known before a run than after."""
+    folder = path.parent
+    if not folder.is_dir():
+        raise UsageError(f"cannot write {path}: there is no folder {folder}")
+    if path.is_dir() or not os.access(folder, os.W_OK | os.X_OK):
+        raise UsageError(f"cannot write {path}: permission denied or a folder")
+
+
+def write(report: Report, path: Path) -> None:
+    """Write the report as JSON; whoever reads the file finds the old one or the whole new one.
+
+    Raises OSError when it cannot be written.
+    """
+    text = json.dumps(report.as_data(), indent=2, ensure_ascii=False, allow_nan=False)
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        aside.write_text(f"{text}\n", encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):  # arrays and scalars of numpy
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
