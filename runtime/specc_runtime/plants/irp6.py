@@ -1,13 +1,13 @@
 """Devices of the IRp-6: what lies between its amplifiers and encoders and the joints of the model.
 
-Drives of the arm. The amplifier of axis i carries the commanded current, limited to its Imax. Its
-motor gives kt i, which acts on the joints through the transmission: tau = (dm/dq)^T kt i. Rotor
-inertia and viscous friction are armature and damping in the model file, so no friction appears here.
+Drives of the arm. Each amplifier carries the commanded current i, limited to its Imax. The motors
+give kt i, which acts on the joints through the transmission: tau = (dm/dq)^T kt i. Rotor inertia
+and viscous friction are armature and damping in the model file, so no friction appears here.
 
-Gripper. A motor with a screw that does not drive back. Its current i presses the fingers together
-with 670 N/A; Coulomb friction of 26.8 N, in the model file, takes the first 40 mA. So fingers at rest
-stay where they are up to 40 mA, and a stalled drive grips with 0.67 N for each mA above: 40 N at
-100 mA. (Assumed numbers; the paper only tells that 100 mA means a grasped object.)
+Gripper. A motor with a screw that does not drive back. Its current presses the fingers together
+with 670 N/A; Coulomb friction of 26.8 N, in the model file, takes the first 40 mA. So fingers at
+rest stay where they are up to 40 mA, and a stalled drive grips with 0.67 N for each mA above: 40 N
+at 100 mA. (Assumed numbers; the paper only tells that 100 mA means a grasped object.)
 
 Wrist force sensor. MuJoCo reports what holds the hand; the sensor reports what the hand exerts on
 it. A hand at rest reads its weight, pointing down.
@@ -64,7 +64,7 @@ def gripper_motor_position(raw: Array) -> float:
     return distance_to_motor(finger_distance(raw))
 
 
-def gripper_force(current: float, raw: Array) -> float:  # noqa: ARG001  signature of a device
+def gripper_force(current: float, raw: Array) -> float:
     """Force along the finger distance, N, positive opening, of a motor current in A.
 
     A positive current turns the motor forward, which closes the fingers.

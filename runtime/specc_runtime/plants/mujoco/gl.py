@@ -43,7 +43,8 @@ class GlRenderer:
 
     def picture(self, camera: Camera) -> NDArray[np.uint8]:
         """See `cameras.Renderer`."""
-        return self._draw(camera, samples=self._samples, decorated=True)[0]
+        image: NDArray[np.uint8] = self._draw(camera, samples=self._samples, decorated=True)[0]
+        return image
 
     def close(self) -> None:
         """See `cameras.Renderer`."""

@@ -1,7 +1,7 @@
 """The import of MuJoCo, which must not depend on a graphics library.
 
-With MUJOCO_GL naming a backend whose libraries are missing, `import mujoco` itself fails. Here it is
-imported without a backend; `gl` opens one later, if there is one.
+With MUJOCO_GL naming a backend whose libraries are missing, `import mujoco` itself fails. Here it
+is imported without a backend; `gl` opens one later, if there is one.
 """
 
 import importlib

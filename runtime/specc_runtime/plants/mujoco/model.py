@@ -1,15 +1,21 @@
 """Loading an MJCF model and finding things in it by name."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.library import mujoco
 
 HOME = "home"
+Indices: TypeAlias = NDArray[np.intp]
+
+# Coordinates of a free, ball, slide and hinge joint.
+_POSITIONS = (7, 4, 1, 1)
+_VELOCITIES = (6, 3, 1, 1)
 
 _KINDS = {
     "body": mujoco.mjtObj.mjOBJ_BODY,
@@ -68,20 +74,21 @@ def find(model: Any, kind: str, name: str) -> int:
     return index
 
 
-def position_indices(model: Any, joints: tuple[str, ...]) -> Array:
+def position_indices(model: Any, joints: tuple[str, ...]) -> Indices:
     """Indices into qpos of the coordinates of the named joints, in order."""
-    return _joint_indices(model, joints, model.jnt_qposadr, (7, 4, 1, 1))
+    ids = [find(model, "joint", name) for name in joints]
+    return _coordinates(model, ids, model.jnt_qposadr, _POSITIONS)
 
 
-def velocity_indices(model: Any, joints: tuple[str, ...]) -> Array:
+def velocity_indices(model: Any, joints: tuple[str, ...]) -> Indices:
     """Indices into qvel of the velocities of the named joints, in order."""
-    return _joint_indices(model, joints, model.jnt_dofadr, (6, 3, 1, 1))
+    ids = [find(model, "joint", name) for name in joints]
+    return _coordinates(model, ids, model.jnt_dofadr, _VELOCITIES)
 
 
-def _joint_indices(model: Any, joints: tuple[str, ...], starts: Any, sizes: Any) -> Any:
+def _coordinates(model: Any, joints: list[int], starts: Any, sizes: tuple[int, ...]) -> Indices:
     found: list[int] = []
-    for name in joints:
-        joint = find(model, "joint", name)
+    for joint in joints:
         start = int(starts[joint])
         found.extend(range(start, start + sizes[model.jnt_type[joint]]))
     return np.array(found, dtype=np.intp)
@@ -98,3 +105,20 @@ def initial_positions(model: Any) -> Array:
             leading = model.numeric(numeric).data
             start[: len(leading)] = leading
     return start
+
+
+class HeldJoints:
+    """All joints but the free ones, kept at the positions of now."""
+
+    def __init__(self, model: Any, data: Any) -> None:
+        free = mujoco.mjtJoint.mjJNT_FREE.value
+        joints = [j for j in range(model.njnt) if model.jnt_type[j] != free]
+        self._data = data
+        self._where = _coordinates(model, joints, model.jnt_qposadr, _POSITIONS)
+        self._moving = _coordinates(model, joints, model.jnt_dofadr, _VELOCITIES)
+        self._positions = data.qpos[self._where].copy()
+
+    def put_back(self) -> None:
+        """To the kept positions, at rest."""
+        self._data.qpos[self._where] = self._positions
+        self._data.qvel[self._moving] = 0.0

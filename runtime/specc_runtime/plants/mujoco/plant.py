@@ -46,7 +46,7 @@ class MujocoPlant:
         self._model = load_model(model_path)
         self._data = mujoco.MjData(self._model)
         self._cameras = Cameras(self._model, self._data, renderer)
-        _check_unique([binding.name for binding in (*sensors, *actuators)])
+        _check_unique([b.name for b in sensors] + [b.name for b in actuators])
         self._sensors = {b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors}
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
         self._divergence = [getattr(mujoco.mjtWarning, name).value for name in _DIVERGENCE]

@@ -101,9 +101,7 @@ class RaycastRenderer:
         far = behind.depth.ravel()[pixels]
         nearer = np.flatnonzero((depth >= 0) & ((far == 0) | (depth < far)))
         step = np.stack((view.axes[:, 0] / view.camera.fx, -view.axes[:, 1] / view.camera.fy))
-        hits = Hits(
-            geom[nearer], depth[nearer], normal[nearer], rays[nearer], view.origin, step
-        )
+        hits = Hits(geom[nearer], depth[nearer], normal[nearer], rays[nearer], view.origin, step)
         frame = Frame(behind.rgb.copy(), behind.depth.copy())
         drawn = pixels[nearer]
         frame.rgb.reshape(-1, 3)[drawn] = self._surfaces.shade(hits, -view.axes[:, 2])
@@ -136,7 +134,8 @@ class RaycastRenderer:
         low = np.where(around, 0, np.clip(np.floor(low), 0, size))
         high = np.where(around, size, np.clip(np.ceil(high) + 1, 0, size))
         hidden = (backward > -_NEAREST_M).all(axis=1)
-        return np.hstack((low, high))[~hidden].astype(np.intp)
+        rectangles: NDArray[np.intp] = np.hstack((low, high))[~hidden].astype(np.intp)
+        return rectangles
 
 
 def _empty(camera: Camera) -> Frame:

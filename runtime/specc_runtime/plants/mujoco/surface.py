@@ -59,7 +59,8 @@ class Surfaces:
             chosen = np.flatnonzero(hits.geom == geom)
             if chosen.size:
                 colours[chosen] *= self._texture(skin, geom, hits, chosen) / np.float32(255)
-        return np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+        shaded: NDArray[np.uint8] = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+        return shaded
 
     def _light(self, hits: Hits, forward: Array) -> NDArray[np.float32]:
         """(n, 3) light that surfaces send back: own glow, ambient and diffuse."""

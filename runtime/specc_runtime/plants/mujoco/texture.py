@@ -29,7 +29,8 @@ def _halve(image: Image, axis: int) -> Image:
     shape[axis] = half
     weight = (centre - low).astype(np.float32).reshape(shape)
     high = np.minimum(low + 1, size - 1)
-    return image.take(low, axis) * (1 - weight) + image.take(high, axis) * weight
+    halved: Image = image.take(low, axis) * (1 - weight) + image.take(high, axis) * weight
+    return halved
 
 
 def sample(levels: Sequence[Image], uv: Image, footprint: NDArray[np.float32]) -> Image:

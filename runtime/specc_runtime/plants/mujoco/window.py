@@ -16,7 +16,7 @@ class Window:
             self._handle: Any = mujoco.viewer.launch_passive(
                 model, data, show_left_ui=False, show_right_ui=False
             )
-        except Exception as error:  # noqa: BLE001  whatever a window system raises, it is not there
+        except Exception as error:
             raise PlantError(f"cannot open a window: {error}") from error
 
     def is_open(self) -> bool:
