@@ -77,13 +77,14 @@ class SourceFile:
         """Offset of the first character of every line."""
         return [0, *(match.end() for match in _LINE_BREAK.finditer(self.text))]
 
+    @cached_property
+    def lines(self) -> list[str]:
+        """Text of every line without its line break."""
+        return _LINE_BREAK.split(self.text)
+
     def line(self, number: int) -> str:
         """Text of a line, counted from 1, without its line break; empty beyond the file."""
-        starts = self.line_starts
-        if not 1 <= number <= len(starts):
-            return ""
-        end = starts[number] if number < len(starts) else len(self.text)
-        return self.text[starts[number - 1] : end].rstrip("\r\n")
+        return self.lines[number - 1] if 1 <= number <= len(self.lines) else ""
 
     def span(self, place: Place) -> Span:
         """Where a place is; the nearest existing parent stands in for a route that is not there."""

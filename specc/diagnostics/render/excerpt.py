@@ -7,6 +7,8 @@ from specc.source import Span
 
 MAX_COLUMNS = 100
 _CUT = "..."
+# What lies further from the start of a span cannot be shown; a file may be one line of megabytes.
+_NEAR = 4 * MAX_COLUMNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +25,12 @@ def excerpt(line: str, span: Span) -> Excerpt:
     start = min(span.col - 1, len(line))
     end = span.end_col - 1 if span.end_line == span.line else len(line.rstrip())
     end = min(max(end, start), len(line))
-    before, marked, after = visible(line[:start]), visible(line[start:end]), visible(line[end:])
-    before, marked, after = _windowed(before, marked, after)
+    parts = (
+        line[max(start - _NEAR, 0) : start],
+        line[start : min(end, start + _NEAR)],
+        line[end : end + _NEAR],
+    )
+    before, marked, after = _windowed(*map(visible, parts))
     return Excerpt(before + marked + after, width(before), max(width(marked), 1))
 
 
