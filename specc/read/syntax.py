@@ -10,7 +10,8 @@ _QUOTE = "put the value in double quotes"
 _INDENT = "line the keys of a mapping up, and use the same indentation for all items of a list"
 _UNCLOSED = "a quote, a bracket or a brace that was opened here or above is not closed"
 _TEXT_IN_FLOW = (
-    "inside { } and [ ], text that contains any of [ ] { } , must stand in double quotes"
+    "close what was opened; inside { } and [ ], text that contains any of [ ] { } , "
+    "must stand in double quotes"
 )
 
 # The parser's words, more readable words, and the way out.
@@ -34,6 +35,15 @@ _PROBLEMS = (
     ("did not find expected node content", "expected a value", _UNCLOSED),
     ("unknown escape character", "unknown escape sequence", "write a backslash as \\\\"),
     ("incompatible YAML document", "unsupported version of YAML", "specc reads YAML 1.2"),
+)
+_CONTEXTS = (
+    ("flow mapping", "the `{` is here"),
+    ("flow sequence", "the `[` is here"),
+    ("flow node", "the `[` or `{` is here"),
+    ("quoted scalar", "the quotes open here"),
+    ("simple key", "the key starts here"),
+    ("block mapping", "the mapping starts here"),
+    ("block collection", "the list starts here"),
 )
 _TAB_INDENT = re.compile(r"^ *\t[ \t]*", re.MULTILINE)
 
@@ -64,9 +74,15 @@ def _parse_error(path: str, fault: YamlSyntaxError) -> Diagnostic:
         if words in fault.problem:
             message, hint = ours, way_out
             break
-    related: tuple[Related, ...] = ()
-    if fault.context_at is not None and fault.context_at != fault.at:
-        place = Place(path, (), "text", fault.context_at, fault.context_at)
-        related = (Related(place, fault.context or "starts here"),)
     place = Place(path, (), "text", fault.at, fault.at)
-    return Diagnostic("E0009", f"this is not YAML: {message}", place, related=related, help=hint)
+    message = f"this is not YAML: {message}"
+    return Diagnostic("E0009", message, place, related=_context(path, fault), help=hint)
+
+
+def _context(path: str, fault: YamlSyntaxError) -> tuple[Related, ...]:
+    """Where the construct starts that the parser could not finish."""
+    if fault.context_at is None or fault.context_at == fault.at:
+        return ()
+    place = Place(path, (), "text", fault.context_at, fault.context_at)
+    ours = [readable for words, readable in _CONTEXTS if words in fault.context]
+    return (Related(place, ours[0] if ours else fault.context),)

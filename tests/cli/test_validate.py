@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from specc import __version__
-from specc.cli import FORMATS, main
+from specc.cli.main import FORMATS, main
 
 ROOT = Path(__file__).parents[2]
 
@@ -172,7 +172,7 @@ def test_a_reader_that_goes_away_is_no_traceback(arguments: list[str]) -> None:
 
 def test_reading_and_reporting_import_nothing_heavy() -> None:
     code = (
-        "import sys, specc.cli, specc.commands, specc.read, specc.diagnostics.render.text\n"
+        "import sys, specc.cli, specc.cli.commands, specc.read, specc.diagnostics.render.text\n"
         "heavy = {'rich', 'numpy', 'pydantic', 'networkx', 'jinja2', 'z3', 'mujoco', 'tempfile'}\n"
         "print(sorted(heavy & set(sys.modules)))\n"
     )

@@ -46,7 +46,7 @@ def run(options: Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     from specc import output, pipeline
-    from specc.launch import launch
+    from specc.cli.launch import launch
 
     built = pipeline.build(options.spec)
     findings = resolve(built.result.diagnostics, built.result.sources)

@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _dispatch(options: argparse.Namespace) -> int:
     # `--version`, `--help` and usage errors need none of it.
-    from specc import commands
+    from specc.cli import commands
 
     return int(getattr(commands, options.command)(options))
 
