@@ -37,11 +37,14 @@ class _Cycle:
 
 
 class PickJudge:
-    """Watches one plant; call `observe` at every base tick and `end_cycle` after each cycle.
+    """Judges cycles of the picking task on one plant (`specc_runtime.task.Judge`).
 
     The agent's own estimate reaches the judge from its records: by `watch` with the memory that the
-    task names, or by `recognised`.
+    task names. The phases of a cycle are told by the fingers alone: until they begin to close, the
+    hand approaches; an object that both fingertips touch after that is being lifted.
     """
+
+    criterion = "picked"
 
     def __init__(self, plant: "MujocoPlant", objects: tuple[str, ...] = OBJECTS) -> None:
         self._truth: GroundTruth = plant.truth
