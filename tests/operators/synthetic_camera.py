@@ -1,4 +1,4 @@
-"""A Kinect over a table with textured boxes, by ray casting in numpy: the oracle of the vision tests.
+"""A Kinect over a table with textured boxes, by ray casting: the oracle of the vision tests.
 
 It shares nothing with the operators: it finds the texture of a point by the affine map that the
 mesh's vertices define, and looks pixels up in the atlas.
@@ -18,14 +18,21 @@ NAMES = ("herbapol_mint_tea", "mnich", "sen")
 WIDTH, HEIGHT, FOCAL, CX, CY = 640, 480, 525.0, 319.5, 239.5
 TABLE_Z = 0.906
 SAMPLES = (np.arange(3) - 1) / 3
-# The published pose of the Kinect's optical frame in the base.
-X_BK = np.eye(4)
-X_BK[:3, 2] = np.array([-0.16549, -0.04335, -0.98526]) / np.linalg.norm([-0.16549, -0.04335, -0.98526])
-_x = np.array([0.00396, -0.99905, 0.04329])
-_x -= (_x @ X_BK[:3, 2]) * X_BK[:3, 2]
-X_BK[:3, 0] = _x / np.linalg.norm(_x)
-X_BK[:3, 1] = np.cross(X_BK[:3, 2], X_BK[:3, 0])
-X_BK[:3, 3] = (0.88317, -0.21239, 2.0291)
+
+
+def _camera_pose() -> np.ndarray:
+    """X_BK from the published origin and directions of the x and z axes of the optical frame."""
+    z = np.array([-0.16549, -0.04335, -0.98526])
+    z /= np.linalg.norm(z)
+    x = np.array([0.00396, -0.99905, 0.04329])
+    x -= (x @ z) * z
+    x /= np.linalg.norm(x)
+    X_BK = np.eye(4)
+    X_BK[:3] = np.column_stack([x, np.cross(z, x), z, (0.88317, -0.21239, 2.0291)])
+    return X_BK
+
+
+X_BK = _camera_pose()
 
 # Which way up a box lies: rotations that bring each of its axes, forth and back, upwards.
 LYING = tuple(
