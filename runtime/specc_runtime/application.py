@@ -65,7 +65,7 @@ def open_plant(system: System, options: Options) -> Any:
 def _session(options: Options, system: System, plant: Any, clock: WallClock) -> Session:
     if options.cycles is not None and system.task is None:
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
-    judge = load_class(system.task.judge)() if system.task and system.task.judge else None
+    judge = load_class(system.task.judge)(plant) if system.task and system.task.judge else None
     return Session(options, system, plant, judge, clock)
 
 

@@ -49,14 +49,13 @@ class Session:
             self.wanted = 1
         self._seed = options.seed
         self._system = system
-        self._plant = plant
         self._judge = judge
         self._clock = clock
         self._wall_s = 0.0
         self._plant_errors: list[dict[str, Any]] = []
         self._statistics = Statistics(system)
         self._digest = RecordDigest()
-        self._cycles = Cycles(system, judge, plant, lambda: self._executor.time_s)
+        self._cycles = Cycles(system, judge, lambda: self._executor.time_s)
         observers = (self._digest, self._statistics, self._cycles)
         self._executor = Executor(system, plant, observers, inline=options.inline, clock=clock)
 
@@ -65,7 +64,7 @@ class Session:
         return View(
             self._executor.time_s,
             self._statistics.states,
-            tuple(cycle["fulfilled"] for cycle in self._cycles.results),
+            tuple(self._cycles.fulfilled),
             self.wanted,
             self.duration_s,
         )
@@ -80,7 +79,7 @@ class Session:
         finally:
             self._executor.close()
             self._wall_s = self._clock.now_s() - begin_s
-        if self._system.task is not None and self._faults():
+        if self._system.task is not None and self._faults() and not self._complete():
             self._cycles.end("fault")
 
     def report(self) -> Report:
@@ -106,23 +105,23 @@ class Session:
     @property
     def fulfilled(self) -> bool:
         """Whether nothing failed and every cycle that was wanted is fulfilled."""
-        results = self._cycles.results
-        enough = self.wanted is None or len(results) >= self.wanted
-        return enough and not self._faults() and all(cycle["fulfilled"] for cycle in results)
+        enough = self.wanted is None or self._complete()
+        return enough and all(self._cycles.fulfilled) and not self._faults()
+
+    def _complete(self) -> bool:
+        return self.wanted is not None and len(self._cycles.results) >= self.wanted
 
     def _faults(self) -> list[dict[str, Any]]:
         return [fault.as_data() for fault in self._executor.faults] + self._plant_errors
 
     def _advance(self, companions: Sequence[Companion]) -> None:
         calls = [(self._ticks(c.period_s), c.tick) for c in companions]
-        judge, plant, executor = self._judge, self._plant, self._executor
-        judge_ticks = self._ticks(judge.period_s) if judge else 0
+        judge, executor = self._judge, self._executor
         while not self._over() and executor.advance():
-            tick = executor.tick
-            if judge is not None and tick % judge_ticks == 0:
-                judge.tick(plant)
+            if judge is not None:
+                judge.observe()
             for ticks, call in calls:
-                if tick % ticks == 0:
+                if executor.tick % ticks == 0:
                     call(self.view())
 
     def _over(self) -> bool:
@@ -130,7 +129,7 @@ class Session:
             return True
         if self.duration_s is not None:
             return self._executor.tick >= math.ceil(self.duration_s / self._system.tick_s - 1e-6)
-        if len(self._cycles.results) >= (self.wanted or 0):
+        if self._complete():
             return True
         if self._executor.time_s - self._cycles.begun_s < CYCLE_LIMIT_S:
             return False

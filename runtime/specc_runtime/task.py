@@ -9,30 +9,27 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from specc_runtime.records import StepRecord
-
 
 class Scene(Protocol):
     """Sets the plant up. Made without arguments."""
 
     def place(self, plant: Any, rng: np.random.Generator) -> None:
-        """Called once, after the plant's reset; the seed of the run is in `rng`."""
+        """Called once, after the plant's reset; `rng` comes from the seed of the run."""
 
 
 class Judge(Protocol):
-    """Watches a run and says what each cycle was worth. Made without arguments."""
+    """Watches a run and says what each cycle was worth. Made with the plant, once the scene is set.
 
-    period_s: float
-    """How often `tick` wants to be called, in simulated time; 0 for every base tick."""
+    `criterion` names the entry of a cycle's report that says whether the cycle was fulfilled.
+    """
 
-    def observe(self, record: StepRecord, plant: Any) -> None:
-        """Called with every record when it is committed."""
+    criterion: str
 
-    def tick(self, plant: Any) -> None:
-        """Called every `period_s`, after the plant has moved."""
+    def observe(self) -> None:
+        """Called after every base tick."""
 
-    def cycle(self, simulated_s: float) -> dict[str, Any]:
-        """Called at the end of a cycle, with its duration: what the report says of it.
+    def watch(self, name: str, value: Any) -> None:
+        """Called with the memory that the task names when it became visible; never with None."""
 
-        Holds `fulfilled: bool` at least. The next cycle begins here.
-        """
+    def end_cycle(self) -> dict[str, Any]:
+        """Called at the end of a cycle: what the report says of it. The next one begins."""

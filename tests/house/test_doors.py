@@ -12,7 +12,7 @@ RUNTIME = modules("runtime", "specc_runtime")
 # Package -> the modules, with what is inside them, that may import it.
 DOORS = {
     "_ruamel_yaml": {"specc.read"},
-    "cv2": {"specc_runtime.operators.vision.opencv"},
+    "cv2": {"specc_runtime.operators.vision.opencv", "specc_runtime.video"},
     "jinja2": {"specc.emit"},
     "mujoco": {"specc_runtime.plants.mujoco"},
     "numpy": {"specc_runtime"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 from rich.console import Console
@@ -61,7 +62,7 @@ class Lines:
 
     def __init__(self, clock: WallClock) -> None:
         self._clock = clock
-        self._shown_s = clock.now_s()
+        self._shown_s = -math.inf
         self._cycles = 0
 
     def tick(self, view: View) -> None:

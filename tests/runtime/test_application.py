@@ -1,0 +1,251 @@
+"""The command from arguments to exit code, with a plant, a task, faults and Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from specc_runtime import session
+from specc_runtime.main import main
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+PUSHER = HERE / "systems" / "pusher"
+KEYS = {
+    "spec", "seed", "versions", "simulated_s", "wall_s", "real_time_factor", "peak_memory_mb",
+    "cycles", "subsystems", "equations_executed", "records_sha256", "faults",
+}  # fmt: skip
+
+
+def push(tmp_path: Path, *arguments: str, code: int = 0) -> dict[str, object]:
+    """Run the pusher; its report."""
+    report = tmp_path / "report.json"
+    common = [str(PUSHER), "--base", str(PUSHER), "--report", str(report), "--renderer", "raycast"]
+    assert main([*common, *arguments]) == code
+    return json.loads(report.read_text())
+
+
+def package(tmp_path: Path, name: str, nodes: str, head: str = "") -> Path:
+    """A generated package of tiny nodes."""
+    folder = tmp_path / name
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "system.py").write_text(
+        "import time\nfrom tests.runtime.tiny import Node, system\n"
+        f"{head}\ndef build(base):\n    return system({nodes})\n"
+    )
+    return folder
+
+
+def test_report_has_the_promised_keys_and_figures(tmp_path: Path) -> None:
+    report = push(tmp_path, "--cycles", "2", "--quiet")
+    assert set(report) == KEYS
+    assert report["spec"] == "pusher.yaml"
+    assert report["seed"] == 0
+    assert report["faults"] == []
+    assert {"python", "specc", "numpy", "mujoco"} <= set(report["versions"])
+    assert re.fullmatch("[0-9a-f]{64}", report["records_sha256"])
+    first, second = report["cycles"]
+    assert first["far"] is True and first["ended"] == second["ended"] == "completed"
+    assert first["farthest_m"] > 0.45
+    assert report["simulated_s"] == pytest.approx(
+        first["simulated_s"] + second["simulated_s"], abs=0.003
+    )
+    control = report["subsystems"]["a.c"]
+    assert set(control) == {"steps", "mean_step_us", "states_visited", "transitions_taken"}
+    assert sum(control["states_visited"].values()) == control["steps"]
+    assert control["transitions_taken"]["S1 terminal home -> S0"] == 2
+    assert report["subsystems"]["a.m"]["steps"] == round(report["simulated_s"] / 0.002)
+    # 9 is the error condition of a.m; 3 its only row.
+    assert report["equations_executed"] == [1, 2, 3, 9, 10, 11, 20, 21, 22, 23]
+
+
+def test_seed_decides_the_records_and_worker_threads_do_not(tmp_path: Path) -> None:
+    def digest(*arguments: str) -> object:
+        return push(tmp_path, "--duration", "0.6", "--quiet", *arguments)["records_sha256"]
+
+    assert digest() == digest() == digest("--inline")
+
+
+def test_rows_after_the_one_taken_are_not_counted_as_executed(tmp_path: Path) -> None:
+    report = push(tmp_path, "--duration", "0.1", "--quiet")
+    assert report["equations_executed"] == [1, 2, 3, 9, 10, 20, 21]
+
+
+def test_progress_and_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    push(tmp_path, "--cycles", "2")
+    captured = capsys.readouterr()
+    assert "cycle 2/2" in captured.err and "a.c S0" in captured.err
+    for text in ("Cycles", "farthest m", "Subsystems", "a.k", "times real time"):
+        assert text in captured.out
+    push(tmp_path, "--cycles", "1", "--quiet")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_cycle_that_does_not_end_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "CYCLE_LIMIT_S", 0.3)
+    report = push(tmp_path, "--quiet", code=1)
+    (cycle,) = report["cycles"]
+    assert cycle["ended"] == "time limit"
+    assert cycle["simulated_s"] == pytest.approx(0.3)
+
+
+def test_fault_ends_with_report_and_code(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    head = "def boom(node):\n    if node.steps == 40:\n        raise ValueError('too hot')"
+    folder = package(tmp_path, "boiler", "Node('a'), Node('b', 5, ('a',), boom)", head)
+    report = tmp_path / "r.json"
+    assert main([str(folder), "--report", str(report)]) == 1
+    data = json.loads(report.read_text())
+    (fault,) = data["faults"]
+    assert fault["subsystem"] == "b" and "too hot" in fault["message"]
+    assert data["simulated_s"] == pytest.approx(41 * 0.01)
+    assert "too hot" in capsys.readouterr().out
+
+
+def test_value_that_cannot_be_recorded_is_a_fault(tmp_path: Path) -> None:
+    folder = package(tmp_path, "lister", "Node('a', 1, (), lambda node: [node.steps])")
+    report = tmp_path / "r.json"
+    assert main([str(folder), "--report", str(report), "--quiet"]) == 1
+    (fault,) = json.loads(report.read_text())["faults"]
+    assert fault["fault"] == "UnrecordableValue"
+    assert "value: values of builtins.list have no stable encoding" in fault["message"]
+
+
+def test_diverging_plant_is_a_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from specc_runtime.plants.errors import PlantError
+    from specc_runtime.plants.mujoco import MujocoPlant
+
+    advance = MujocoPlant.advance
+
+    def diverge(plant: MujocoPlant, duration_s: float) -> None:
+        if plant.time_s > 0.1:
+            raise PlantError("the simulation diverged")
+        advance(plant, duration_s)
+
+    monkeypatch.setattr(MujocoPlant, "advance", diverge)
+    report = push(tmp_path, "--quiet", code=1)
+    assert [f["fault"] for f in report["faults"]] == ["PlantError"]
+    assert report["cycles"][0]["ended"] == "fault"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ([], "required: DIR"),
+        (["nowhere"], "no system.py"),
+        ([str(PUSHER), "--base", "nowhere"], "no model file"),
+        ([str(PUSHER), "--cycles", "0"], "at least 1"),
+        ([str(PUSHER), "--cycles", "1", "--duration", "2"], "not allowed with"),
+        ([str(PUSHER), "--duration", "nan"], "positive number"),
+        ([str(PUSHER), "--seed", "-1"], "whole number"),
+        ([str(PUSHER), "--base", str(PUSHER), "--report", "no/such/r.json"], "no folder"),
+        ([str(PUSHER), "--base", str(PUSHER), "--report", str(HERE)], "a folder"),
+        ([str(PUSHER), "--base", str(PUSHER), "--video", "no/such/v.mp4"], "no folder"),
+    ],
+)
+def test_wrong_usage(arguments: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_what_a_system_lacks_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = str(package(tmp_path, "lonely", "Node('a')"))
+    assert main([folder, "--cycles", "1"]) == 2
+    assert "no task" in capsys.readouterr().err
+    assert main([folder, "--video", str(tmp_path / "v.mp4")]) == 2
+    assert "no plant" in capsys.readouterr().err
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    assert main([str(PUSHER), "--base", str(PUSHER), "--viewer"]) == 2
+    assert "no display" in capsys.readouterr().err
+
+
+def test_file_that_a_subsystem_cannot_read_is_wrong_usage(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = package(tmp_path, "reader", "Node(open('there-is-no-such.xml').name)")
+    assert main([str(folder)]) == 2
+    assert "there-is-no-such.xml" in capsys.readouterr().err
+
+
+def test_video_shows_the_scene_and_the_states(tmp_path: Path) -> None:
+    import cv2
+    from specc_runtime.video import SIZE_PX, annotated
+
+    path = tmp_path / "run.mp4"
+    push(tmp_path, "--duration", "0.4", "--quiet", "--video", str(path))
+    film = cv2.VideoCapture(str(path))
+    assert film.get(cv2.CAP_PROP_FPS) == 25.0
+    assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 10
+    good, frame = film.read()
+    assert good and frame.shape == (SIZE_PX[1], SIZE_PX[0], 3)
+    assert frame.std() > 10.0
+    plain = frame * 0
+    drawn = annotated(plain, ["a.c  S0"])
+    assert drawn[:40, :120].max() == 255 and drawn[40:].max() == 0 and plain.max() == 0
+
+
+def test_video_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "run.mp4"
+    path.mkdir()
+    common = [str(PUSHER), "--base", str(PUSHER), "--renderer", "raycast", "--quiet"]
+    assert main([*common, "--video", str(path)]) == 2
+    assert "cannot write" in capsys.readouterr().err
+
+
+def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path) -> None:
+    head = "def slow(node):\n    time.sleep(0.002)\n    return 0"
+    folder = package(tmp_path, "endless", "Node('a', 1, (), slow), Node('b', 50, ('a',))", head)
+    report = tmp_path / "r.json"
+    command = [sys.executable, "-m", "specc_runtime", str(folder), "--duration", "1000"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "runtime"), str(ROOT)])}
+    with subprocess.Popen(
+        [*command, "--report", str(report)],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        deadline = time.monotonic() + 60
+        line = process.stderr.readline()
+        assert "running" in line and time.monotonic() < deadline
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    data = json.loads(report.read_text())
+    assert set(data) == KEYS
+    assert data["subsystems"]["a"]["steps"] > 10
+    assert data["faults"] == []
+    assert "Subsystems" in out
+
+
+def test_report_replaces_an_old_one_whole(tmp_path: Path) -> None:
+    (tmp_path / "report.json").write_text("old")
+    push(tmp_path, "--duration", "0.01", "--quiet")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
+
+
+def test_the_command_starts_without_numerical_packages() -> None:
+    code = "import sys, specc_runtime.main; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": str(ROOT / "runtime")},
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.split()
+    assert not {"numpy", "mujoco", "cv2", "rich"} & set(loaded)
