@@ -1,7 +1,7 @@
 """A simulated plant that agents sense and drive by the names of bindings."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,6 @@ from specc_runtime.plants.mujoco.model import HeldJoints, initial_positions, loa
 from specc_runtime.plants.mujoco.sensing import Sensor
 from specc_runtime.plants.mujoco.truth import GroundTruth
 from specc_runtime.plants.mujoco.viewer import Viewer
-
-if TYPE_CHECKING:
-    from specc_runtime.plants.mujoco.window import Window
 
 _WHOLE = 1e-6  # tolerance, in time steps, on durations
 _DIVERGENCE = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC", "mjWARN_BADCTRL")
@@ -134,12 +131,6 @@ class MujocoPlant:
     def open_viewer(self) -> Viewer:
         """A window on the plant for people. Raises PlantError where there is no display."""
         return Viewer(self._model, self._data)
-
-    def window(self) -> "Window":
-        """Open a window on the simulation. Raises PlantError where that cannot be."""
-        from specc_runtime.plants.mujoco.window import Window
-
-        return Window(self._model, self._data)
 
     def close(self) -> None:
         """Free the graphics system; the plant is of no use afterwards."""
