@@ -6,7 +6,7 @@ the Python parser of ruamel.yaml.
 
 from collections.abc import Iterator
 
-from _ruamel_yaml import CParser  # type: ignore[import-not-found]
+from _ruamel_yaml import CParser  # type: ignore[import-not-found]  # compiled, without stubs
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import (
     AliasEvent,
