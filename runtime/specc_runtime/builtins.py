@@ -37,13 +37,13 @@ def near_pose(X: Pose, Y: Pose, position_m: float, rotation_rad: float) -> bool:
     |R_X - R_Y|^2 = 8 sin^2(angle / 2), which unlike the arc cosine is exact for small angles.
     """
     (a, b, c, u), (d, e, f, v), (g, h, i, w), _ = X.tolist()
-    (j, k, l, x), (m, n, o, y), (p, q, r, z), _ = Y.tolist()  # noqa: E741
+    (j, k, m, x), (n, o, p, y), (q, r, s, z), _ = Y.tolist()
     if not (u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 <= position_m * position_m:
         return False
     chord = (
-        (a - j) ** 2 + (b - k) ** 2 + (c - l) ** 2
-        + (d - m) ** 2 + (e - n) ** 2 + (f - o) ** 2
-        + (g - p) ** 2 + (h - q) ** 2 + (i - r) ** 2
+        (a - j) ** 2 + (b - k) ** 2 + (c - m) ** 2
+        + (d - n) ** 2 + (e - o) ** 2 + (f - p) ** 2
+        + (g - q) ** 2 + (h - r) ** 2 + (i - s) ** 2
     )  # fmt: skip
     return bool(chord <= 8.0 * math.sin(0.5 * min(rotation_rad, math.pi)) ** 2)
 

@@ -227,4 +227,4 @@ def test_records_are_values() -> None:
         StepRecord("a", 1, TICK_S, "run", 0, (("value", 1),)),
     ]
     with pytest.raises(AttributeError):
-        run.records[0].stamp = 5  # type: ignore[misc]
+        run.records[0].stamp = 5

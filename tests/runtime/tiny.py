@@ -37,9 +37,9 @@ class Node(Subsystem):
         compute: Callable[[Node], Any] | None = None,
         **kwargs: Any,
     ) -> None:
-        self.name = name  # type: ignore[misc]
+        self.name = name
         self.ticks = ticks
-        self.period_s = ticks * kwargs.get("tick_s", TICK_S)  # type: ignore[misc]
+        self.period_s = ticks * kwargs.get("tick_s", TICK_S)
         self.sources = tuple(sources)
         flags = [f"{kind}{s}" for s in sources for kind in ("", "fresh_", "present_")]
         self.x = buffer(*flags)
