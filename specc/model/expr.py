@@ -5,11 +5,12 @@ Every node has `type` and `span`, the offsets of its text inside the YAML scalar
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
 from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Literal
 
-from specc.model.types import Bool, Enum, File, Int, Real, Type
+from specc.model.types import Bool, Type
 
 Span = tuple[int, int]
 
@@ -69,7 +70,7 @@ class LetRef(Node):
 
 @dataclass(frozen=True, slots=True)
 class ConstantRef(Node):
-    """A constant or a parameter of a reused description; its value is in the system or subsystem."""
+    """A constant of the system, or a parameter of a reused description."""
 
     name: str
 
@@ -207,10 +208,16 @@ TRUE = Truth(True, type=Bool())
 FALSE = Truth(False, type=Bool())
 
 
+@cache
+def _parts(kind: type[Node]) -> tuple[str, ...]:
+    return tuple(part.name for part in fields(kind) if part.name not in ("type", "span"))
+
+
 def children(expr: Expr) -> Iterator[Expr]:
     """The direct subexpressions of `expr`, left to right."""
-    for part in fields(expr):
-        value = getattr(expr, part.name)
+    node: Node = expr
+    for part in _parts(type(node)):
+        value = getattr(expr, part)
         if isinstance(value, Node):
             yield value  # type: ignore[misc]  # every Node subclass is a member of Expr
         elif isinstance(value, tuple):
@@ -222,6 +229,3 @@ def walk(expr: Expr) -> Iterator[Expr]:
     yield expr
     for child in children(expr):
         yield from walk(child)
-
-
-__all__ = [name for name in dir() if not name.startswith("_")]

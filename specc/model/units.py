@@ -13,6 +13,10 @@ from fractions import Fraction
 
 Dimensions = tuple[tuple[str, Fraction], ...]
 
+_LONGEST = 200
+_LARGEST_EXPONENT = 20
+_LARGEST_SCALE = 1e30
+
 
 class UnitError(ValueError):
     """A text that is not a unit; `start` and `end` are offsets into it."""
@@ -31,6 +35,17 @@ class Unit:
     dimensions: Dimensions = ()
     scale: float = 1.0
 
+    def to_si(self, number: float) -> float:
+        """The SI number of `number` in this unit; 1.1 mm is 0.0011 to the last digit."""
+        per_si = round(1 / self.scale)
+        if per_si > 1 and 1 / per_si == self.scale:
+            return number / per_si
+        return number * self.scale
+
+    def coherent(self) -> Unit:
+        """The SI unit of the same kind."""
+        return Unit(self.dimensions)
+
     def __mul__(self, other: Unit) -> Unit:
         exponents = dict(self.dimensions)
         for base, exponent in other.dimensions:
@@ -47,19 +62,27 @@ class Unit:
     @property
     def is_coherent(self) -> bool:
         """Whether a number in this unit is an SI number."""
-        return math.isclose(self.scale, 1.0)
+        return self.scale == 1.0
+
+    @property
+    def is_reasonable(self) -> bool:
+        """Whether exponents and scale are such as quantities have; a typing error has others."""
+        largest = max((abs(e) for _, e in self.dimensions), default=Fraction(0))
+        in_range = 1 / _LARGEST_SCALE < self.scale < _LARGEST_SCALE
+        return largest <= _LARGEST_EXPONENT and in_range
 
     def same_kind(self, other: Unit) -> bool:
         """Whether quantities in the two units may be added and compared."""
         return self.dimensions == other.dimensions
 
     def __str__(self) -> str:
+        """The coherent unit of this kind, in a spelling that `parse_unit` reads."""
         return _NAMES.get(self.dimensions) or _spell(self.dimensions)
 
 
 def _unit(exponents: dict[str, Fraction], scale: float) -> Unit:
     kept = tuple(sorted((b, e) for b, e in exponents.items() if e))
-    return Unit(kept, scale)
+    return Unit(kept, 1.0 if math.isclose(scale, 1.0) else scale)
 
 
 def _spell(dimensions: Dimensions) -> str:
@@ -69,11 +92,15 @@ def _spell(dimensions: Dimensions) -> str:
 
 
 def _power(base: str, exponent: Fraction) -> str:
-    return base if exponent == 1 else f"{base}**{exponent}"
+    if exponent == 1:
+        return base
+    return f"{base}**{exponent}" if exponent.denominator == 1 else f"{base}**({exponent})"
 
 
 DIMENSIONLESS = Unit()
-_BASE = {name: Unit(((name, Fraction(1)),)) for name in ("m", "kg", "s", "A", "K", "rad", "J", "px")}
+_BASE = {
+    name: Unit(((name, Fraction(1)),)) for name in ("m", "kg", "s", "A", "K", "rad", "J", "px")
+}
 METRE, KILOGRAM, SECOND, AMPERE, RADIAN = (_BASE[b] for b in ("m", "kg", "s", "A", "rad"))
 NEWTON = KILOGRAM * METRE / SECOND**2
 NEWTON_METRE = NEWTON * METRE
@@ -103,11 +130,18 @@ _NAMES |= {NEWTON_METRE.dimensions: "N*m", (): "1"}
 
 def parse_unit(text: str) -> Unit:
     """Parse `m/s`, `kg*m**2/s` or `1`; raises `UnitError` with offsets into `text`."""
+    bare = text.strip()
+    if len(text) > _LONGEST or not text.isascii():
+        raise UnitError("not a unit", 0, len(text))
     try:
-        tree = ast.parse(text.strip(), mode="eval").body
-    except SyntaxError as error:
-        raise UnitError(f"{text!r} is not a unit", 0, len(text)) from error
-    return unit_of(tree)
+        tree = ast.parse(bare, mode="eval").body
+        return unit_of(tree)
+    except UnitError as error:
+        lead = text.index(bare)
+        end = len(text) if error.end is None else lead + error.end
+        raise UnitError(error.message, lead + error.start, end) from None
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise UnitError("not a unit", 0, len(text)) from error
 
 
 def unit_of(node: ast.expr) -> Unit:
@@ -115,22 +149,35 @@ def unit_of(node: ast.expr) -> Unit:
     match node:
         case ast.Name(id=name) if name in UNITS:
             return UNITS[name]
-        case ast.Constant(value=1):
+        case ast.Constant(value=int(value)) if value is not True and value == 1:
             return DIMENSIONLESS
         case ast.BinOp(left=left, op=ast.Mult(), right=right):
-            return unit_of(left) * unit_of(right)
+            return _bounded(unit_of(left) * unit_of(right), node)
         case ast.BinOp(left=left, op=ast.Div(), right=right):
-            return unit_of(left) / unit_of(right)
+            return _bounded(unit_of(left) / unit_of(right), node)
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            return unit_of(left) ** _exponent(right)
+            return _bounded(unit_of(left) ** _exponent(right), node)
     name = f"unknown unit {node.id!r}" if isinstance(node, ast.Name) else "not a unit"
     raise UnitError(name, node.col_offset, node.end_col_offset)
 
 
-def _exponent(node: ast.expr) -> int:
+def _bounded(unit: Unit, node: ast.expr) -> Unit:
+    if not unit.is_reasonable:
+        message = "the powers in this unit are too large"
+        raise UnitError(message, node.col_offset, node.end_col_offset)
+    return unit
+
+
+def _exponent(node: ast.expr) -> Fraction:
     match node:
-        case ast.Constant(value=int(value)) if abs(value) <= 9:
-            return value
-        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int(value))) if value <= 9:
-            return -value
-    raise UnitError("an exponent is a whole number", node.col_offset, node.end_col_offset)
+        case ast.Constant(value=int(value)) if not isinstance(value, bool) and value <= 9:
+            return Fraction(value)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_exponent(operand)
+        case ast.BinOp(left=left, op=ast.Div(), right=right) if below := _exponent(right):
+            return _exponent(left) / below
+    raise UnitError(
+        "an exponent is a whole number up to 9 or a fraction such as (1/2)",
+        node.col_offset,
+        node.end_col_offset,
+    )

@@ -1,0 +1,32 @@
+"""The expression language: text to syntax, syntax to typed expressions, and back to text.
+
+`parse` and `check` are the way in, `show` the way out, `evaluate` says what an expression means.
+Types and operator signatures are read here too. Nothing here executes what a file contains.
+"""
+
+from specc.expr.errors import ExprError, ExprErrors
+from specc.expr.evaluate import Environment, evaluate
+from specc.expr.parse import parse
+from specc.expr.parse_types import TypeNames, parse_type
+from specc.expr.scope import RESERVED, Scope, members_of
+from specc.expr.show import show
+from specc.expr.signatures import Signature, parse_signature
+from specc.expr.typing import check, expression
+
+__all__ = [
+    "RESERVED",
+    "Environment",
+    "ExprError",
+    "ExprErrors",
+    "Scope",
+    "Signature",
+    "TypeNames",
+    "check",
+    "evaluate",
+    "expression",
+    "members_of",
+    "parse",
+    "parse_signature",
+    "parse_type",
+    "show",
+]

@@ -1,0 +1,76 @@
+"""Expressions that share a type: a literal takes it from a side that has one of its own."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from functools import partial
+
+from specc.expr.context import Context
+from specc.expr.errors import ExprError
+from specc.expr.mismatch import scalar_unit
+from specc.expr.parse import span
+from specc.expr.scope import Scope
+from specc.model.expr import Expr, Number
+from specc.model.types import Pose, Real, Spatial, Type
+
+Side = tuple[ast.expr, Expr]
+"""An expression as it is written and as it is typed."""
+
+_FRAMELESS = frozenset({"identity", "pose", "translation"})
+
+
+def infer_alike(ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None) -> list[Expr]:
+    """The typed expressions. Those without a type of their own take that of the nearest other."""
+    typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
+    if not typed:
+        return ctx.each(*(partial(ctx.infer, node, hint) for node in nodes))
+    found = dict(zip(typed, ctx.each(*(partial(ctx.infer, nodes[i]) for i in typed)), strict=True))
+
+    def nearest_type(place: int) -> Type:
+        return found[min(typed, key=lambda i: abs(i - place))].type
+
+    rest = [i for i in range(len(nodes)) if i not in found]
+    jobs = [partial(ctx.infer, nodes[i], nearest_type(i)) for i in rest]
+    found |= zip(rest, ctx.each(*jobs), strict=True)
+    return [found[i] for i in range(len(nodes))]
+
+
+def needs_context(node: ast.expr, scope: Scope) -> bool:
+    """Whether the type of an expression depends on where it stands."""
+    match node:
+        case ast.Constant(value=value):
+            return isinstance(value, (int, float)) and not isinstance(value, bool)
+        case ast.Name(id=name):
+            return name == "_" or (name in scope.enums and scope.value(name) is None)
+        case ast.List():
+            return True
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return needs_context(operand, scope)
+        case ast.IfExp(body=body, orelse=orelse):
+            return needs_context(body, scope) and needs_context(orelse, scope)
+        case ast.BinOp(op=ast.Add() | ast.Sub(), left=left, right=right):
+            return needs_context(left, scope) and needs_context(right, scope)
+        case ast.Call(func=ast.Name(id=name)):
+            return name in _FRAMELESS
+    return False
+
+
+def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
+    """The error of two expressions that are not of one kind."""
+    sides = [f"{ctx.quote(node)} is {expr.type}" for node, expr in (left, right)]
+    a, b = left[1].type, right[1].type
+    help, code = "", "E0313"
+    if scalar_unit(a) is not None and scalar_unit(b) is not None:
+        code = "E0311"
+        help = _unit_help(ctx, left, b) or _unit_help(ctx, right, a)
+    elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
+        code, help = "E0312", "express both in the same frames first"
+    start, end = span(left[0])[0], span(right[0])[1]
+    return ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
+
+
+def _unit_help(ctx: Context, side: Side, other: Type) -> str:
+    if isinstance(side[1], Number) and scalar_unit(side[1].type) == Real().unit:
+        return f"a number carries its unit: {ctx.quote(side[0])}[{scalar_unit(other)}]"
+    return ""

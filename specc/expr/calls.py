@@ -1,0 +1,95 @@
+"""Typing rules of calls: operators, whose frame variables are bound by their arguments."""
+
+from __future__ import annotations
+
+import ast
+
+from specc.diagnostics.nearest import nearest
+from specc.expr.alike import needs_context
+from specc.expr.builtins import BUILTINS
+from specc.expr.context import Context
+from specc.expr.errors import ExprError, ExprErrors, one_of
+from specc.expr.mismatch import fits, way_out
+from specc.expr.parse import span
+from specc.expr.unify import Bindings, has_variables, substitute, unify
+from specc.model.expr import Call, Expr
+from specc.model.system import Operator
+from specc.model.types import Type
+
+
+def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """An operator or a function of the language, applied to arguments by position."""
+    if not isinstance(node.func, ast.Name):
+        message = f"{ctx.quote(node.func)} cannot be called"
+        raise ctx.error(node.func, message, "operators have plain names", "E0302")
+    if node.keywords:
+        message = "arguments are given by position"
+        raise ctx.error(node.keywords[0], message, "leave the name out", "E0302")
+    name = node.func.id
+    if name in BUILTINS:
+        return BUILTINS[name](ctx, node, hint)
+    operator = ctx.scope.operators.get(name)
+    if operator is None:
+        raise _unknown(ctx, node.func)
+    return _Application(ctx, node, operator, hint).typed()
+
+
+def _unknown(ctx: Context, func: ast.Name) -> ExprError:
+    if ctx.scope.value(func.id):
+        message = f"{func.id} is no operator"
+        return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
+    close = nearest(func.id, [*ctx.scope.operators, *BUILTINS])
+    help = f"did you mean {one_of(close)}?" if close else "declare it under `operators:`"
+    return ctx.error(func, f"unknown operator {func.id}", help, "E0202")
+
+
+class _Application:
+    """One call of an operator. Arguments with a type of their own come first: they bind frames."""
+
+    def __init__(self, ctx: Context, node: ast.Call, operator: Operator, hint: Type | None) -> None:
+        self.ctx = ctx
+        self.node = node
+        self.operator = operator
+        self.hint = hint
+        self.bindings: Bindings = {}
+
+    def typed(self) -> Call:
+        parameters, args = self.operator.parameters, self.node.args
+        if len(args) != len(parameters):
+            raise self._wrong_number()
+        order = sorted(range(len(args)), key=lambda i: needs_context(args[i], self.ctx.scope))
+        found: dict[int, Expr] = {}
+        errors: list[ExprError] = []
+        for index in order:
+            try:
+                found[index] = self._argument(args[index], *parameters[index])
+            except ExprErrors as failure:
+                errors += failure.errors
+        if errors:
+            raise ExprErrors(errors)
+        ordered = tuple(found[i] for i in range(len(args)))
+        result = substitute(self.operator.result, self.bindings)
+        return Call(self.operator.name, ordered, type=result, span=span(self.node))
+
+    def _argument(self, node: ast.expr, name: str, pattern: Type) -> Expr:
+        wanted = substitute(pattern, self.bindings)
+        if has_variables(wanted) and needs_context(node, self.ctx.scope) and self.hint is not None:
+            unify(self.operator.result, self.hint, self.bindings)
+            wanted = substitute(pattern, self.bindings)
+        expr = self.ctx.infer(node, None if has_variables(wanted) else wanted)
+        if fits(expr.type, wanted) or unify(wanted, expr.type, self.bindings):
+            return expr
+        quoted = self.ctx.quote(node)
+        message = f"{quoted} is {expr.type}; {self.operator.name} takes {name}: {wanted}"
+        help = way_out(expr, wanted, quoted, self.ctx.scope)
+        raise self.ctx.error(node, message, help, "E0315")
+
+    def _wrong_number(self) -> ExprError:
+        name, parameters = self.operator.name, self.operator.parameters
+        usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
+        message = f"{name} takes {_count(len(parameters))}, not {len(self.node.args)}"
+        return self.ctx.error(self.node, message, f"it is called as {usage}", "E0314")
+
+
+def _count(number: int) -> str:
+    return {0: "no arguments", 1: "1 argument"}.get(number, f"{number} arguments")

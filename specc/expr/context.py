@@ -1,0 +1,72 @@
+"""What the typing rules share: the scope, the text, and how they fail and go on."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from specc.expr.errors import ExprError, ExprErrors
+from specc.expr.mismatch import fits, way_out
+from specc.expr.parse import span
+from specc.expr.scope import Scope
+from specc.model.expr import Expr
+from specc.model.types import Type
+
+Rule = Callable[["Context", ast.expr, "Type | None"], Expr]
+"""Types one kind of syntax. The type is a hint for literals; whether it fits is checked outside."""
+
+T = TypeVar("T")
+
+_SHOWN = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """One expression being typed. `rules` has a rule for every kind of syntax in the language."""
+
+    scope: Scope
+    text: str
+    rules: Mapping[type[ast.expr], Rule]
+
+    def infer(self, node: ast.expr, hint: Type | None = None) -> Expr:
+        """The typed expression; literals take the hinted type if they can."""
+        return self.rules[type(node)](self, node, hint)
+
+    def expect(self, node: ast.expr, expected: Type | None) -> Expr:
+        """The typed expression, which must be of the expected type if there is one."""
+        expr = self.infer(node, expected)
+        if expected is None or fits(expr.type, expected):
+            return expr
+        message = f"{self.quote(node)} is {expr.type}; expected {expected}"
+        raise self.error(node, message, way_out(expr, expected, self.quote(node), self.scope))
+
+    def each(self, *jobs: Callable[[], T]) -> list[T]:
+        """Results of independent jobs; if some fail, the errors of all of them at once."""
+        results: list[T] = []
+        errors: list[ExprError] = []
+        for job in jobs:
+            try:
+                results.append(job())
+            except ExprErrors as found:
+                errors += found.errors
+        if errors:
+            raise ExprErrors(errors)
+        return results
+
+    def inside(self, scope: Scope) -> Context:
+        """The same expression in the scope of a quantifier."""
+        return replace(self, scope=scope)
+
+    def quote(self, node: ast.expr) -> str:
+        """The text of a node as it was written, on one line and shortened."""
+        start, end = span(node)
+        words = " ".join(self.text[start:end].split())
+        return words if len(words) <= _SHOWN else words[: _SHOWN - 3] + "..."
+
+    def error(
+        self, node: ast.expr | ast.keyword, message: str, help: str = "", code: str = "E0310"
+    ) -> ExprError:
+        """An error about a node, to be raised."""
+        return ExprError(message, *span(node), help, code)

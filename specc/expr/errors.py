@@ -1,0 +1,39 @@
+"""What is wrong with an expression, as exceptions that carry the data of a diagnostic."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class ExprErrors(Exception):
+    """Everything that is wrong with one text; `errors` has at least one entry, in text order."""
+
+    def __init__(self, errors: Iterable[ExprError]) -> None:
+        self.errors: tuple[ExprError, ...] = tuple(
+            sorted(errors, key=lambda error: (error.start, error.end))
+        )
+        super().__init__("\n".join(error.message for error in self.errors))
+
+
+class ExprError(ExprErrors):
+    """One finding: `code` of the registry, and character offsets into the text as it was given."""
+
+    def __init__(
+        self, message: str, start: int, end: int, help: str = "", code: str = "E0310"
+    ) -> None:
+        self.message = message
+        self.start = start
+        self.end = end
+        self.help = help
+        self.code = code
+        super().__init__((self,))
+
+    def moved(self, by: int) -> ExprError:
+        """The same finding about a text that starts `by` characters earlier."""
+        return ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
+
+
+def one_of(names: Iterable[str]) -> str:
+    """`a`, `a or b`, `a, b or c`: alternatives for a help line."""
+    listed = list(names)
+    return " or ".join([", ".join(listed[:-1]), listed[-1]] if len(listed) > 1 else listed)

@@ -1,0 +1,149 @@
+"""What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
+
+Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
+rows, a list a tuple, a member of an enum its name, an unused component NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from specc.expr.evaluate_builtins import FUNCTIONS, compose
+from specc.model import expr as m
+from specc.model.types import ListOf, Real, Spatial, Vector
+
+Value = Any
+
+
+@dataclass(frozen=True)
+class Environment:
+    """Values of everything that an expression may refer to."""
+
+    inputs: Mapping[tuple[str, str], Value] = field(default_factory=dict)
+    fresh: Collection[tuple[str, str]] = ()
+    present: Collection[tuple[str, str]] | None = None
+    """None: whatever has a value in `inputs`."""
+    memory: Mapping[str, Value] = field(default_factory=dict)
+    lets: Mapping[str, Value] = field(default_factory=dict)
+    constants: Mapping[str, Value] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    clock: Mapping[str, Value] = field(default_factory=dict)
+    operators: Mapping[str, Callable[..., Value]] = field(default_factory=dict)
+    bound: Mapping[str, Value] = field(default_factory=dict)
+
+
+def evaluate(expr: m.Expr, env: Environment) -> Value:
+    """The value of an expression; raises what its operators raise, and KeyError for no value."""
+    return _EVALUATORS[type(expr)](expr, env)
+
+
+def _present(e: m.Present, env: Environment) -> bool:
+    known = env.inputs if env.present is None else env.present
+    return (e.input.peer, e.input.element) in known
+
+
+def _arguments(args: tuple[m.Expr, ...], env: Environment) -> list[Value]:
+    return [evaluate(arg, env) for arg in args]
+
+
+def _unary(e: m.Unary, env: Environment) -> Value:
+    value = evaluate(e.operand, env)
+    if e.op == "not":
+        return not value
+    return tuple(-v for v in value) if isinstance(value, tuple) else -value
+
+
+def _binary(e: m.Binary, env: Environment) -> Value:
+    left, right = evaluate(e.left, env), evaluate(e.right, env)
+    return compose(left, right) if e.op == "@" else _apply(_ARITHMETIC[e.op], left, right)
+
+
+def _apply(operation: Callable[[Any, Any], Value], left: Value, right: Value) -> Value:
+    """An operation on two numbers, two vectors, or a vector and a number."""
+    match left, right:
+        case tuple(), tuple():
+            return tuple(operation(a, b) for a, b in zip(left, right, strict=True))
+        case tuple(), _:
+            return tuple(operation(a, right) for a in left)
+        case _, tuple():
+            return tuple(operation(left, b) for b in right)
+    return operation(left, right)
+
+
+_ARITHMETIC: dict[str, Callable[[Any, Any], Value]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "**": lambda a, b: a**b,
+}
+_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
+    "<": lambda a, b: bool(a < b),
+    "<=": lambda a, b: bool(a <= b),
+    ">": lambda a, b: bool(a > b),
+    ">=": lambda a, b: bool(a >= b),
+    "==": lambda a, b: bool(a == b),
+    "!=": lambda a, b: bool(a != b),
+}
+
+
+def _logic(e: m.Logic, env: Environment) -> bool:
+    values = (evaluate(operand, env) for operand in e.operands)
+    return all(values) if e.op == "and" else any(values)
+
+
+def _items(e: m.Items, env: Environment) -> Value:
+    values = tuple(_arguments(e.items, env))
+    real = isinstance(e.type, Vector) and isinstance(e.type.element, Real)
+    return tuple(map(float, values)) if real or isinstance(e.type, Spatial) else values
+
+
+def _quantifier(e: m.Quantifier, env: Environment) -> bool:
+    assert isinstance(e.over.type, (Vector, ListOf))  # typing guarantees it
+    conditions = (
+        evaluate(e.body, replace(env, bound={**env.bound, e.variable: item}))
+        for item in evaluate(e.over, env)
+    )
+    return all(conditions) if e.kind == "all" else any(conditions)
+
+
+def _literal(e: Any, env: Environment) -> Value:
+    return e.value
+
+
+def _named(kind: str, e: Any, env: Environment) -> Value:
+    return getattr(env, kind)[e.name]
+
+
+_EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
+    m.Number: _literal,
+    m.Truth: _literal,
+    m.TextLiteral: _literal,
+    m.Member: lambda e, env: e.name,
+    m.Unused: lambda e, env: math.nan,
+    m.Input: lambda e, env: env.inputs[e.peer, e.element],
+    m.MemoryRef: partial(_named, "memory"),
+    m.LetRef: partial(_named, "lets"),
+    m.ConstantRef: partial(_named, "constants"),
+    m.FileRef: partial(_named, "files"),
+    m.Bound: partial(_named, "bound"),
+    m.Clock: partial(_named, "clock"),
+    m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
+    m.Present: _present,
+    m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
+    m.Builtin: lambda e, env: FUNCTIONS[e.name](*_arguments(e.args, env)),
+    m.Unary: _unary,
+    m.Binary: _binary,
+    m.Compare: lambda e, env: _COMPARISONS[e.op](evaluate(e.left, env), evaluate(e.right, env)),
+    m.Among: lambda e, env: evaluate(e.item, env) in e.members,
+    m.Logic: _logic,
+    m.Choice: lambda e, env: evaluate(e.then if evaluate(e.test, env) else e.otherwise, env),
+    m.Items: _items,
+    m.FieldOf: lambda e, env: getattr(evaluate(e.value, env), e.name),
+    m.Component: lambda e, env: evaluate(e.value, env)[e.index],
+    m.Quantifier: _quantifier,
+}

@@ -1,0 +1,87 @@
+"""Typing rules of literals: numbers with and without units, truth values, texts, vectors, lists."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from specc.expr.alike import needs_context
+from specc.expr.context import Context
+from specc.expr.errors import ExprError
+from specc.expr.parse import span
+from specc.model.expr import Expr, Items, Number, TextLiteral, Truth, Unused
+from specc.model.types import Bool, Enum, Int, ListOf, Real, Spatial, Text, Type, Vector
+from specc.model.units import UnitError, unit_of
+
+
+def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
+    """`True`, `"text"` or a bare number: of the hinted unit if it is 0, else dimensionless."""
+    value, at = node.value, span(node)
+    if isinstance(value, bool):
+        return Truth(value, type=Bool(), span=at)
+    if isinstance(value, str):
+        return TextLiteral(value, type=Text(), span=at)
+    assert isinstance(value, (int, float))  # the parser lets nothing else through
+    if isinstance(hint, Real) and (value == 0 or (isinstance(value, int) and hint == Real())):
+        return Number(float(value), type=hint, span=at)
+    return Number(value, type=Int() if isinstance(value, int) else Real(), span=at)
+
+
+def quantity(ctx: Context, node: ast.Subscript) -> Expr:
+    """A number with its unit, `0.02[m/s]`, in SI."""
+    assert isinstance(node.value, ast.Constant)  # the caller looked
+    try:
+        unit = unit_of(node.slice)
+    except UnitError as error:
+        end = node.slice.end_col_offset if error.end is None else error.end
+        help = "for example 0.02[m/s], 30[deg] or 2[kg*m**2]"
+        raise ExprError(error.message, error.start, end or 0, help, "E0304") from None
+    value = unit.to_si(float(node.value.value))  # type: ignore[arg-type]  # a number, see above
+    if math.isinf(value):
+        raise ctx.error(node, "the number is too large", code="E0304")
+    return Number(value, type=Real(unit.coherent()), span=span(node))
+
+
+def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
+    """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
+    match hint:
+        case Vector():
+            types: Sequence[Type] = [hint.element] * hint.size
+        case Spatial():
+            types = [Real(hint.linear)] * 3 + [Real(hint.angular)] * 3
+        case ListOf():
+            types = [hint.element] * len(node.elts)
+        case _:
+            return _inferred(ctx, node)
+    if len(node.elts) != len(types):
+        message = f"{len(node.elts)} items; {hint} has {len(types)}"
+        raise ctx.error(node, message, code="E0316")
+    return _of_type(ctx, node, hint, types)
+
+
+def _of_type(ctx: Context, node: ast.List, type: Type, types: Sequence[Type]) -> Items:
+    pairs = zip(node.elts, types, strict=True)
+    found = ctx.each(*(partial(_item, ctx, item, wanted) for item, wanted in pairs))
+    return Items(tuple(found), type=type, span=span(node))
+
+
+def _item(ctx: Context, node: ast.expr, wanted: Type) -> Expr:
+    if not (isinstance(node, ast.Name) and node.id == "_"):
+        return ctx.expect(node, wanted)
+    if isinstance(wanted, Real):
+        return Unused(type=wanted, span=span(node))
+    message = f"`_` stands for a real number that is not used; here a {wanted} is expected"
+    raise ctx.error(node, message, code="E0318")
+
+
+def _inferred(ctx: Context, node: ast.List) -> Items:
+    """A vector or list whose items say what they are: the first that has a type of its own."""
+    if not node.elts:
+        raise ctx.error(node, "the type of this empty list is not known here", code="E0317")
+    decisive = next((e for e in node.elts if not needs_context(e, ctx.scope)), node.elts[0])
+    element = ctx.infer(decisive, Real()).type
+    if not isinstance(element, (Real, Int, Bool, Enum)):
+        return _of_type(ctx, node, ListOf(element), [element] * len(node.elts))
+    return _of_type(ctx, node, Vector(len(node.elts), element), [element] * len(node.elts))

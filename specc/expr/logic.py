@@ -1,0 +1,124 @@
+"""Typing rules of and, or, comparisons, `in` and `a if c else b`."""
+
+from __future__ import annotations
+
+import ast
+from functools import partial
+from typing import Literal
+
+from specc.diagnostics.nearest import nearest
+from specc.expr.alike import Side, infer_alike, unlike
+from specc.expr.context import Context
+from specc.expr.errors import ExprError, one_of
+from specc.expr.mismatch import fits, scalar_unit
+from specc.expr.parse import span
+from specc.model.expr import Among, Choice, Compare, Expr, Logic, Unary
+from specc.model.types import Bool, Enum, Int, Pose, Real, Spatial, Text, Type, Vector
+
+_OPERATORS: dict[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+}
+
+
+def boolean(ctx: Context, node: ast.BoolOp, hint: Type | None) -> Expr:
+    """`a and b and c`, `a or b`."""
+    operands = ctx.each(*(partial(ctx.expect, item, Bool()) for item in node.values))
+    op: Literal["and", "or"] = "and" if isinstance(node.op, ast.And) else "or"
+    return Logic(op, tuple(operands), type=Bool(), span=span(node))
+
+
+def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
+    """One comparison, or a chain `a < b <= c` as its comparisons joined by and."""
+    if any(isinstance(op, (ast.In, ast.NotIn)) for op in node.ops):
+        return _among(ctx, node)
+    nodes = [node.left, *node.comparators]
+    sides = list(zip(nodes, infer_alike(ctx, nodes), strict=True))
+    links = ctx.each(
+        *(partial(_link, ctx, sides[i], op, sides[i + 1]) for i, op in enumerate(node.ops))
+    )
+    return links[0] if len(links) == 1 else Logic("and", tuple(links), type=Bool(), span=span(node))
+
+
+def _link(ctx: Context, left: Side, op: ast.cmpop, right: Side) -> Expr:
+    sign, a, b = _OPERATORS[type(op)], left[1], right[1]
+    if sign in ("==", "!="):
+        _check_equality(ctx, left, right)
+    elif scalar_unit(a.type) is None or scalar_unit(a.type) != scalar_unit(b.type):
+        raise unlike(ctx, left, right, "have no order")
+    return Compare(sign, a, b, type=Bool(), span=(span(left[0])[0], span(right[0])[1]))
+
+
+def _check_equality(ctx: Context, left: Side, right: Side) -> None:
+    a, b = left[1].type, right[1].type
+    if a == b and _is_discrete(a):
+        return
+    inexact = isinstance(a, (Real, Pose, Spatial)) or (
+        isinstance(a, Vector) and isinstance(a.element, Real)
+    )
+    if not inexact or not (a == b or fits(b, a)):
+        raise unlike(ctx, left, right, "cannot be equal")
+    tolerance = "tolerance, rotation_tolerance" if isinstance(a, Pose) else "tolerance"
+    help = f"near({ctx.quote(left[0])}, {ctx.quote(right[0])}, {tolerance})"
+    if isinstance(a, Spatial):
+        help = "compare its components with near(a, b, tolerance)"
+    message = f"{a} is never exactly equal to another"
+    raise ExprError(message, span(left[0])[0], span(right[0])[1], help, "E0319")
+
+
+def _is_discrete(type: Type) -> bool:
+    if isinstance(type, Vector):
+        return not isinstance(type.element, Real)
+    return isinstance(type, (Bool, Int, Enum, Text))
+
+
+def _among(ctx: Context, node: ast.Compare) -> Expr:
+    left, op, right = node.left, node.ops[0], node.comparators[0]
+    if len(node.ops) > 1:
+        raise ctx.error(node, "`in` stands in no chain", "join conditions with and", "E0302")
+    if not isinstance(right, ast.Set):
+        message = f"{ctx.quote(right)} is no set of members"
+        raise ctx.error(right, message, "write it in braces: v in {u, c}", "E0313")
+    item = ctx.infer(left)
+    if not isinstance(item.type, Enum):
+        message = f"{ctx.quote(left)} is {item.type}; `in` asks for members of an enum"
+        raise ctx.error(left, message, code="E0313")
+    names = frozenset(_member_name(ctx, member, item.type) for member in right.elts)
+    among = Among(item, names, type=Bool(), span=span(node))
+    if isinstance(op, ast.In):
+        return among
+    return Unary("not", among, type=Bool(), span=span(node))
+
+
+def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
+    if isinstance(node, ast.Name) and node.id in enum.members:
+        return node.id
+    close = nearest(ctx.quote(node), enum.members)
+    help = f"did you mean {one_of(close)}?" if close else f"members are {', '.join(enum.members)}"
+    raise ctx.error(node, f"{ctx.quote(node)} is no member of {enum}", help, "E0320")
+
+
+def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
+    """`then if test else otherwise`; the branches are of one type."""
+    branches = [node.body, node.orelse]
+    (test,), (then, otherwise) = ctx.each(
+        lambda: [ctx.expect(node.test, Bool())], lambda: infer_alike(ctx, branches, hint)
+    )
+    if fits(otherwise.type, then.type):
+        return Choice(test, then, otherwise, type=then.type, span=span(node))
+    if fits(then.type, otherwise.type):
+        return Choice(test, then, otherwise, type=otherwise.type, span=span(node))
+    if hint is not None and fits(then.type, hint):
+        ctx.expect(node.orelse, hint)
+    if hint is not None and fits(otherwise.type, hint):
+        ctx.expect(node.body, hint)
+    raise unlike(ctx, (node.body, then), (node.orelse, otherwise), "are of two types")
+
+
+def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:
+    """Braces stand behind `in` only."""
+    raise ctx.error(node, "a set stands behind `in` only", "a vector has square brackets", "E0302")

@@ -1,0 +1,73 @@
+"""When a type serves where another is expected, and what helps when it does not."""
+
+from __future__ import annotations
+
+from specc.expr.scope import Scope
+from specc.expr.unify import substitute, unify
+from specc.model.expr import Expr, Number
+from specc.model.types import Bool, Int, ListOf, Pose, Real, Type
+from specc.model.units import DIMENSIONLESS, RADIAN, Unit
+
+
+def fits(actual: Type, expected: Type) -> bool:
+    """Whether a value of type `actual` may stand where `expected` is expected."""
+    return actual == expected or (isinstance(actual, Int) and expected == Real())
+
+
+def scalar_unit(type: Type) -> Unit | None:
+    """The unit of a number, also of an integer; None for anything that is not one number."""
+    if isinstance(type, Real):
+        return type.unit
+    return DIMENSIONLESS if isinstance(type, Int) else None
+
+
+def way_out(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+    """A help line for an expression that is not of the expected type; "" if none is obvious."""
+    return (
+        _unit_help(expr, expected, text)
+        or _pose_help(expr.type, expected, text)
+        or _truth_help(expr.type, expected)
+        or _operator_help(expr.type, expected, text, scope)
+    )
+
+
+def _unit_help(expr: Expr, expected: Type, text: str) -> str:
+    actual, wanted = scalar_unit(expr.type), scalar_unit(expected)
+    if actual is None or wanted is None:
+        return ""
+    if isinstance(expr, Number) and actual == DIMENSIONLESS != wanted:
+        return f"a number carries its unit: {text}[{wanted}]"
+    if (actual, wanted) == (RADIAN, DIMENSIONLESS):
+        return "an angle is not a plain number; divide it by 1[rad] if it is meant as one"
+    if (actual, wanted) == (DIMENSIONLESS, RADIAN):
+        return "an angle is not a plain number; multiply it by 1[rad] if it is meant as one"
+    if isinstance(expected, Int):
+        return "an int comes from int literals and len(...) only"
+    return ""
+
+
+def _pose_help(actual: Type, expected: Type, text: str) -> str:
+    if isinstance(actual, Pose) and expected == Pose(actual.child, actual.parent):
+        return f"inverse({text}) is {expected}"
+    return ""
+
+
+def _truth_help(actual: Type, expected: Type) -> str:
+    if isinstance(expected, Bool):
+        return "a condition is a comparison, fresh(...), present(...) or a bool"
+    if isinstance(expected, ListOf) and expected.element == actual:
+        return "a list of one item is written [item]"
+    return ""
+
+
+def _operator_help(actual: Type, expected: Type, text: str, scope: Scope) -> str:
+    """An operator that takes the one type to the other, if there is just one."""
+    found = []
+    for operator in scope.operators.values():
+        if len(operator.parameters) != 1:
+            continue
+        bindings: dict[str, str] = {}
+        taken = unify(operator.parameters[0][1], actual, bindings)
+        if taken and substitute(operator.result, bindings) == expected:
+            found.append(operator.name)
+    return f"{found[0]}({text}) is {expected}" if len(found) == 1 and actual != expected else ""

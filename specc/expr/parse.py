@@ -1,0 +1,184 @@
+"""Text to a syntax tree of Python's, restricted to the constructs of the language; never `eval`.
+
+The trees that leave this module have `col_offset` and `end_col_offset` in characters of the text
+as it was given, line breaks counted (Python counts bytes of UTF-8 within a line).
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import warnings
+
+from specc.expr.errors import ExprError
+
+LONGEST = 10_000
+DEEPEST = 64
+_LARGEST_NUMBER = 1e300
+
+_LANGUAGE = frozenset({
+    ast.Name, ast.Attribute, ast.Constant, ast.Subscript, ast.Call, ast.List, ast.Set,
+    ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.GeneratorExp,
+    ast.comprehension, ast.keyword, ast.Load, ast.Store, ast.And, ast.Or, ast.Not, ast.USub,
+    ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.MatMult,
+    ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.In, ast.NotIn,
+})  # fmt: skip
+_REFUSED = {
+    ast.Tuple: ("a tuple", "write a vector or a list in square brackets"),
+    ast.Dict: ("a dict", ""),
+    ast.Lambda: ("a lambda", "name the value under `let:` or write an operator"),
+    ast.ListComp: ("a list comprehension", "only all(...) and any(...) go over items"),
+    ast.SetComp: ("a set comprehension", "only all(...) and any(...) go over items"),
+    ast.DictComp: ("a dict comprehension", "only all(...) and any(...) go over items"),
+    ast.NamedExpr: ("an assignment", "name the value under `let:`"),
+    ast.JoinedStr: ("a formatted text", ""),
+    ast.Slice: ("a slice", "choose one component, v[2]"),
+    ast.Starred: ("an unpacking", ""),
+    ast.FloorDiv: ("the operator //", "divide with /"),
+    ast.Mod: ("the operator %", ""),
+    ast.BitAnd: ("the operator &", "write and"),
+    ast.BitOr: ("the operator |", "write or"),
+    ast.BitXor: ("the operator ^", "powers are written a**2"),
+    ast.Invert: ("the operator ~", "write not"),
+    ast.UAdd: ("a leading +", "leave the + out"),
+    ast.Is: ("the comparison `is`", "write =="),
+    ast.IsNot: ("the comparison `is not`", "write !="),
+}
+_HINTS = (
+    (re.compile(r"&&"), "write and for &&"),
+    (re.compile(r"\|\|"), "write or for ||"),
+    (re.compile(r"!(?!=)"), "write not for !"),
+    (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with =="),
+    (re.compile(r"\b\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"), "a unit stands in brackets: 0.02[m/s]"),
+    (re.compile(r"[≤≥≠∧∨¬∈×·]"), "use <=, >=, !=, and, or, not, in, *"),
+)
+
+
+def parse(text: str) -> ast.expr:
+    """The syntax tree of an expression; raises `ExprError` with offsets into `text`."""
+    tree, nodes = _read(text)
+    for node in nodes:
+        if type(node) not in _LANGUAGE:
+            raise _refusal(node, nodes)
+    return tree
+
+
+def parse_syntax(text: str) -> ast.expr:
+    """The syntax tree of anything that Python takes for an expression, within bounds."""
+    return _read(text)[0]
+
+
+def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
+    """The tree and all its nodes, parents first."""
+    if len(text) > LONGEST:
+        message = f"the expression has {len(text)} characters; at most {LONGEST} are read"
+        raise ExprError(message, LONGEST, len(text), "split it with `let:`", "E0303")
+    line = text.replace("\n", " ").replace("\r", " ")
+    lead = len(line) - len(line.lstrip(" \t\f"))
+    if lead == len(line):
+        raise ExprError("the expression is empty", 0, len(text), code="E0301")
+    tree = _python_tree(text, line[lead:], lead)
+    nodes = _nodes(tree, text)
+    if lead or not line.isascii():
+        _count_characters(nodes, line[lead:], lead)
+    constants = [node for node in nodes if type(node) is ast.Constant]
+    for constant in constants:
+        _check_constant(constant)
+    if "#" in line:
+        _refuse_comment(constants, line)
+    return tree, nodes
+
+
+def _python_tree(text: str, line: str, lead: int) -> ast.expr:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return ast.parse(line, mode="eval").body
+    except SyntaxError as error:
+        raise _syntax_error(error, text, lead) from None
+    except ValueError:
+        start = max(line.find("\0"), 0) + lead
+        message = "the text has a character that no expression has"
+        raise ExprError(message, start, start + 1, code="E0301") from None
+    except (RecursionError, MemoryError):
+        raise _too_deep(text) from None
+
+
+def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:
+    if "nested" in error.msg:
+        return _too_deep(text)
+    for pattern, hint in _HINTS:
+        if found := pattern.search(text):
+            return ExprError("this is not an expression", *found.span(), hint, "E0301")
+    start = min(max((error.offset or 1) - 1 + lead, lead), len(text))
+    end = min(max((error.end_offset or 0) - 1 + lead, start + 1), len(text))
+    return ExprError("this is not an expression", min(start, end), end, "", "E0301")
+
+
+def _too_deep(text: str) -> ExprError:
+    message = f"the expression is nested more than {DEEPEST} deep"
+    return ExprError(message, 0, len(text), "split it with `let:`", "E0303")
+
+
+def _nodes(tree: ast.expr, text: str) -> list[ast.AST]:
+    nodes: list[ast.AST] = []
+    level: list[ast.AST] = [tree]
+    for _ in range(DEEPEST):
+        nodes += level
+        level = [child for node in level for child in _children(node)]
+        if not level:
+            return nodes
+    raise _too_deep(text)
+
+
+def _children(node: ast.AST) -> list[ast.AST]:
+    """What `ast.iter_child_nodes` gives, without the generator and the markers of loading."""
+    found: list[ast.AST] = []
+    for name in node._fields:
+        value = getattr(node, name, None)
+        if isinstance(value, list):
+            found += [item for item in value if isinstance(item, ast.AST)]
+        elif isinstance(value, ast.AST) and type(value) is not ast.Load:
+            found.append(value)
+    return found
+
+
+def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
+    """Turn columns in bytes of `line` into offsets in characters of the text around it."""
+    offsets = [lead + i for i, char in enumerate(line) for _ in char.encode()]
+    offsets.append(lead + len(line))
+    for node in nodes:
+        if isinstance(node, (ast.expr, ast.keyword)):
+            node.col_offset = offsets[node.col_offset]
+            node.end_col_offset = offsets[node.end_col_offset or 0]
+
+
+def _check_constant(node: ast.Constant) -> None:
+    value = node.value
+    if not isinstance(value, (bool, int, float, str)):
+        kind = "None" if value is None else type(value).__name__
+        raise ExprError(f"{kind} is not in the language", *span(node), code="E0302")
+    if isinstance(value, (int, float)) and not abs(value) <= _LARGEST_NUMBER:
+        raise ExprError("the number is too large", *span(node), code="E0304")
+
+
+def _refuse_comment(constants: list[ast.Constant], line: str) -> None:
+    """Without line breaks a comment would swallow what follows it."""
+    texts = [span(constant) for constant in constants]
+    for place, char in enumerate(line):
+        if char == "#" and not any(start <= place < end for start, end in texts):
+            help = "write it as `title:` beside the expression"
+            raise ExprError("an expression has no comments", place, len(line), help, "E0301")
+
+
+def _refusal(node: ast.AST, nodes: list[ast.AST]) -> ExprError:
+    what, help = _REFUSED.get(type(node), (type(node).__name__.lower(), ""))
+    if isinstance(node, ast.expr):
+        return ExprError(f"{what} is not in the language", *span(node), help, "E0302")
+    owner = next(n for n in nodes if isinstance(n, ast.expr) and node in _children(n))
+    return ExprError(f"{what} is not in the language", *span(owner), help, "E0302")
+
+
+def span(node: ast.expr | ast.keyword) -> tuple[int, int]:
+    """Where a node of a parsed tree stands in its text."""
+    return node.col_offset, node.end_col_offset or node.col_offset

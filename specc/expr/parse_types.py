@@ -1,0 +1,206 @@
+"""The texts of types: `vector[6, rad]`, `pose[B, E]`, `enum[u, c]`, `list[Object[K]]`, `Motors`."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from specc.diagnostics.nearest import nearest
+from specc.expr.errors import ExprError, one_of
+from specc.expr.parse import parse_syntax, span
+from specc.expr.scope import RESERVED
+from specc.model import types as t
+from specc.model.units import UNITS, Unit, UnitError, unit_of
+
+MakeType = Callable[[tuple[t.Frame, ...]], t.Type]
+"""Makes a named type for the frames given to it; raises `ExprError` if they do not suit it."""
+
+_LARGEST_SIZE = 100_000
+_PLAIN: dict[str, t.Type] = {
+    "bool": t.Bool(),
+    "int": t.Int(),
+    "real": t.Real(),
+    "text": t.Text(),
+    "file": t.File(),
+}
+_USAGE = {
+    "real": "real[m/s]",
+    "vector": "vector[6, rad]",
+    "spatial": "spatial[E, kg/s, kg*m**2/s]",
+    "wrench": "wrench[E]",
+    "twist": "twist[E]",
+    "pose": "pose[B, E]",
+    "image": "image[480, 640, 3]",
+    "enum": "enum[open, closed]",
+    "list": "list[pose[B, E]]",
+}
+
+
+@dataclass(frozen=True)
+class TypeNames:
+    """Frames and named types that type texts may use."""
+
+    frames: Mapping[str, t.Frame] = field(default_factory=dict)
+    """Frame as it is spelt -> frame that it stands for (a parameter stands for another)."""
+    types: Mapping[str, MakeType] = field(default_factory=dict)
+    variables_allowed: bool = False
+    """In signatures an undeclared frame is a variable, `?X`."""
+
+
+def parse_type(text: str, names: TypeNames) -> t.Type:
+    """The type that a text spells; raises `ExprError` with offsets into it."""
+    try:
+        tree = parse_syntax(text)
+    except ExprError as error:
+        if error.code != "E0301":
+            raise
+        help = f"for example {_USAGE['vector']} or {_USAGE['pose']}"
+        raise ExprError("this is not a type", error.start, error.end, help, "E0306") from None
+    return _Reader(names).type(tree)
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    names: TypeNames
+
+    def type(self, node: ast.expr) -> t.Type:
+        """The type that a tree spells."""
+        match node:
+            case ast.Name(id=name):
+                return self._named(node, name, ())
+            case ast.Subscript(value=ast.Name(id=name), slice=inner):
+                args = tuple(inner.elts) if isinstance(inner, ast.Tuple) else (inner,)
+                return self._applied(node, name, args)
+        raise self._error(node, "this is not a type", f"for example {_USAGE['vector']}")
+
+    def _named(self, node: ast.expr, name: str, args: tuple[ast.expr, ...]) -> t.Type:
+        if name in _PLAIN and not args:
+            return _PLAIN[name]
+        make = self.names.types.get(name)
+        if make is None:
+            raise self._unknown(node, name)
+        frames = tuple(self._frame(arg) for arg in args)
+        try:
+            return make(frames)
+        except ExprError as error:
+            raise ExprError(error.message, *span(node), error.help, error.code) from None
+
+    def _applied(self, node: ast.Subscript, name: str, args: tuple[ast.expr, ...]) -> t.Type:
+        if name == "enum":
+            return self._enum(args)
+        make = _SHAPES.get((name, len(args)))
+        if make is not None:
+            return make(self, *args)
+        if name in _USAGE or name in _PLAIN:
+            usage = f"it is spelt like {_USAGE[name]}" if name in _USAGE else "it takes nothing"
+            raise self._error(node, f"{name} does not take these in brackets", usage)
+        return self._named(node, name, args)
+
+    def _vector(self, size: ast.expr, element: ast.expr | None = None) -> t.Vector:
+        return t.Vector(self._size(size), t.Real() if element is None else self._element(element))
+
+    def _pose(self, parent: ast.expr, child: ast.expr) -> t.Pose:
+        return t.Pose(self._frame(parent), self._frame(child))
+
+    def _wrench(self, frame: ast.expr) -> t.Spatial:
+        return t.Spatial(self._frame(frame), *t.SPATIAL_KINDS["wrench"])
+
+    def _twist(self, frame: ast.expr) -> t.Spatial:
+        return t.Spatial(self._frame(frame), *t.SPATIAL_KINDS["twist"])
+
+    def _spatial(self, frame: ast.expr, linear: ast.expr, angular: ast.expr) -> t.Spatial:
+        return t.Spatial(self._frame(frame), self._unit(linear), self._unit(angular))
+
+    def _image(
+        self, height: ast.expr, width: ast.expr, channels: ast.expr | None = None
+    ) -> t.Image:
+        layers = 1 if channels is None else self._size(channels)
+        if layers in (1, 3):
+            return t.Image(self._size(height), self._size(width), layers)
+        raise self._error(channels or height, "an image has 3 channels, a depth map 1")
+
+    def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
+        name = node.id if isinstance(node, ast.Name) else ""
+        if name in self.names.types or name in _PLAIN or _is_enum(node):
+            type = self.type(node)
+            if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
+                return type
+            raise self._error(node, f"a vector has no {type} components", "a list has any items")
+        return t.Real(self._unit(node))
+
+    def _unit(self, node: ast.expr) -> Unit:
+        try:
+            unit = unit_of(node)
+        except UnitError as error:
+            end = span(node)[1] if error.end is None else error.end
+            close = nearest(error.message.split("'")[-2], UNITS) if "'" in error.message else []
+            help = f"did you mean {one_of(close)}?" if close else "for example m/s or kg*m**2"
+            raise ExprError(error.message, error.start, end, help, "E0304") from None
+        if unit.is_coherent:
+            return unit.coherent()
+        message = "a type has SI units; only literals have others"
+        raise ExprError(message, *span(node), f"write {unit}", "E0305")
+
+    def _frame(self, node: ast.expr) -> t.Frame:
+        if not isinstance(node, ast.Name):
+            raise self._error(node, "a frame is a name", "declare it under `frames:`")
+        known = self.names.frames
+        if node.id in known:
+            return known[node.id]
+        if self.names.variables_allowed:
+            return f"?{node.id}"
+        close = nearest(node.id, known)
+        help = f"did you mean {one_of(close)}?" if close else "declare it under `frames:`"
+        raise ExprError(f"unknown frame {node.id}", *span(node), help, "E0209")
+
+    def _size(self, node: ast.expr) -> int:
+        match node:
+            case ast.Constant(value=int(size)) if type(size) is int and 0 < size <= _LARGEST_SIZE:
+                return size
+        message = f"a size is a whole number from 1 to {_LARGEST_SIZE}"
+        raise self._error(node, message)
+
+    def _enum(self, nodes: tuple[ast.expr, ...]) -> t.Enum:
+        members: list[str] = []
+        for node in nodes:
+            if not isinstance(node, ast.Name):
+                raise self._error(node, "a member of an enum is a name")
+            if node.id in members or node.id in RESERVED:
+                why = "stands twice" if node.id in members else "is a name of the language"
+                raise self._error(node, f"{node.id} {why}", "choose another name")
+            members.append(node.id)
+        return t.Enum("", tuple(members))
+
+    def _unknown(self, node: ast.expr, name: str) -> ExprError:
+        if name in _USAGE:
+            return self._error(node, f"{name} is not complete", f"it is spelt like {_USAGE[name]}")
+        close = nearest(name, [*self.names.types, *_PLAIN, *_USAGE])
+        help = f"did you mean {one_of(close)}?" if close else "declare it under `types:`"
+        start = span(node)[0]
+        return ExprError(f"unknown type {name}", start, start + len(name), help, "E0233")
+
+    def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
+        return ExprError(message, *span(node), help, "E0306")
+
+
+def _is_enum(node: ast.expr) -> bool:
+    match node:
+        case ast.Subscript(value=ast.Name(id="enum")):
+            return True
+    return False
+
+
+_SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
+    ("real", 1): lambda reader, unit: t.Real(reader._unit(unit)),
+    ("list", 1): lambda reader, element: t.ListOf(reader.type(element)),
+    ("vector", 1): _Reader._vector,
+    ("vector", 2): _Reader._vector,
+    ("pose", 2): _Reader._pose,
+    ("wrench", 1): _Reader._wrench,
+    ("twist", 1): _Reader._twist,
+    ("spatial", 3): _Reader._spatial,
+    ("image", 2): _Reader._image,
+    ("image", 3): _Reader._image,
+}
+"""Name and number of things in brackets -> how to read them."""

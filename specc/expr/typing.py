@@ -1,0 +1,44 @@
+"""Syntax to typed expressions: the rule for every kind of syntax, and the way in."""
+
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+from specc.expr import arithmetic, calls, literals, logic, names, parts, quantifiers
+from specc.expr.context import Context
+from specc.expr.parse import parse
+from specc.expr.scope import Scope
+from specc.model.expr import Expr
+from specc.model.types import Type
+
+# A rule takes its own kind of node, which the key of the table guarantees.
+_RULES: dict[type[ast.expr], Any] = {
+    ast.Constant: literals.constant,
+    ast.List: literals.items,
+    ast.Name: names.name,
+    ast.Attribute: parts.attribute,
+    ast.Subscript: parts.subscript,
+    ast.BinOp: arithmetic.binary,
+    ast.UnaryOp: arithmetic.unary,
+    ast.BoolOp: logic.boolean,
+    ast.Compare: logic.comparison,
+    ast.IfExp: logic.choice,
+    ast.Set: logic.unexpected_set,
+    ast.Call: calls.call,
+    ast.GeneratorExp: quantifiers.stray_generator,
+}
+
+
+def check(tree: ast.expr, text: str, scope: Scope, expected: Type | None = None) -> Expr:
+    """The typed expression of a tree that `parse` made of `text`.
+
+    Raises:
+        ExprErrors: everything that is wrong; an error has no follow-up errors.
+    """
+    return Context(scope, text, _RULES).expect(tree, expected)
+
+
+def expression(text: str, scope: Scope, expected: Type | None = None) -> Expr:
+    """`parse` and `check` in one go; raises `ExprErrors`."""
+    return check(parse(text), text, scope, expected)
