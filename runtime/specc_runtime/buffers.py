@@ -80,11 +80,15 @@ def sender(elements: Sequence[str], readers: Sequence[Sequence[Put]]) -> Callabl
     if len(names) < 2:  # attrgetter makes no tuple of one
         return _sender_of_one(names[0], readers[0]) if names else lambda buffer: ()
     get = attrgetter(*names)
+    array = np.ndarray
 
     def send(buffer: Any) -> Sent:
         values = get(buffer)
         for value in values:
-            freeze(value)
+            if type(value) is array:  # by far the most frequent kind
+                value.setflags(write=False)
+            else:
+                freeze(value)
         for index, put in routes:
             put(values[index])
         return tuple(zip(names, values, strict=True))

@@ -78,6 +78,27 @@ def translation(x_m: float, y_m: float, z_m: float) -> Pose:
     )
 
 
+def pose(position_m: Vector, quaternion_xyzw: Vector) -> Pose:
+    """X_AB from the origin of B in A, (3,), and its attitude as a quaternion (4,), scalar last.
+
+    The quaternion need not be of unit length; raises ValueError if it is zero or not finite.
+    """
+    x, y, z, w = quaternion_xyzw.tolist()
+    square = x * x + y * y + z * z + w * w
+    if not 0.0 < square < math.inf:
+        raise ValueError(f"quaternion {[x, y, z, w]} has no direction")
+    s = 2.0 / square
+    p, q, r = position_m.tolist()
+    return np.array(
+        (
+            (1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), p),
+            (s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), q),
+            (s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), r),
+            (0.0, 0.0, 0.0, 1.0),
+        )
+    )
+
+
 def _identity() -> Pose:
     pose = np.eye(4)
     pose.setflags(write=False)

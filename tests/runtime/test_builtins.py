@@ -14,6 +14,7 @@ from specc_runtime.builtins import (
     near,
     near_pose,
     norm,
+    pose,
     position,
     translation,
 )
@@ -73,6 +74,22 @@ def test_nothing_is_near_what_is_not_used(tolerance: float) -> None:
     X = np.eye(4)
     X[0, 3] = math.nan
     assert not near_pose(X, np.eye(4), tolerance, tolerance)
+
+
+@given(axes, st.floats(-3.1, 3.1), st.floats(0.1, 10.0))
+def test_pose_from_a_quaternion_of_any_length(
+    axis: tuple[float, ...], angle: float, length: float
+) -> None:
+    unit = np.array(axis) / math.hypot(*axis)
+    quaternion = length * np.append(math.sin(angle / 2) * unit, math.cos(angle / 2))
+    expected = _pose(axis, angle, (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(pose(np.array([1.0, 2.0, 3.0]), quaternion), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("quaternion", [np.zeros(4), np.full(4, math.nan), np.full(4, math.inf)])
+def test_a_quaternion_without_direction_is_refused(quaternion: np.ndarray) -> None:
+    with pytest.raises(ValueError, match="no direction"):
+        pose(np.zeros(3), quaternion)
 
 
 def test_parts_of_poses() -> None:
