@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ SIZE_PX = (960, 720)
 FRAMES_PER_S = 25.0
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LINE_PX = 24
+_MARGIN_PX = 8
+_SCALE = 0.6
 
 
 class Video:
@@ -40,7 +43,7 @@ class Video:
     def tick(self, view: View) -> None:
         """See `Companion`."""
         picture = self._plant.picture(CAMERA, *SIZE_PX)
-        lines = [f"{view.time_s:6.2f} s", *(f"{n}  {s}" for n, s in view.states.items())]
+        lines = [("time", f"{view.time_s:.2f} s"), *view.states.items()]
         self._writer.write(cv2.cvtColor(annotated(picture, lines), cv2.COLOR_RGB2BGR))
 
     def close(self) -> None:
@@ -48,11 +51,22 @@ class Video:
         self._writer.release()
 
 
-def annotated(picture: Rgb, lines: list[str]) -> Rgb:
-    """A copy of the picture (h, w, 3) with lines of text in its upper left corner."""
+def annotated(picture: Rgb, lines: Sequence[tuple[str, str]]) -> Rgb:
+    """A copy of the picture (h, w, 3) with two columns of text on a darkened corner."""
     drawn = np.ascontiguousarray(picture).copy()
+    columns = [max(_width(text) for text in column) for column in zip(*lines, strict=True)]
+    height = _LINE_PX * len(lines) + 2 * _MARGIN_PX
+    drawn[:height, : sum(columns) + _MARGIN_PX] //= 3
     for number, line in enumerate(lines, start=1):
-        place = (12, 6 + number * _LINE_PX)
-        for colour, width in (((0, 0, 0), 4), ((255, 255, 255), 1)):  # an outline, then the text
-            cv2.putText(drawn, line, place, _FONT, 0.6, colour, width, cv2.LINE_AA)
+        x = _MARGIN_PX
+        for text, column in zip(line, columns, strict=True):
+            place = (x, _MARGIN_PX + number * _LINE_PX - 6)
+            cv2.putText(drawn, text, place, _FONT, _SCALE, (255, 255, 255), 1, cv2.LINE_AA)
+            x += column
     return drawn
+
+
+def _width(text: str) -> int:
+    """Pixels that a text needs, with room to the next column."""
+    (width, _), _ = cv2.getTextSize(text, _FONT, _SCALE, 1)
+    return int(width) + 2 * _MARGIN_PX

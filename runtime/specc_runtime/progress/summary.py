@@ -11,17 +11,21 @@ from rich.table import Table
 from specc_runtime.report import Report
 
 
+CYCLES_ABREAST = 4
+
+
 def show(report: Report, console: Console | None = None) -> None:
     """Print cycles, subsystems, figures and faults."""
     console = console or Console()
-    if report.cycles:
-        console.print(_cycles(report.cycles))
+    for first in range(0, len(report.cycles), CYCLES_ABREAST):
+        console.print(_cycles(report.cycles[first : first + CYCLES_ABREAST], first + 1))
     console.print(_subsystems(report))
     console.print(
         f"{report.simulated_s:.2f} s simulated in {report.wall_s:.2f} s "
         f"({report.real_time_factor:.1f} times real time), {report.peak_memory_mb:.0f} MB, "
         f"seed {report.seed}, {len(report.equations_executed)} equations executed",
         highlight=False,
+        soft_wrap=True,
     )
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
     for fault in report.faults:
@@ -30,19 +34,18 @@ def show(report: Report, console: Console | None = None) -> None:
         console.print(f"[red]fault[/] {escape(text)}", highlight=False)
 
 
-def _cycles(cycles: list[dict[str, Any]]) -> Table:
-    table = Table(title="Cycles", title_justify="left")
-    names = list(dict.fromkeys(name for cycle in cycles for name in cycle))
-    table.add_column("", justify="right")
-    for name in names:
-        table.add_column(name.replace("_", " "), overflow="fold")
-    for number, cycle in enumerate(cycles, start=1):
-        table.add_row(str(number), *(_cell(cycle.get(name)) for name in names))
+def _cycles(cycles: list[dict[str, Any]], first: int) -> Table:
+    table = Table()
+    table.add_column("cycle")
+    for number in range(first, first + len(cycles)):
+        table.add_column(str(number), justify="right", overflow="fold")
+    for name in dict.fromkeys(name for cycle in cycles for name in cycle):
+        table.add_row(name, *(_cell(cycle.get(name)) for cycle in cycles))
     return table
 
 
 def _subsystems(report: Report) -> Table:
-    table = Table(title="Subsystems", title_justify="left")
+    table = Table()
     table.add_column("subsystem")
     for name in ("steps", "mean step", "states", "transitions"):
         table.add_column(name, justify="right")
