@@ -10,7 +10,6 @@ from rich.table import Table
 
 from specc_runtime.report import Report
 
-
 CYCLES_ABREAST = 4
 
 
