@@ -141,6 +141,35 @@ def test_what_cannot_be_grasped_is_not_selected_while_something_can():
     assert select_object((far,)) is far
 
 
+def with_surface(each):
+    """The object with a dense cloud: a grid on the top and the sides of its box."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 25)] * 3), axis=-1).reshape(-1, 3)
+    surface = grid[np.abs(grid).max(axis=1) == 0.5] * each.size
+    points = surface @ each.X[:3, :3].T + each.X[:3, 3]
+    return replace(each, C_rgb=Cloud(points, np.zeros(points.shape, np.uint8)))
+
+
+@pytest.mark.parametrize(("gap", "hindered"), [(0.010, True), (0.030, True), (0.050, False)])
+def test_what_stands_close_to_another_is_picked_later(gap, hindered):
+    size = thing("sen_0").size
+    close = with_surface(thing("sen_0", y=-0.4, confidence=0.09))
+    wall = with_surface(thing("sen_1", y=-0.4 + size[1] + gap, confidence=0.01))
+    alone = with_surface(thing("sen_2", y=0.0, confidence=0.03))
+    assert select_object((close, wall, alone)) is (alone if hindered else close)
+    assert select_object((close, wall)) is close
+
+
+def test_a_low_neighbour_under_the_hand_does_not_hinder_but_a_tall_one_does():
+    target = with_surface(thing("sen_0", y=-0.4, confidence=0.09))
+    alone = with_surface(thing("sen_2", y=0.05, confidence=0.03))
+    low = thing("sen_1", y=-0.4 + target.size[1] + 0.039, confidence=0.01)
+    assert select_object((target, with_surface(low), alone)) is target
+    raised = low.X.copy()
+    raised[2, 3] += 0.08
+    tall = replace(low, X=raised, size=low.size + (0, 0, 0.16))
+    assert select_object((target, with_surface(tall), alone)) is alone
+
+
 def test_nothing_can_be_selected_from_nothing():
     with pytest.raises(ValueError, match="empty"):
         select_object(())

@@ -19,7 +19,7 @@ from specc_runtime.operators.vision.values import Object
 SQUEEZE_M = 0.004
 SHORTEST_SIDE_M = FINGERS_LOWER + SQUEEZE_M
 LONGEST_SIDE_M = FINGERS_UPPER - 0.002
-MAX_SINK_M = 0.03
+MAX_SINK_M = 0.04  # irp6_grasping, the later variant
 # A box tilted by less is taken from straight above: it lies flat, the tilt is an error of its pose.
 LEVEL_RAD = 0.17
 # The upmost face of a box can be tilted by at most 0.955 rad; beyond this the arm gets too low.
@@ -37,7 +37,7 @@ class FingerPoses:
     X_Br: Array
 
 
-class NotGraspable(ValueError):  # noqa: N818  (the object is the fault, not an error of the code)
+class NotGraspable(ValueError):
     """An object that the gripper cannot take from above; carries its label and the reason."""
 
     def __init__(self, label: str, reason: str) -> None:

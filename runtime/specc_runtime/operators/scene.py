@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from specc_runtime.operators.arrays import Array
-from specc_runtime.operators.grasping import graspable
+from specc_runtime.operators.clearance import hand_has_room
+from specc_runtime.operators.grasping import grasp_pose, graspable, left_right_grasp
 from specc_runtime.operators.vision.clouds import move_cloud, move_feature_cloud
 from specc_runtime.operators.vision.values import Object, label_of, model_label_of
 
@@ -71,12 +72,19 @@ def update_scene(O_p: Objects, O_c: Objects) -> Objects:
 
 
 def select_object(objects: Objects) -> Object:
-    """SO (eq. 67): the object in B with the highest confidence, of those the gripper can take.
+    """SO (eq. 67): the object in B with the highest confidence, of those easiest to take.
 
-    If it can take none, the highest confidence of all. Raises ValueError if there is no object.
+    Easiest are those that the arm can grasp without its hand touching others, then those that it
+    can grasp, then the rest. Raises ValueError if there is no object.
     """
-    candidates = [each for each in objects if graspable(each)] or list(objects)
-    return max(candidates, key=lambda each: each.confidence)
+    return max(objects, key=lambda each: (_ease(each, objects), each.confidence))
+
+
+def _ease(candidate: Object, objects: Objects) -> int:
+    if not graspable(candidate):
+        return 0
+    X_BF = grasp_pose(left_right_grasp(candidate), np.eye(4))
+    return 2 if hand_has_room(X_BF, tuple(o for o in objects if o is not candidate)) else 1
 
 
 def _same_model(one: Object, other: Object) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 from specc_runtime.operators.arrays import Array
 from specc_runtime.operators.vision import opencv
 from specc_runtime.operators.vision.camera import Intrinsics, back_project
+from specc_runtime.operators.vision.region import textured_region
 from specc_runtime.operators.vision.values import Depth, FeatureCloud, Features, Image
 
 WINDOW_RADIUS_PX = 3
@@ -14,9 +15,11 @@ WINDOW_DEPTH_M = 0.010
 
 
 def extract_features(I_rgb: Image) -> Features:
-    """FE (eq. 44): the SIFT features of an RGB picture (h, w, 3)."""
-    points, descriptors = opencv.sift(I_rgb)
-    return Features(points, descriptors)
+    """FE (eq. 44): the SIFT features of the textured part of an RGB picture (h, w, 3)."""
+    gray = opencv.to_gray(I_rgb)
+    rows, columns = textured_region(gray)
+    points, descriptors = opencv.sift(gray[rows, columns])
+    return Features(np.add(points, (columns.start, rows.start)), descriptors)
 
 
 def to_cartesian(features: Features, I_depth: Depth, P: Intrinsics) -> FeatureCloud:

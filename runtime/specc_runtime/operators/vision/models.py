@@ -83,11 +83,10 @@ def _feature_cloud(faces: list[tuple[Face, Image]]) -> FeatureCloud:
 
 def _face_features(face: Face, picture: Image) -> Iterator[tuple[Array, Descriptors]]:
     """Places in O and descriptors of the features of a face, one pair for each scale."""
-    around = ((MARGIN_PX, MARGIN_PX), (MARGIN_PX, MARGIN_PX), (0, 0))
     for px_per_m in FEATURE_SCALES_PX_PER_M:
         scaled = _scaled(picture, face, px_per_m)
         # SIFT ignores a few pixels along the border of a picture; the margin gives them back.
-        pixels, descriptors = opencv.sift(np.pad(scaled, around, mode="edge"))
+        pixels, descriptors = opencv.sift(np.pad(opencv.to_gray(scaled), MARGIN_PX, mode="edge"))
         rows, columns = scaled.shape[:2]
         across = (pixels[:, 0] - MARGIN_PX + 0.5) / columns
         below = (pixels[:, 1] - MARGIN_PX + 0.5) / rows

@@ -40,12 +40,18 @@ def resize(picture: Image, width_px: int, height_px: int) -> Image:
     return np.asarray(smaller, np.uint8)
 
 
-def sift(rgb: Image) -> tuple[Array, Descriptors]:
+def to_gray(rgb: Image) -> Image:
+    """Luminance (h, w) of an RGB picture (h, w, 3)."""
+    return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def sift(gray: Image) -> tuple[Array, Descriptors]:
     """SIFT keypoints (n, 2) as (u, v), whole numbers at pixel centres, and descriptors (n, 128).
 
     The precise upscaling removes a bias of the default detector of 0.15 pixel in u and v.
     """
-    gray = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    if gray.size == 0:
+        return np.empty((0, 2)), np.empty((0, 128), np.float32)
     detector = cv2.SIFT.create(contrastThreshold=CONTRAST_THRESHOLD, enable_precise_upscale=True)
     keypoints, descriptors = detector.detectAndCompute(gray, None)
     if not keypoints:
