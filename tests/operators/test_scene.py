@@ -166,7 +166,7 @@ def test_a_low_neighbour_under_the_hand_does_not_hinder_but_a_tall_one_does():
     assert select_object((target, with_surface(low), alone)) is target
     raised = low.X.copy()
     raised[2, 3] += 0.08
-    tall = replace(low, X=raised, size=low.size + (0, 0, 0.16))
+    tall = replace(low, X=raised, size=low.size + np.array([0, 0, 0.16]))
     assert select_object((target, with_surface(tall), alone)) is alone
 
 

@@ -23,7 +23,7 @@ HAND_ABOVE_TIPS_M = 0.09
 
 def hand_has_room(X_BF: Array, others: tuple[Object, ...]) -> bool:
     """Whether no point of the dense clouds of others, in B, is in the way of the hand to X_BF."""
-    X_FB: Array = np.linalg.inv(X_BF)
+    X_FB = np.linalg.inv(X_BF).astype(np.float64)
     return not any(_in_the_way(move_points(X_FB, each.C_rgb.points)).any() for each in others)
 
 
