@@ -1,0 +1,9 @@
+"""Proofs about conditions: exact on their Boolean structure, by truth tables.
+
+What the tables are too small for is `unknown`, with a reason; another way to decide goes there.
+"""
+
+from specc.proof.prover import Prover
+from specc.proof.verdict import Decision, InputName, RowVerdict, Witness
+
+__all__ = ["Decision", "InputName", "Prover", "RowVerdict", "Witness"]

@@ -1,0 +1,104 @@
+"""Decides on truth tables whether exactly one of several conditions holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from specc.proof.formula import Formula, atoms_of
+from specc.proof.relevance import components, conjuncts, related
+from specc.proof.table import Table, TooLargeError
+from specc.proof.variables import Arrival
+from specc.proof.verdict import Decision, InputName, Witness
+from specc.proof.witness import describe
+
+
+def decide(
+    conditions: Sequence[Formula], context: Sequence[Formula], axioms: Sequence[Formula]
+) -> Decision:
+    """Whether exactly one condition holds whenever the context and the axioms do."""
+    given = conjuncts(context)
+    assumed = given + related(conjuncts(axioms), [*conditions, *given])
+    try:
+        return _decision(conditions, assumed)
+    except TooLargeError as error:
+        reason = str(error)
+    # What the context says of other things cannot help a proof, but makes the table larger.
+    try:
+        smaller = _decision(conditions, related(assumed, conditions))
+    except TooLargeError:
+        smaller = None
+    if smaller is not None and smaller.proved:
+        return smaller
+    anything = (True,) * len(conditions)
+    return Decision(unknown=reason, satisfiable=anything, ensures=(frozenset(),) * len(conditions))
+
+
+def can_hold(formulas: Sequence[Formula]) -> bool | None:
+    """Whether all formulas can hold together; None if the question is too large."""
+    answer: bool | None = True
+    for group in components(conjuncts(formulas)):
+        try:
+            table = Table(group)
+        except TooLargeError:
+            answer = None
+            continue
+        if not _all(table, group):
+            return False
+    return answer
+
+
+def _decision(conditions: Sequence[Formula], assumed: Sequence[Formula]) -> Decision:
+    table = Table([*conditions, *assumed])
+    context = _all(table, assumed)
+    holding = [table.bits(condition) & context for condition in conditions]
+    return Decision(
+        possible=bool(context),
+        gap=_gap(table, context, holding, conditions),
+        overlap=_overlap(table, context, holding, conditions),
+        satisfiable=tuple(map(bool, holding)),
+        ensures=_ensured(table, holding),
+    )
+
+
+def _all(table: Table, formulas: Sequence[Formula]) -> int:
+    bits = table.full
+    for formula in formulas:
+        bits &= table.bits(formula)
+    return bits
+
+
+def _gap(
+    table: Table, context: int, holding: Sequence[int], conditions: Sequence[Formula]
+) -> Witness | None:
+    left = context
+    for bits in holding:
+        left &= ~bits
+    return (
+        Witness(describe(table, left, context, frozenset(atoms_of(conditions)))) if left else None
+    )
+
+
+def _overlap(
+    table: Table, context: int, holding: Sequence[int], conditions: Sequence[Formula]
+) -> Witness | None:
+    """The first two conditions that can hold together."""
+    seen = 0
+    for index, bits in enumerate(holding):
+        if bits & seen:
+            first = next(i for i in range(index) if holding[i] & bits)
+            asked = frozenset(atoms_of((conditions[first], conditions[index])))
+            facts = describe(table, bits & holding[first], context, asked)
+            return Witness(facts, (first, index))
+        seen |= bits
+    return None
+
+
+def _ensured(table: Table, holding: Sequence[int]) -> tuple[frozenset[InputName], ...]:
+    """The inputs that cannot be absent where each condition holds."""
+    absent: list[tuple[InputName, int]] = []
+    for column in table.columns:
+        if isinstance(column.variable, Arrival):
+            without = [i for i, answers in enumerate(column.answers) if not any(answers)]
+            name = column.variable.peer, column.variable.element
+            absent.append((name, sum(table.where(column, i) for i in without)))
+    return tuple(frozenset(name for name, bits in absent if not bits & holds) for holds in holding)

@@ -1,0 +1,135 @@
+"""Value numbers: expressions that surely have the same value get the same number.
+
+Lets and constants are looked through. Sharing numbers instead of copying expressions keeps the work
+linear where lets refer to lets many times over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from specc.model.expr import (
+    Binary,
+    Bound,
+    Builtin,
+    Component,
+    ConstantRef,
+    Expr,
+    Items,
+    LetRef,
+    Member,
+    Node,
+    Number,
+    Quantifier,
+    TextLiteral,
+    Truth,
+    Unary,
+    children,
+)
+
+Scalar = float | bool | str
+Depths = Mapping[str, int]
+"""Variable of a quantifier -> how many quantifiers are around its own."""
+
+_COMMUTATIVE = ("+", "*")
+
+
+class Numbering:
+    """Numbers the expressions of one subsystem; equal numbers mean equal values in one period."""
+
+    def __init__(self, lets: Mapping[str, Expr], constants: Mapping[str, Expr]) -> None:
+        """`lets` and `constants` in order of dependence."""
+        self._numbers: dict[object, int] = {}
+        self._values: dict[int, Scalar] = {}
+        self._constants: dict[str, int] = {}
+        self._lets: dict[str, int] = {}
+        for name, value in constants.items():
+            self._constants[name] = self.number(value)
+        for name, value in lets.items():
+            self._lets[name] = self.number(value)
+
+    def value(self, number: int) -> Scalar | None:
+        """The value of a number that stands for a known one: a number, truth, member or text."""
+        return self._values.get(number)
+
+    def number(self, expr: Expr, bound: Depths | None = None) -> int:
+        """The number of `expr`; `bound` says how deep each quantifier variable was bound."""
+        inside = bound or {}
+        match expr:
+            case LetRef(name=name) if name in self._lets:
+                return self._lets[name]
+            case ConstantRef(name=name) if name in self._constants:
+                return self._constants[name]
+            case Bound(name=name):
+                return self._of(("bound", inside.get(name, name)))
+            case Number(value=value) | Truth(value=value) | TextLiteral(value=value):
+                return self._known(value)
+            case Member(name=name):
+                return self._known(name)
+            case Component(value=Items(items=items), index=index) if index < len(items):
+                return self.number(items[index], inside)
+            case Quantifier(kind=kind, variable=variable, over=over, body=body):
+                depth = len(inside)
+                parts = self.number(over, inside), self.number(body, {**inside, variable: depth})
+                return self._of(("quantifier", kind, *parts))
+        return self._compound(expr, [self.number(child, inside) for child in children(expr)])
+
+    def pair(self, a: int, b: int) -> int:
+        """A number for what two values have to do with each other, whatever their order."""
+        return self._of(("pair", min(a, b), max(a, b)))
+
+    def _compound(self, expr: Expr, parts: list[int]) -> int:
+        known = [self._values.get(part) for part in parts]
+        if isinstance(expr, (Unary, Binary)):
+            folded = _fold(expr.op, known)
+            if folded is not None:
+                return self._known(folded)
+        if isinstance(expr, Binary) and expr.op in _COMMUTATIVE:
+            parts = sorted(parts)
+        if isinstance(expr, Builtin) and expr.name == "near" and len(parts) == 3:
+            parts = [*sorted(parts[:2]), parts[2]]
+        return self._of((type(expr).__name__, *_labels(expr), *parts))
+
+    def _known(self, value: Scalar) -> int:
+        number = self._of(("value", isinstance(value, bool), value))
+        self._values[number] = value
+        return number
+
+    def _of(self, key: object) -> int:
+        return self._numbers.setdefault(key, len(self._numbers))
+
+
+def _labels(expr: Expr) -> tuple[object, ...]:
+    """What distinguishes a node besides its parts; how many parts it has included."""
+    names = (name for name in expr.__dataclass_fields__ if name not in ("type", "span"))
+    values = [getattr(expr, name) for name in names]
+    return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
+
+
+def _fold(op: str, known: list[Scalar | None]) -> float | None:
+    """The result of arithmetic on known numbers; None if it has none."""
+    numbers = [k for k in known if isinstance(k, (int, float)) and not isinstance(k, bool)]
+    if len(numbers) != len(known):
+        return None
+    try:
+        if len(numbers) == 1:
+            return -numbers[0] if op == "-" else None
+        return _arithmetic(op, *numbers)
+    except (ArithmeticError, ValueError):
+        return None
+
+
+def _arithmetic(op: str, a: float, b: float) -> float | None:
+    match op:
+        case "+":
+            return a + b
+        case "-":
+            return a - b
+        case "*":
+            return a * b
+        case "/":
+            return a / b
+        case "**" if abs(b) <= 64:
+            power: float | complex = a**b
+            return None if isinstance(power, complex) else power
+    return None

@@ -1,0 +1,86 @@
+"""Answers questions about the conditions of one subsystem."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+
+from specc.model.expr import Expr
+from specc.model.fsm import Cause, Transition
+from specc.model.system import Subsystem
+from specc.proof.decide import can_hold, decide
+from specc.proof.formula import Formula
+from specc.proof.translate import Translator
+from specc.proof.verdict import Decision, InputName, RowVerdict
+
+
+class Prover:
+    """Answers under the axioms of the subsystem; a question is decided once, wherever it is asked.
+
+    Decisions are exact on the Boolean structure of conditions (`specc.proof.translate` says what
+    counts as structure); operators are unknown but repeatable functions of their arguments.
+    """
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        constants: Mapping[str, Expr],
+        always_present: Collection[InputName] = (),
+    ) -> None:
+        """`constants` of the system by name, in order of dependence."""
+        own = {c.name: c.value for c in subsystem.constants}
+        lets = {item.name: item.value for item in subsystem.lets}
+        self._translator = Translator(lets, {**constants, **own}, always_present)
+        self._behaviours = {state.name: state.behaviour for state in subsystem.states}
+        self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}
+        for row in subsystem.transitions:
+            key = row.source, row.cause
+            self._rows[key] = (*self._rows.get(key, ()), row)
+        self._axioms = tuple(self._translator.formula(axiom.that) for axiom in subsystem.axioms)
+        self._decisions: dict[object, Decision] = {}
+
+    def prove_rows(self, state: str, cause: Cause, *, without: int | None = None) -> RowVerdict:
+        """Whether exactly one row of a state and cause applies whenever the cause occurs.
+
+        `without` leaves an axiom out, by its index.
+        """
+        rows = self._rows.get((state, cause), ())
+        conditions = tuple(self._translator.formula(row.condition.when) for row in rows)
+        context = self._context(state, cause)
+        axioms = tuple(a for index, a in enumerate(self._axioms) if index != without)
+        key = conditions, context, axioms
+        if key not in self._decisions:
+            self._decisions[key] = decide(conditions, context, axioms)
+        return RowVerdict(rows, self._decisions[key])
+
+    def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
+        """Whether all conditions can hold together; None if the question is too large."""
+        return self._can_hold([self._translator.formula(c) for c in conditions])
+
+    def implies(self, context: Iterable[Expr], fact: Expr) -> bool | None:
+        """Whether the fact holds whenever the context does; None if the question is too large."""
+        negated = self._translator.make.negation(self._translator.formula(fact))
+        possible = self._can_hold([*map(self._translator.formula, context), negated])
+        return None if possible is None else not possible
+
+    def contradiction(self) -> tuple[int, ...]:
+        """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
+        core = list(range(len(self._axioms)))
+        if can_hold(self._axioms) is not False:
+            return ()
+        for index in tuple(core):
+            rest = [i for i in core if i != index]
+            if can_hold([self._axioms[i] for i in rest]) is False:
+                core = rest
+        return tuple(core)
+
+    def _context(self, state: str, cause: Cause) -> tuple[Formula, ...]:
+        """When a state ends by a cause: the error condition has priority (2.4)."""
+        behaviour = self._behaviours[state]
+        error = self._translator.formula(behaviour.error.when)
+        if cause == "error":
+            return (error,)
+        negated = self._translator.make.negation(error)
+        return self._translator.formula(behaviour.terminal.when), negated
+
+    def _can_hold(self, formulas: list[Formula]) -> bool | None:
+        return can_hold([*formulas, *self._axioms])

@@ -1,0 +1,145 @@
+"""Truth tables as long integers: bit i is the value of a formula in the i-th combination.
+
+Combinations range over the consistent answers to the questions about each variable, so exclusive
+atoms never hold together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from specc.proof.formula import Atom, Formula, atoms_of, in_order
+from specc.proof.variables import Answers, Collection, Variable
+
+LIMIT = 2**18
+"""Most combinations that are tried."""
+
+
+class TooLargeError(Exception):
+    """The formulas have too many combinations; the message says how many of what."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """The answers to the atoms of a variable; consecutive ones are `stride` combinations apart."""
+
+    variable: Variable
+    atoms: tuple[Atom, ...]
+    answers: tuple[Answers, ...]
+    stride: int
+
+
+class Table:
+    """The combinations of all atoms of some formulas.
+
+    Raises:
+        TooLargeError: there are more than `LIMIT`.
+    """
+
+    def __init__(self, formulas: Iterable[Formula]) -> None:
+        groups: dict[Variable, list[Atom]] = {}
+        for atom in atoms_of(formulas):
+            groups.setdefault(atom.variable, []).append(atom)
+        columns: list[Column] = []
+        self.size = 1
+        for variable, atoms in groups.items():
+            answers = _answers(variable, [atom.test for atom in atoms])
+            columns.append(Column(variable, tuple(atoms), tuple(answers), self.size))
+            self.size *= len(answers)
+            if self.size > LIMIT:
+                raise TooLargeError(f"more than {LIMIT} combinations of {len(groups)} facts")
+        self.columns = tuple(columns)
+        self.full = (1 << self.size) - 1
+        self._bits: dict[Formula, int] = {}
+
+    def bits(self, formula: Formula) -> int:
+        """The combinations in which a formula holds."""
+        if formula not in self._bits:
+            for part in in_order((formula,)):
+                if part not in self._bits:
+                    self._bits[part] = self._compute(part)
+        return self._bits[formula]
+
+    def where(self, column: Column, answer: int) -> int:
+        """The combinations with one answer of a column."""
+        return self._repeated(column, ((1 << column.stride) - 1) << (answer * column.stride))
+
+    def answers_at(self, combination: int) -> tuple[int, ...]:
+        """The answer of each column in a combination."""
+        return tuple(combination // c.stride % len(c.answers) for c in self.columns)
+
+    def _compute(self, formula: Formula) -> int:
+        match formula.kind:
+            case "true":
+                return self.full
+            case "false":
+                return 0
+            case "and":
+                bits = self.full
+                for part in formula.parts:
+                    bits &= self._bits[part]
+                return bits
+            case "or":
+                bits = 0
+                for part in formula.parts:
+                    bits |= self._bits[part]
+                return bits
+        assert formula.atom is not None
+        bits = self._atoms[formula.atom]
+        return bits if formula.kind == "atom" else self.full ^ bits
+
+    @cached_property
+    def _atoms(self) -> dict[Atom, int]:
+        found = {}
+        for column in self.columns:
+            block = (1 << column.stride) - 1
+            for index, atom in enumerate(column.atoms):
+                yes = [i for i, answer in enumerate(column.answers) if answer[index]]
+                period = sum(block << (i * column.stride) for i in yes)
+                found[atom] = self._repeated(column, period)
+        return found
+
+    def _repeated(self, column: Column, period: int) -> int:
+        bits, length = period, column.stride * len(column.answers)
+        while length < self.size:
+            bits |= bits << length
+            length *= 2
+        return bits & self.full
+
+
+def _answers(variable: Variable, tests: Sequence[object]) -> list[Answers]:
+    if isinstance(variable, Collection):
+        return _collection_answers(variable, [t for t in tests if isinstance(t, Formula)])
+    answers: list[Answers] = variable.answers(tests)  # type: ignore[arg-type]  # tests of its kind
+    return answers
+
+
+def _collection_answers(variable: Collection, tests: list[Formula]) -> list[Answers]:
+    """Which tests some item passes: for every set of kinds of items that can be there."""
+    kinds = _kinds_of_items(tests)
+    fewest = {(False,) * len(tests): 0}
+    for kind in kinds:
+        if len(fewest) * len(kinds) > LIMIT:
+            raise TooLargeError(f"a quantifier over more than {LIMIT} kinds of items")
+        for answer, count in list(fewest.items()):
+            both = tuple(a or b for a, b in zip(answer, kind, strict=True))
+            fewest[both] = min(count + 1, fewest.get(both, count + 1))
+    if variable.size is None:
+        return list(fewest)
+    nothing = (False,) * len(tests)
+    possible = [a for a, count in fewest.items() if count <= variable.size and a != nothing]
+    return possible + ([nothing] if nothing in kinds or not variable.size else [])
+
+
+def _kinds_of_items(tests: list[Formula]) -> list[Answers]:
+    """The answers that one item can give to all tests."""
+    table = Table(tests)
+    kinds: list[tuple[Answers, int]] = [((), table.full)]
+    for test in tests:
+        bits = table.bits(test)
+        split = [(((*k, True)), left & bits) for k, left in kinds]
+        split += [(((*k, False)), left & ~bits) for k, left in kinds]
+        kinds = [(kind, left) for kind, left in split if left]
+    return [kind for kind, _ in kinds]

@@ -1,0 +1,199 @@
+"""From conditions to formulas: what is Boolean becomes structure, everything else an atom.
+
+Atoms are chosen so that complements coincide: `a <= b` is `not b < a`, `v in {u, c}` says how one
+choice of a member came out, `all(P)` is `not any(not P)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection as Names
+from collections.abc import Mapping
+
+from specc.expr import show
+from specc.model.expr import (
+    Among,
+    Builtin,
+    Choice,
+    Compare,
+    Expr,
+    Fresh,
+    LetRef,
+    Logic,
+    Present,
+    Quantifier,
+    Truth,
+    Unary,
+)
+from specc.model.types import Bool, Enum, Text, Vector
+from specc.proof.comparisons import Comparisons
+from specc.proof.formula import Atom, Formula, Formulas
+from specc.proof.numbering import Depths, Numbering
+from specc.proof.variables import Arrival, Collection, EnumItem, Flag, Label, Variable
+
+
+class Translator:
+    """Translates the conditions of one subsystem; equal conditions give the same formula."""
+
+    def __init__(
+        self,
+        lets: Mapping[str, Expr],
+        constants: Mapping[str, Expr],
+        always_present: Names[tuple[str, str]] = (),
+    ) -> None:
+        """`always_present`: peer and name of input elements that are never without a value."""
+        self.make = Formulas()
+        self._lets = lets
+        self._always = always_present
+        self._numbering = Numbering(lets, constants)
+        self._comparisons = Comparisons(self._numbering)
+        self._memo: dict[tuple[int, int], Formula] = {}
+        for value in lets.values():
+            # In order of dependence, so that no chain of lets is followed by deep recursion.
+            if isinstance(value.type, Bool):
+                self.formula(value)
+
+    def formula(self, expr: Expr) -> Formula:
+        """The formula of an expression of type bool."""
+        return self._bool(expr, {})
+
+    def arrival(self, peer: str, element: str) -> Arrival:
+        """The variable of an input element."""
+        return Arrival(peer, element, (peer, element) in self._always)
+
+    def present(self, peer: str, element: str) -> Formula:
+        """The formula that an input element has a value."""
+        text = f"present(x.{peer}.{element})"
+        return self.make.atom(Atom(self.arrival(peer, element), "present", text))
+
+    def _bool(self, expr: Expr, bound: Depths) -> Formula:
+        key = (self._numbering.number(expr, bound), len(bound))
+        if key not in self._memo:
+            self._memo[key] = self._translate(self._look_through(expr), bound)
+        return self._memo[key]
+
+    def _translate(self, expr: Expr, bound: Depths) -> Formula:
+        match expr:
+            case Truth(value=value):
+                return self.make.constant(value)
+            case Unary(op="not", operand=operand):
+                return self.make.negation(self._bool(operand, bound))
+            case Logic(op=op, operands=operands):
+                parts = [self._bool(part, bound) for part in operands]
+                join = self.make.conjunction if op == "and" else self.make.disjunction
+                return join(parts)
+            case Choice(test=test, then=then, otherwise=otherwise):
+                return self.make.choice(*(self._bool(p, bound) for p in (test, then, otherwise)))
+            case Compare(op=op, left=left, right=right):
+                return self._compare(expr, op, left, right, bound)
+            case Among(item=item, members=members):
+                return self._among(expr, item, members, bound)
+        return self._atomic(expr, bound)
+
+    def _atomic(self, expr: Expr, bound: Depths) -> Formula:
+        match expr:
+            case Fresh(input=element):
+                return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
+            case Present(input=element):
+                return self._ask(self.arrival(element.peer, element.element), "present", expr)
+            case Quantifier():
+                return self._quantifier(expr, bound)
+            case Builtin(name="near") if near := self._comparisons.near(expr, bound):
+                return self._ask(*near, expr)
+        number = self._numbering.number(expr, bound)
+        value = self._numbering.value(number)
+        if isinstance(value, bool):
+            return self.make.constant(value)
+        return self._ask(Flag(number), None, expr)
+
+    def _look_through(self, expr: Expr) -> Expr:
+        while isinstance(expr, LetRef) and expr.name in self._lets:
+            expr = self._lets[expr.name]
+        return expr
+
+    def _ask(self, variable: Variable, test: object, expr: Expr, holds: bool = True) -> Formula:
+        """`expr` as a question about a variable: true when the answer is `holds`."""
+        formula = self.make.atom(Atom(variable, test, show(expr), holds))
+        return formula if holds else self.make.negation(formula)
+
+    def _compare(self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths) -> Formula:
+        """`left op right`; a choice of values becomes a choice of comparisons."""
+        left, right = self._look_through(left), self._look_through(right)
+        if isinstance(left, Choice):
+            return self.make.choice(
+                self._bool(left.test, bound),
+                self._compare(whole, op, left.then, right, bound),
+                self._compare(whole, op, left.otherwise, right, bound),
+            )
+        if isinstance(right, Choice):
+            return self.make.choice(
+                self._bool(right.test, bound),
+                self._compare(whole, op, left, right.then, bound),
+                self._compare(whole, op, left, right.otherwise, bound),
+            )
+        if isinstance(left.type, (Bool, Enum, Text)):
+            return self._same(whole, left, right, op == "==", bound)
+        question = self._comparisons.question(op, left, right, bound)
+        if isinstance(question, bool):
+            return self.make.constant(question)
+        variable, test, holds = question
+        return self._ask(variable, test, whole, holds)
+
+    def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
+        """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
+        if isinstance(a.type, Bool):
+            p, q = self._bool(a, bound), self._bool(b, bound)
+            return self.make.choice(p, *_either(q, self.make.negation(q), holds))
+        x, y = (self._numbering.number(side, bound) for side in (a, b))
+        known_x, known_y = self._numbering.value(x), self._numbering.value(y)
+        if x == y or (known_x is not None and known_y is not None):
+            return self.make.constant((x == y) == holds)
+        if known_x is not None:
+            a, x, known_y = b, y, known_x
+        if isinstance(a.type, Enum) and known_y is not None:
+            variable = EnumItem(x, a.type.members, show(a))
+            return self._ask(variable, frozenset((known_y,)), whole, holds)
+        if isinstance(a.type, Enum):
+            items = EnumItem(x, a.type.members, show(a)), EnumItem(y, a.type.members, show(b))
+            return self._same_item(items, holds)
+        if known_y is not None:
+            return self._ask(Label(x), known_y, whole, holds)
+        return self._ask(Flag(self._numbering.pair(x, y)), None, whole, holds)
+
+    def _same_item(self, items: tuple[EnumItem, EnumItem], holds: bool) -> Formula:
+        """Whether two items of an enum are the same member, whichever it is."""
+        same = self.make.disjunction(
+            self.make.conjunction(self.make.atom(Atom(item, test)) for item in items)
+            for test in (frozenset((member,)) for member in items[0].members)
+        )
+        return same if holds else self.make.negation(same)
+
+    def _among(self, whole: Expr, item: Expr, members: frozenset[str], bound: Depths) -> Formula:
+        item = self._look_through(item)
+        if isinstance(item, Choice):
+            return self.make.choice(
+                self._bool(item.test, bound),
+                self._among(whole, item.then, members, bound),
+                self._among(whole, item.otherwise, members, bound),
+            )
+        number = self._numbering.number(item, bound)
+        known = self._numbering.value(number)
+        enum = item.type
+        if known is not None or not isinstance(enum, Enum) or members >= set(enum.members):
+            return self.make.constant(known is None or known in members)
+        return self._ask(EnumItem(number, enum.members, show(item)), members, whole)
+
+    def _quantifier(self, whole: Quantifier, bound: Depths) -> Formula:
+        """`any(body)`; `all(body)` says that there is no item for which the body is false."""
+        body = self._bool(whole.body, {**bound, whole.variable: len(bound)})
+        exists = whole.kind == "any"
+        test = body if exists else self.make.negation(body)
+        if test is self.make.false:
+            return self.make.constant(not exists)
+        over = whole.over.type
+        size = over.size if isinstance(over, Vector) else None
+        number = self._numbering.number(whole.over, bound)
+        return self._ask(Collection(number, size), test, whole, exists)
+
+
+def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:
+    return (same, other) if holds else (other, same)

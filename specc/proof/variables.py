@@ -1,0 +1,138 @@
+"""What conditions ask about. Atoms of one variable are related; those of different ones are not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+Answers = tuple[bool, ...]
+"""Answers to the questions about one variable, in the order of the questions."""
+
+Number = int
+"""A value number: equal for expressions that have the same value (see `specc.proof.numbering`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """A truth value about which nothing else is known; its only question is None."""
+
+    of: Number
+
+    def answers(self, tests: Sequence[None]) -> list[Answers]:
+        """False and true."""
+        return [(False,) * len(tests), (True,) * len(tests)]
+
+
+@dataclass(frozen=True, slots=True)
+class EnumItem:
+    """One member of an enum; a question is a set of members."""
+
+    of: Number
+    members: tuple[str, ...]
+    text: str = field(compare=False, default="")
+
+    def answers(self, tests: Sequence[frozenset[str]]) -> list[Answers]:
+        """One for every member that the questions tell apart."""
+        return _distinct([tuple(m in test for test in tests) for m in self.members])
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A text; a question is a text that it may be equal to."""
+
+    of: Number
+
+    def answers(self, tests: Sequence[str]) -> list[Answers]:
+        """Equal to one of the texts or to none."""
+        return [(False,) * len(tests)] + [tuple(a == b for a in tests) for b in tests]
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """An element of an input buffer: without a value, with an old one, or fresh."""
+
+    peer: str
+    element: str
+    always_present: bool
+
+    def answers(self, tests: Sequence[Literal["fresh", "present"]]) -> list[Answers]:
+        """A fresh element is present."""
+        states = [{"present"}, {"fresh", "present"}]
+        if not self.always_present:
+            states.insert(0, set())
+        return _distinct([tuple(test in state for test in tests) for state in states])
+
+
+Bound = tuple[str, float]
+"""One of <, <= and ==, and the constant to compare with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number; a question compares it with a constant.
+
+    NaN is left out: it stands for a component that is not used, and is not compared.
+    """
+
+    kind: Literal["value", "difference", "distance"]
+    of: tuple[Number, ...]
+    """One number of a value; two of a difference, or of the distance that `near` judges."""
+    whole: bool
+    """Whether it is an integer."""
+    least: float | None
+    """A lower bound by its nature, as of a length."""
+
+    def answers(self, tests: Sequence[Bound]) -> list[Answers]:
+        """One for every threshold that can be met and every gap between thresholds."""
+        thresholds = sorted({value for _, value in tests})
+        found = []
+        below = -math.inf
+        for value in thresholds:
+            if self._has_room(below, value):
+                found.append(tuple(t >= value and op != "==" for op, t in tests))
+            if self._can_be(value):
+                found.append(tuple(_holds_at(op, value, t) for op, t in tests))
+            below = value
+        found.append((False,) * len(tests))
+        return _distinct(found)
+
+    def _can_be(self, value: float) -> bool:
+        in_range = self.least is None or value >= self.least
+        return in_range and (not self.whole or float(value).is_integer())
+
+    def _has_room(self, below: float, above: float) -> bool:
+        """Whether a value lies between, both ends excluded."""
+        if self.least is not None and self.least > below:
+            if not self.whole:
+                return self.least < above
+            return math.ceil(self.least) < above
+        if below == -math.inf or not self.whole:
+            return True
+        return math.floor(below) + 1 < above
+
+
+def _holds_at(op: str, value: float, threshold: float) -> bool:
+    if op == "==":
+        return value == threshold
+    return value < threshold or (value == threshold and op == "<=")
+
+
+@dataclass(frozen=True, slots=True)
+class Collection:
+    """Items of a vector or list; a question is a formula, asked of any item.
+
+    Its answers need the tables of `specc.proof.table`.
+    """
+
+    of: Number
+    size: int | None
+    """Number of items; None for a list, which may be empty."""
+
+
+Variable = Flag | EnumItem | Label | Arrival | Quantity | Collection
+
+
+def _distinct(answers: list[Answers]) -> list[Answers]:
+    return list(dict.fromkeys(answers))

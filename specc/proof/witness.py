@@ -1,0 +1,44 @@
+"""The smallest situation that shows a fault: facts that do not matter are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from specc.proof.formula import Atom
+from specc.proof.table import Column, Table
+from specc.proof.variables import EnumItem
+from specc.proof.verdict import Facts
+
+
+def describe(table: Table, faults: int, allowed: int, asked: frozenset[Atom]) -> Facts:
+    """Facts that, within the combinations `allowed`, always lead to one of `faults`.
+
+    `faults` must have a combination. Facts about atoms that are not `asked` are left out first.
+    """
+    combination = (faults & -faults).bit_length() - 1
+    chosen = dict(zip(table.columns, table.answers_at(combination), strict=True))
+    for column in sorted(table.columns, key=lambda c: not asked.isdisjoint(c.atoms)):
+        rest = {c: answer for c, answer in chosen.items() if c is not column}
+        if not _common(table, rest) & allowed & ~faults:
+            chosen = rest
+    return tuple(fact for column, answer in chosen.items() for fact in _facts(column, answer))
+
+
+def _common(table: Table, chosen: Mapping[Column, int]) -> int:
+    bits = table.full
+    for column, answer in chosen.items():
+        bits &= table.where(column, answer)
+    return bits
+
+
+def _facts(column: Column, answer: int) -> Iterator[tuple[str, str]]:
+    """One answer of a column in words."""
+    answers = column.answers[answer]
+    if isinstance(column.variable, EnumItem):
+        asked = list(zip(column.atoms, answers, strict=True))
+        members = column.variable.members
+        possible = [m for m in members if all((m in a.test) == yes for a, yes in asked)]
+        yield column.variable.text, " or ".join(possible)
+        return
+    for atom, yes in zip(column.atoms, answers, strict=True):
+        yield atom.text, "true" if yes == atom.text_holds else "false"
