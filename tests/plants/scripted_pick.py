@@ -1,7 +1,5 @@
 """A pick from known poses by a plain script, to try the plant without agents."""
 
-from pathlib import Path
-
 import numpy as np
 from specc_runtime.operators import dynamics, gripper, kinematics, motors
 from specc_runtime.plants import irp6
@@ -9,8 +7,8 @@ from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.mujoco import MujocoPlant
 from specc_runtime.plants.picking import PickJudge
 
-PLANTS = Path(__file__).parents[2] / "specs" / "plants"
-MODEL = str(PLANTS / "irp6_picking.xml")
+from tests.plants.worlds import PICKING
+
 ARM = tuple(f"q{i}" for i in range(1, 7))
 MOTORS = tuple(f"q{i}_motor" for i in range(1, 7))
 FINGERS = ("finger_l", "finger_r")
@@ -35,7 +33,7 @@ class Script:
 
     def __init__(self, plant: MujocoPlant, judge: PickJudge) -> None:
         self.plant, self.judge = plant, judge
-        self.arm = dynamics.load_arm(MODEL)
+        self.arm = dynamics.load_arm(PICKING)
         self.arm_state = motors.initial_regulator_state()
         self.gripper_state = gripper.initial_gripper_regulator_state()
         self.q = plant.sample("q")

@@ -107,7 +107,8 @@ def _camera(model: Any, index: int, width: int, height: int) -> Camera:
     if sensor[0] > 0 and sensor[1] > 0:
         focal_x, focal_y, offset_x, offset_y = (float(v) for v in model.cam_intrinsic[index])
         fx, fy = focal_x / sensor[0] * width, focal_y / sensor[1] * height
-        right, down = offset_x / sensor[0] * width, offset_y / sensor[1] * height
+        # MuJoCo moves the frustum by these offsets, so the image moves the other way.
+        right, down = -offset_x / sensor[0] * width, -offset_y / sensor[1] * height
     else:
         fx = fy = height / 2 / tan(radians(float(model.cam_fovy[index])) / 2)
         right = down = 0.0

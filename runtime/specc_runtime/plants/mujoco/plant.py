@@ -105,7 +105,11 @@ class MujocoPlant:
             )
         for actuator in self._actuators.values():
             actuator.drive()
-        mujoco.mj_step(self._model, self._data, nstep=round(steps))
+        for _ in range(round(steps)):
+            # In this order positions and velocities, and what derives from them, are of the end of
+            # the step; forces are always those during the step.
+            mujoco.mj_step2(self._model, self._data)
+            mujoco.mj_step1(self._model, self._data)
         if any(self._data.warning[i].number for i in self._divergence):
             raise PlantError(f"the simulation diverged at {self.time_s:.3f} s")
 

@@ -61,7 +61,8 @@ class GroundTruth:
     def contact_force(self, *bodies: str) -> float:
         """Magnitude of the net contact force on the bodies together, N, at the last time step.
 
-        Forces that the bodies exert through an object on one another cancel.
+        Forces that the bodies exert through an object on one another cancel. MuJoCo computes them
+        only for models with a force, torque or acceleration sensor.
         """
         forces = self._data.cfrc_ext
         net = sum(forces[self._id("body", body)][3:] for body in bodies)
