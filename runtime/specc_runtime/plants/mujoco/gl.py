@@ -23,7 +23,7 @@ class GlRenderer:
     """Draws with MuJoCo's own renderer.
 
     Sensor frames have neither shadows nor multisampling: textures are mip-mapped anyway, and colour
-    and depth then come from one pass. Pictures have both.
+    and depth then come from one pass. Pictures have shadows and the model's own multisampling.
     """
 
     def __init__(self, model: Any, data: Any) -> None:
