@@ -69,8 +69,8 @@ def test_nothing_is_recognised_that_is_not_there(results):
 
 def test_poses_are_good_enough_to_grasp(results):
     distances, angles = np.transpose([e for pair in results for e in errors(*pair)])
-    assert np.median(distances) < 0.001
-    assert np.median(angles) < np.deg2rad(1)
+    assert np.median(distances) < 0.0005
+    assert np.median(angles) < np.deg2rad(0.7)
     assert np.percentile(distances, 95) < 0.003
     assert np.percentile(angles, 95) < np.deg2rad(3)
 
