@@ -25,7 +25,8 @@ def infer_alike(ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = Non
     typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
     if not typed:
         return ctx.each(*(partial(ctx.infer, node, hint) for node in nodes))
-    found = dict(zip(typed, ctx.each(*(partial(ctx.infer, nodes[i]) for i in typed)), strict=True))
+    own = ctx.each(*(partial(ctx.infer, nodes[i], hint) for i in typed))
+    found = dict(zip(typed, own, strict=True))
 
     def nearest_type(place: int) -> Type:
         return found[min(typed, key=lambda i: abs(i - place))].type

@@ -11,7 +11,7 @@ from specc.expr.context import Context
 from specc.expr.errors import ExprError, ExprErrors, one_of
 from specc.expr.mismatch import fits, way_out
 from specc.expr.parse import span
-from specc.expr.unify import Bindings, has_variables, substitute, unify
+from specc.expr.unify import Bindings, frames_of, has_variables, substitute, unify
 from specc.model.expr import Call, Expr
 from specc.model.system import Operator
 from specc.model.types import Type
@@ -61,6 +61,8 @@ class _Application:
         found: dict[int, Expr] = {}
         errors: list[ExprError] = []
         for index in order:
+            if errors and self._waits(args[index], parameters[index][1]):
+                continue
             try:
                 found[index] = self._argument(args[index], *parameters[index])
             except ExprErrors as failure:
@@ -71,9 +73,14 @@ class _Application:
         result = substitute(self.operator.result, self.bindings)
         return Call(self.operator.name, ordered, type=result, span=span(self.node))
 
+    def _waits(self, node: ast.expr, pattern: Type) -> bool:
+        """Whether an argument has its frames from others; if those failed, it would fail too."""
+        open_frames = has_variables(substitute(pattern, self.bindings))
+        return open_frames and needs_context(node, self.ctx.scope)
+
     def _argument(self, node: ast.expr, name: str, pattern: Type) -> Expr:
         wanted = substitute(pattern, self.bindings)
-        if has_variables(wanted) and needs_context(node, self.ctx.scope) and self.hint is not None:
+        if self.hint is not None and self._waits(node, pattern):
             unify(self.operator.result, self.hint, self.bindings)
             wanted = substitute(pattern, self.bindings)
         expr = self.ctx.infer(node, None if has_variables(wanted) else wanted)
@@ -81,8 +88,13 @@ class _Application:
             return expr
         quoted = self.ctx.quote(node)
         message = f"{quoted} is {expr.type}; {self.operator.name} takes {name}: {wanted}"
-        help = way_out(expr, wanted, quoted, self.ctx.scope)
+        help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
         raise self.ctx.error(node, message, help, "E0315")
+
+    def _bound_frames(self, pattern: Type) -> str:
+        bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]
+        given = " and ".join(f"{f[1:]} is {self.bindings[f]}" for f in bound)
+        return f"by the other arguments {given}" if given else ""
 
     def _wrong_number(self) -> ExprError:
         name, parameters = self.operator.name, self.operator.parameters

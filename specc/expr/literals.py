@@ -68,7 +68,7 @@ def _of_type(ctx: Context, node: ast.List, type: Type, types: Sequence[Type]) ->
 
 
 def _item(ctx: Context, node: ast.expr, wanted: Type) -> Expr:
-    if not (isinstance(node, ast.Name) and node.id == "_"):
+    if not _is_dash(node):
         return ctx.expect(node, wanted)
     if isinstance(wanted, Real):
         return Unused(type=wanted, span=span(node))
@@ -76,11 +76,18 @@ def _item(ctx: Context, node: ast.expr, wanted: Type) -> Expr:
     raise ctx.error(node, message, code="E0318")
 
 
+def _is_dash(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "_"
+
+
 def _inferred(ctx: Context, node: ast.List) -> Items:
     """A vector or list whose items say what they are: the first that has a type of its own."""
-    if not node.elts:
-        raise ctx.error(node, "the type of this empty list is not known here", code="E0317")
-    decisive = next((e for e in node.elts if not needs_context(e, ctx.scope)), node.elts[0])
+    used = [item for item in node.elts if not _is_dash(item)]
+    if not used:
+        help = "give it a place whose type is declared: memory, or an argument of an operator"
+        message = f"the type of {ctx.quote(node)} is not known here"
+        raise ctx.error(node, message, help, "E0317")
+    decisive = next((e for e in used if not needs_context(e, ctx.scope)), used[0])
     element = ctx.infer(decisive, Real()).type
     if not isinstance(element, (Real, Int, Bool, Enum)):
         return _of_type(ctx, node, ListOf(element), [element] * len(node.elts))

@@ -44,6 +44,15 @@ _REFUSED = {
     ast.Is: ("the comparison `is`", "write =="),
     ast.IsNot: ("the comparison `is not`", "write !="),
 }
+_NO_EXPRESSION = "this is not an expression"
+_MESSAGES = (
+    ("never closed", "the bracket is not closed"),
+    ("unmatched", "the bracket closes nothing"),
+    ("does not match", "the bracket closes one of another kind"),
+    ("unterminated string", "the text is not closed"),
+    ("expected 'else'", "a choice has two branches: a if c else b"),
+)
+"""Part of what Python says -> what we say, whatever the version of Python."""
 _HINTS = (
     (re.compile(r"&&"), "write and for &&"),
     (re.compile(r"\|\|"), "write or for ||"),
@@ -77,6 +86,10 @@ def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
     lead = len(line) - len(line.lstrip(" \t\f"))
     if lead == len(line):
         raise ExprError("the expression is empty", 0, len(text), code="E0301")
+    if "\0" in line:
+        start = line.index("\0")
+        message = "the text has a character that no expression has"
+        raise ExprError(message, start, start + 1, code="E0301")
     tree = _python_tree(text, line[lead:], lead)
     nodes = _nodes(tree, text)
     if lead or not line.isascii():
@@ -96,11 +109,7 @@ def _python_tree(text: str, line: str, lead: int) -> ast.expr:
             return ast.parse(line, mode="eval").body
     except SyntaxError as error:
         raise _syntax_error(error, text, lead) from None
-    except ValueError:
-        start = max(line.find("\0"), 0) + lead
-        message = "the text has a character that no expression has"
-        raise ExprError(message, start, start + 1, code="E0301") from None
-    except (RecursionError, MemoryError):
+    except (ValueError, RecursionError, MemoryError):
         raise _too_deep(text) from None
 
 
@@ -109,10 +118,14 @@ def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:
         return _too_deep(text)
     for pattern, hint in _HINTS:
         if found := pattern.search(text):
-            return ExprError("this is not an expression", *found.span(), hint, "E0301")
-    start = min(max((error.offset or 1) - 1 + lead, lead), len(text))
+            return ExprError(_NO_EXPRESSION, *found.span(), hint, "E0301")
+    if not error.offset:
+        last = len(text.rstrip())
+        return ExprError("the expression ends too early", last - 1, last, "", "E0301")
+    start = min(error.offset - 1 + lead, len(text) - 1)
     end = min(max((error.end_offset or 0) - 1 + lead, start + 1), len(text))
-    return ExprError("this is not an expression", min(start, end), end, "", "E0301")
+    message = next((own for part, own in _MESSAGES if part in error.msg), _NO_EXPRESSION)
+    return ExprError(message, start, end, "", "E0301")
 
 
 def _too_deep(text: str) -> ExprError:

@@ -15,7 +15,7 @@ Dimensions = tuple[tuple[str, Fraction], ...]
 
 _LONGEST = 200
 _LARGEST_EXPONENT = 20
-_LARGEST_SCALE = 1e30
+_LARGEST_SCALE = 1e15
 
 
 class UnitError(ValueError):
@@ -170,14 +170,14 @@ def _bounded(unit: Unit, node: ast.expr) -> Unit:
 
 def _exponent(node: ast.expr) -> Fraction:
     match node:
-        case ast.Constant(value=int(value)) if not isinstance(value, bool) and value <= 9:
+        case ast.Constant(value=int(value)) if not isinstance(value, bool) and value <= _LARGEST_EXPONENT:
             return Fraction(value)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return -_exponent(operand)
         case ast.BinOp(left=left, op=ast.Div(), right=right) if below := _exponent(right):
             return _exponent(left) / below
     raise UnitError(
-        "an exponent is a whole number up to 9 or a fraction such as (1/2)",
+        f"an exponent is a whole number up to {_LARGEST_EXPONENT} or a fraction such as (1/2)",
         node.col_offset,
         node.end_col_offset,
     )

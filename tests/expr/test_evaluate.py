@@ -1,0 +1,148 @@
+"""What expressions mean: identities of logic and arithmetic, and values worked out by hand."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from specc.expr import Environment, evaluate, expression
+from specc.expr.evaluate_builtins import angle, compose, inverse, pose, translation
+from specc.model import expr as m
+from specc.model.types import Bool, Pose
+from tests.strategies import SCOPE, Reading, conditions, environments, expressions, values
+
+LAWS = settings(derandomize=True, max_examples=150, deadline=None)
+ARITHMETIC_FAULTS = (ZeroDivisionError, OverflowError, ValueError)
+
+
+def outcome(tree: m.Expr, env: Environment) -> object:
+    """The value, or the kind of arithmetic fault."""
+    try:
+        return evaluate(tree, env)
+    except ARITHMETIC_FAULTS as fault:
+        return type(fault)
+
+
+def negated(tree: m.Expr) -> m.Expr:
+    return m.Unary("not", tree, type=Bool())
+
+
+def joined(op: str, *operands: m.Expr) -> m.Expr:
+    return m.Logic(op, operands, type=Bool())
+
+
+@LAWS
+@given(conditions(2), conditions(2), environments())
+def test_de_morgan(a: m.Expr, b: m.Expr, env: Environment) -> None:
+    left = negated(joined("and", a, b))
+    right = joined("or", negated(a), negated(b))
+    assert outcome(left, env) == outcome(right, env)
+
+
+@LAWS
+@given(conditions(2), conditions(2), environments())
+def test_a_choice_is_two_implications(a: m.Expr, b: m.Expr, env: Environment) -> None:
+    choice = m.Choice(a, b, negated(b), type=Bool())
+    as_logic = joined("or", joined("and", a, b), joined("and", negated(a), negated(b)))
+    assert outcome(choice, env) == outcome(as_logic, env)
+
+
+@LAWS
+@given(conditions(2), environments())
+def test_all_is_not_any_not(body: m.Expr, env: Environment) -> None:
+    over = m.Input("c", "b", type=SCOPE.inputs["c", "b"])
+    every = m.Quantifier("all", "w", over, body, type=Bool())
+    some = m.Quantifier("any", "w", over, negated(body), type=Bool())
+    assert outcome(every, env) == outcome(negated(some), env)
+
+
+@LAWS
+@given(conditions(3), environments())
+def test_conditions_are_truth_values(tree: m.Expr, env: Environment) -> None:
+    assert outcome(tree, env) in (True, False, *ARITHMETIC_FAULTS)
+
+
+@LAWS
+@given(expressions(SCOPE.lets["T_c"], 2), environments())
+def test_poses_stay_rigid(tree: m.Expr, env: Environment) -> None:
+    X = evaluate(tree, env)
+    back = compose(X, inverse(X))
+    identity = translation(0.0, 0.0, 0.0)
+    assert all(math.dist(a, b) < 1e-6 for a, b in zip(back, identity, strict=True))
+
+
+@LAWS
+@given(values(Pose("B", "E")), values(Pose("E", "K")))
+def test_the_inverse_of_a_product_is_the_product_of_inverses(X: tuple, Y: tuple) -> None:
+    one, other = inverse(compose(X, Y)), compose(inverse(Y), inverse(X))
+    assert all(math.dist(a, b) < 1e-9 for a, b in zip(one, other, strict=True))
+
+
+@LAWS
+@given(st.floats(0.01, 3.1), values(Pose("B", "E")))
+def test_near_poses_by_their_angle(turn: float, X: tuple) -> None:
+    turned = compose(X, pose((0.0, 0.0, 0.0), (0.0, math.sin(turn / 2), 0.0, math.cos(turn / 2))))
+    assert math.isclose(angle(X, turned), turn, rel_tol=1e-6, abs_tol=1e-6)
+
+
+ENV = Environment(
+    inputs={("c", "n"): 3, ("c", "b"): ("u", "g", "u", "u", "u", "u"), ("c", "d_d"): 0.5},
+    fresh={("c", "b")},
+    memory={"p": (3.0, 4.0, 12.0), "seen": (Reading(0.5, "u"), Reading(2.0, "s"))},
+    lets={"ratio": 0.25, "distances": (1.0, 2.0), "F_c": (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)},
+    constants={"best": Reading(0.5, "g"), "tolerance": 0.001},
+    clock={"elapsed": 2.0, "period": 0.002, "entered": True},
+    operators={"widen": lambda d, ratio: d * ratio},
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("x.c.n / 2", 1.5),
+        ("x.c.n ** 2 - x.c.n", 6),
+        ("norm(p)", 13.0),
+        ("p * 2 - p / ratio", (-6.0, -8.0, -24.0)),
+        ("F_c.az + F_c[3]", 10.0),
+        ("fresh(x.c.b) and not fresh(x.c.n)", True),
+        ("present(x.c.n) and not present(x.c.go)", True),
+        ("any(v == g for v in x.c.b)", True),
+        ("all(v in {u} for v in x.c.b)", False),
+        ("x.c.b[1] not in {u, c}", True),
+        ("all(d > 0.5[m] for d in distances)", True),
+        ("any(r.d > 1[m] and r.mode == s for r in seen)", True),
+        ("len(seen) == 2", True),
+        ("widen(best.d, ratio)", 0.125),
+        ("near(best.d, 500[mm], tolerance)", True),
+        ("near(p, [3[m], 4[m], 12.01[m]], tolerance)", False),
+        ("near(x.c.d_d, 0, tolerance)", False),
+        ("max(ratio, 0.5, -1) + abs(-ratio)", 0.75),
+        ("sqrt(best.d * best.d)", 0.5),
+        ("1 if elapsed > 1[s] and entered else 0", 1),
+        ("-p", (-3.0, -4.0, -12.0)),
+        ("-2 ** 2", -4),
+        ("(best.mode == g) == entered", True),
+    ],
+)
+def test_values(text: str, value: object) -> None:
+    assert evaluate(expression(text, SCOPE), ENV) == value
+
+
+def test_an_unused_component_is_nan_and_near_nothing() -> None:
+    vector = evaluate(expression("[_, 1[m], 0]", SCOPE), ENV)
+    assert math.isnan(vector[0])
+    assert evaluate(expression("near([_, 1[m], 0], [_, 1[m], 0], tolerance)", SCOPE), ENV) is False
+
+
+def test_and_or_and_choices_evaluate_no_more_than_they_need() -> None:
+    for text in ("False and 1 / 0 > 1", "True or 1 / 0 > 1", "True if True else 1 / 0 > 1"):
+        evaluate(expression(text, SCOPE), ENV)
+    with pytest.raises(ZeroDivisionError):
+        evaluate(expression("1 / 0 > 1", SCOPE), ENV)
+
+
+def test_a_quaternion_is_normalised() -> None:
+    X = pose((1.0, 2.0, 3.0), (0.0, 0.0, 3.0, 3.0))
+    assert X[0] == pytest.approx((0.0, -1.0, 0.0, 1.0))
+    assert X[1] == pytest.approx((1.0, 0.0, 0.0, 2.0))

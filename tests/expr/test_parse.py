@@ -1,0 +1,156 @@
+"""Texts to trees: what is in the language, where things stand, and what no text can do."""
+
+import ast
+import warnings
+
+import pytest
+
+from specc.expr import ExprError, ExprErrors, expression, parse
+from specc.expr.parse import span
+from specc.model.expr import walk
+from tests.strategies import MODE, SCOPE
+
+
+def failure(text: str) -> ExprError:
+    with pytest.raises(ExprError) as caught:
+        parse(text)
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message", "marked", "help"),
+    [
+        ("", "E0301", "the expression is empty", "", ""),
+        (" \n ", "E0301", "the expression is empty", " \n ", ""),
+        ("a + ", "E0301", "the expression ends too early", "+", ""),
+        ("a b", "E0301", "this is not an expression", "b", ""),
+        ("(a + (b)", "E0301", "the bracket is not closed", "(", ""),
+        ("a) + (b", "E0301", "the bracket closes nothing", ")", ""),
+        ("a + [b)", "E0301", "the bracket closes one of another kind", ")", ""),
+        ("'abc", "E0301", "the text is not closed", "'", ""),
+        ("a if b", "E0301", "a choice has two branches: a if c else b", "a if b", ""),
+        ("a && b", "E0301", "this is not an expression", "&&", "write and for &&"),
+        ("a || b", "E0301", "this is not an expression", "||", "write or for ||"),
+        ("!a", "E0301", "this is not an expression", "!", "write not for !"),
+        ("a = b", "E0301", "this is not an expression", "=", "compare with =="),
+        ("a ≤ b", "E0301", "this is not an expression", "≤", "use <=, >=, !=, and, or, not, in, *"),
+        (
+            "d > 2 mm",
+            "E0301",
+            "this is not an expression",
+            "2 m",
+            "a unit stands in brackets: 0.02[m/s]",
+        ),
+        (
+            "a # + b",
+            "E0301",
+            "an expression has no comments",
+            "# + b",
+            "write it as `title:` beside the expression",
+        ),
+        ("a \0", "E0301", "the text has a character that no expression has", "\0", ""),
+        ("lambda: 1", "E0302", "a lambda is not in the language", "lambda: 1",
+         "name the value under `let:` or write an operator"),
+        ("[v for v in w]", "E0302", "a list comprehension is not in the language",
+         "[v for v in w]", "only all(...) and any(...) go over items"),
+        ("f'{a}'", "E0302", "a formatted text is not in the language", "f'{a}'", ""),
+        ("(a := 1)", "E0302", "an assignment is not in the language", "a := 1",
+         "name the value under `let:`"),
+        ("a // b", "E0302", "the operator // is not in the language", "a // b", "divide with /"),
+        ("c or a & b", "E0302", "the operator & is not in the language", "a & b", "write and"),
+        ("+a", "E0302", "a leading + is not in the language", "+a", "leave the + out"),
+        ("a is b", "E0302", "the comparison `is` is not in the language", "a is b", "write =="),
+        ("(a, b)", "E0302", "a tuple is not in the language", "(a, b)",
+         "write a vector or a list in square brackets"),
+        ("a[1:2]", "E0302", "a slice is not in the language", "1:2",
+         "choose one component, v[2]"),
+        ("f(*a)", "E0302", "an unpacking is not in the language", "*a", ""),
+        ("None", "E0302", "None is not in the language", "None", ""),
+        ("...", "E0302", "ellipsis is not in the language", "...", ""),
+        ("2j", "E0302", "complex is not in the language", "2j", ""),
+        ("b'a'", "E0302", "bytes is not in the language", "b'a'", ""),
+        ("1e999", "E0304", "the number is too large", "1e999", ""),
+        ("1 + " + "9" * 400, "E0304", "the number is too large", "9" * 400, ""),
+    ],
+)  # fmt: skip
+def test_what_is_refused(text: str, code: str, message: str, marked: str, help: str) -> None:
+    error = failure(text)
+    found = (error.code, error.message, text[error.start : error.end], error.help)
+    assert found == (code, message, marked, help)
+
+
+def test_too_long_a_text_is_refused_before_it_is_read() -> None:
+    error = failure("a + " * 2500 + "a")
+    assert (error.code, error.start, error.end) == ("E0303", 10_000, 10_001)
+    assert error.message == "the expression has 10001 characters; at most 10000 are read"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 5000 + "a" + ")" * 4999,
+        "[" * 90 + "]" * 90,
+        "-" * 9999 + "1",
+        "not " * 2499 + "a",
+        "x" + ".x" * 4999,
+        "a" + "+a" * 4999,
+        "a" + "**a" * 3000,
+        "f(" * 3000 + ")" * 3000,
+        "a if a else " * 800 + "a",
+        "all(" * 150 + "a" + " for v in w)" * 150,
+    ],
+)
+def test_deep_nesting_is_an_error_like_others(text: str) -> None:
+    assert failure(text).code == "E0303"
+
+
+def test_comparisons_nested_in_the_middle_of_chains_take_no_exponential_time() -> None:
+    text = "1"
+    for _ in range(30):
+        text = f"0 < ({text}) < 1"
+    with pytest.raises(ExprErrors):
+        expression(text, SCOPE)
+
+
+def test_nested_choices_take_no_exponential_time() -> None:
+    text = "1"
+    for _ in range(30):
+        text = f"({text}) if entered else 2[m]"
+    with pytest.raises(ExprErrors):
+        expression(text, SCOPE)
+
+
+def test_offsets_count_characters_and_line_breaks() -> None:
+    text = "  π_1 +\n  (naïve -\r\n 'ü' ) *\t₂x"
+    text = text.replace("₂", "")
+    names = {n.id: span(n) for n in ast.walk(parse(text)) if isinstance(n, ast.Name)}
+    assert {text[slice(*at)] for at in names.values()} == {"π_1", "naïve", "x"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "near(T_c, x.c.T_d, tolerance, 1[deg]) or F_c.z > 2[N] and not entered",
+        "all(v in {u, c} for v in x.c.b) if elapsed > 0 else 0 < ratio <= 1",
+        "widen(best.d, -ratio ** 2) - 1.5[mm] * (x.c.n + len(seen)) < tolerance",
+    ],
+)
+def test_every_node_marks_its_own_text(text: str) -> None:
+    spread = "\n\t" + text.replace(" ", "\n  ")
+    inside = SCOPE.binding("v", MODE)
+    for node in walk(expression(spread, SCOPE)):
+        own = spread[slice(*node.span)]
+        scope = SCOPE if own.startswith("all") else inside
+        assert expression(own, scope, node.type) == node
+
+
+def test_python_has_nothing_to_say_about_odd_literals() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert expression(r"'\d' == '\d'", SCOPE)
+        assert expression("1[m] > 0[m]", SCOPE)
+        assert expression("0x1if entered else 2", SCOPE)
+
+
+def test_a_text_may_contain_what_else_starts_a_comment() -> None:
+    assert isinstance(parse("'#1' == '#2'"), ast.Compare)
