@@ -61,6 +61,19 @@ def inverse(X_AB: Pose) -> Pose:
     )
 
 
+def vector(*components: float) -> Vector:
+    """A read-only vector (n,) of SI numbers; NaN marks a component that is not used."""
+    values = np.array(components, dtype=np.float64)
+    values.setflags(write=False)
+    return values
+
+
+def read_only(value: Vector) -> Vector:
+    """The same array, a vector or a pose, which nobody can change from now on."""
+    value.setflags(write=False)
+    return value
+
+
 def norm(v: Vector) -> float:
     """Euclidean norm of a vector (n,), in its unit."""
     return math.hypot(*v.tolist())

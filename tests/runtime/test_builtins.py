@@ -16,7 +16,9 @@ from specc_runtime.builtins import (
     norm,
     pose,
     position,
+    read_only,
     translation,
+    vector,
 )
 
 coordinates = st.floats(-3.0, 3.0)
@@ -100,3 +102,18 @@ def test_parts_of_poses() -> None:
     np.testing.assert_array_equal(identity(), np.eye(4))
     with pytest.raises(ValueError, match="read-only"):
         identity()[0, 0] = 2.0
+
+
+@given(st.lists(st.floats(allow_nan=True), max_size=6))
+def test_a_vector_holds_its_components_and_cannot_change(components: list[float]) -> None:
+    v = vector(*components)
+    assert v.dtype == np.float64
+    assert np.array_equal(v, np.array(components, dtype=float), equal_nan=True)
+    assert not v.flags.writeable
+
+
+def test_what_was_made_read_only_is_the_same_array() -> None:
+    X = translation(1.0, 2.0, 3.0)
+    assert read_only(X) is X
+    with pytest.raises(ValueError, match="read-only"):
+        X[0, 3] = 0.0
