@@ -1,0 +1,59 @@
+"""Formatting of generated code by ruff, once for all files (docs/decisions/0003-formatter.md)."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Mapping
+from pathlib import Path
+from shutil import rmtree, which
+from tempfile import mkdtemp
+
+OPTIONS = ("--isolated", "--no-cache", "--quiet", "--target-version", "py311")
+SORT_IMPORTS = ("check", *OPTIONS, "--line-length", "100", "--select", "I", "--fix")
+FORMAT = ("format", *OPTIONS, "--line-length", "100")
+
+
+class FormatError(Exception):
+    """Generated code could not be formatted; `kept` is the directory where it can be looked at."""
+
+    def __init__(self, message: str, kept: Path | None = None) -> None:
+        super().__init__(f"{message}\nthe generated code is kept in {kept}" if kept else message)
+        self.kept = kept
+
+
+def formatted(files: Mapping[str, str]) -> dict[str, str]:
+    """The files (relative path -> Python text) with sorted imports, formatted.
+
+    Raises:
+        FormatError: ruff is missing, or a text is not Python.
+    """
+    ruff = find_ruff()
+    directory = Path(mkdtemp(prefix="specc-"))
+    for path, text in files.items():
+        file = directory / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    for arguments in (SORT_IMPORTS, FORMAT):
+        run = subprocess.run(  # a fixed program with fixed arguments
+            [ruff, *arguments, "."], cwd=directory, capture_output=True, text=True, check=False
+        )
+        if run.returncode:
+            raise FormatError(f"ruff refuses generated code: {run.stderr.strip()}", directory)
+    done = {path: (directory / path).read_text(encoding="utf-8") for path in files}
+    rmtree(directory)
+    return done
+
+
+def find_ruff() -> str:
+    """The program `ruff` of this environment, else the first one on the search path.
+
+    Raises:
+        FormatError: there is none.
+    """
+    beside = Path(sysconfig.get_path("scripts")) / "ruff"
+    for candidate in (str(beside), str(Path(sys.executable).parent / "ruff"), "ruff"):
+        if found := which(candidate):
+            return found
+    raise FormatError("ruff is missing, which formats generated code: pip install ruff")

@@ -1,0 +1,38 @@
+"""Filling the templates with plans."""
+
+from __future__ import annotations
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from specc.emit.format import formatted
+from specc.lower.plan import PackagePlan, SubsystemPlan, SystemPlan, TypesPlan, WholePlan
+from specc.resources import templates_dir
+
+TEMPLATES = {
+    PackagePlan: "package.py.j2",
+    TypesPlan: "types.py.j2",
+    SubsystemPlan: "subsystem.py.j2",
+    WholePlan: "system.py.j2",
+}
+
+
+def emit(plan: SystemPlan) -> dict[str, str]:
+    """Text of every generated file, by its path in the package of the system.
+
+    Raises:
+        FormatError: the formatter is missing or refuses a file.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(templates_dir()),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # the output is Python; lowering has spelled every text
+    )
+    return formatted(
+        {
+            path: environment.get_template(TEMPLATES[type(part)]).render(plan=part)
+            for path, part in plan.files
+        }
+    )

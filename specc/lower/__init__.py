@@ -1,0 +1,8 @@
+"""Model to plan: exactly what the templates print, in order, already named and spelled."""
+
+from specc.lower.flow import Proofs
+from specc.lower.plan import SystemPlan
+from specc.lower.sharing import TooLarge
+from specc.lower.system import lower
+
+__all__ = ["Proofs", "SystemPlan", "TooLarge", "lower"]

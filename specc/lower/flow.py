@@ -1,0 +1,214 @@
+"""The work cycle of a state as a tree: error condition, terminal condition, rows, behaviour."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Protocol
+
+from specc.lower.facts import Facts, learn, shortened
+from specc.lower.terms import NONE, Term, Terms, TermTable, surely_before
+from specc.model.expr import Truth
+from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
+from specc.model.system import Subsystem
+
+
+class Proofs(Protocol):
+    """What the checks found out about transition tables."""
+
+    def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
+        """Whether exactly one row of `state` and `cause` holds whenever that cause occurs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """A value that a behaviour computes, and the function that asks for it."""
+
+    function: Function
+    assignment: Assignment
+    value: Term
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Activity:
+    """What a behaviour computes: `works` in order of execution, outputs before memory."""
+
+    behaviour: Behaviour
+    works: tuple[Work, ...]
+
+    @property
+    def surely(self) -> Terms:
+        """Terms that it evaluates in any case."""
+        return NONE.union(*(work.value.surely for work in self.works))
+
+
+@dataclass(slots=True, eq=False)
+class Enter:
+    """The behaviour of `target` runs once. `row` is the transition taken, -1 if the state stays."""
+
+    activity: Activity
+    target: str
+    row: int = -1
+    is_entry: bool = False
+    """Whether the state is entered now, so that its clock starts."""
+    is_same_state: bool = False
+    """Whether it was already the state of the period before."""
+    taken: tuple[Term, ...] = ()
+    """Terms that the behaviour takes as arguments."""
+
+    @property
+    def surely(self) -> Terms:
+        """Arguments that the behaviour needs in any case and that have their value already."""
+        needed = self.activity.surely & frozenset(self.taken)
+        return frozenset(t for t in needed if not (self.is_entry and t.reads_clock))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """A row of the transition table, and what follows if its condition holds."""
+
+    test: Term
+    transition: Transition
+    enter: Enter
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """The rows of one cause. Proved: the first that holds is taken, and the last one needs no test.
+    Otherwise all are tested, and it is a fault unless exactly one holds."""
+
+    cause: Cause
+    rows: tuple[Row, ...]
+    is_proved: bool
+
+    @property
+    def surely(self) -> Terms:
+        """Terms that are evaluated in any case from here on; a fault evaluates nothing more."""
+        if not self.is_proved:
+            return NONE.union(*(row.test.surely for row in self.rows))
+        after = self.rows[-1].enter.surely
+        for row in reversed(self.rows[:-1]):
+            after = surely_before(row.test, row.enter.surely, after)
+        return after
+
+    @property
+    def enters(self) -> Iterable[Enter]:
+        """All ways in which the period can end."""
+        return (row.enter for row in self.rows)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Check:
+    """If `condition` holds, the rows of `cause` decide; otherwise the cycle goes on."""
+
+    condition: Condition
+    test: Term
+    rows: Rows
+    otherwise: Flow
+
+    @property
+    def surely(self) -> Terms:
+        """Terms that are evaluated in any case from here on."""
+        return surely_before(self.test, self.rows.surely, self.otherwise.surely)
+
+    @property
+    def enters(self) -> Iterable[Enter]:
+        """All ways in which the period can end."""
+        return (*self.rows.enters, *self.otherwise.enters)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stay:
+    """No condition ends the behaviour."""
+
+    enter: Enter
+
+    @property
+    def surely(self) -> Terms:
+        """Terms that are evaluated in any case from here on."""
+        return self.enter.surely
+
+    @property
+    def enters(self) -> Iterable[Enter]:
+        """All ways in which the period can end."""
+        return (self.enter,)
+
+
+Flow = Check | Rows | Stay
+
+
+class Flows:
+    """Builds the work cycles of a subsystem."""
+
+    def __init__(self, subsystem: Subsystem, table: TermTable, proofs: Proofs) -> None:
+        self._subsystem = subsystem
+        self._table = table
+        self._proofs = proofs
+        self.activities = {b.name: _activity(b, table) for b in subsystem.behaviours}
+
+    def first(self) -> Enter:
+        """The first period: the behaviour of the initial state, no conditions."""
+        return self._enter(self._subsystem.initial_state, is_entry=True)
+
+    def of_state(self, state: str) -> Flow:
+        """The work cycle of a state: error has priority over the terminal condition (2.4)."""
+        behaviour = self._subsystem.state(state).behaviour
+        return self._check(
+            state, {}, (("error", behaviour.error), ("terminal", behaviour.terminal))
+        )
+
+    def _check(
+        self, state: str, facts: Facts, conditions: tuple[tuple[Cause, Condition], ...]
+    ) -> Flow:
+        if not conditions:
+            return Stay(self._enter(state, is_same_state=True))
+        (cause, condition), *later = conditions
+        test = shortened(self._table, self._table.of(condition.when), facts)
+        if isinstance(test.node, Truth):
+            if test.node.value:
+                return self._rows(state, cause, facts)
+            return self._check(state, facts, tuple(later))
+        rows = self._rows(state, cause, learn(self._table, facts, test, True))
+        otherwise = self._check(state, learn(self._table, facts, test, False), tuple(later))
+        return Check(condition, test, rows, otherwise)
+
+    def _rows(self, state: str, cause: Cause, facts: Facts) -> Rows:
+        is_proved = self._proofs.is_proved(self._subsystem.qualified_name, state, cause)
+        rows = []
+        for index, transition in enumerate(self._subsystem.transitions):
+            if (transition.source, transition.cause) == (state, cause):
+                test = shortened(self._table, self._table.of(transition.condition.when), facts)
+                same = transition.target == state
+                enter = self._enter(transition.target, index, is_entry=True, is_same_state=same)
+                rows.append(Row(test, transition, enter))
+                if is_proved:
+                    facts = learn(self._table, facts, test, False)
+        if is_proved:
+            rows = _possible(rows)
+        return Rows(cause, tuple(rows), is_proved and bool(rows))
+
+    def _enter(
+        self, state: str, row: int = -1, *, is_entry: bool = False, is_same_state: bool = False
+    ) -> Enter:
+        behaviour = self._subsystem.state(state).behaviour
+        return Enter(self.activities[behaviour.name], state, row, is_entry, is_same_state)
+
+
+def _possible(rows: list[Row]) -> list[Row]:
+    """Proved rows without those that cannot hold here, up to the one that must."""
+    kept: list[Row] = []
+    for row in rows:
+        if not isinstance(row.test.node, Truth):
+            kept.append(row)
+        elif row.test.node.value:
+            return [*kept, row]
+    return kept
+
+
+def _conditions(behaviour: Behaviour) -> tuple[tuple[Cause, Condition], ...]:
+    return ("error", behaviour.error), ("terminal", behaviour.terminal)
+
+
+def _activity(behaviour: Behaviour, table: TermTable) -> Activity:
+    works = [Work(f, a, table.of(a.value)) for f in behaviour.functions for a in f.assignments]
+    return Activity(behaviour, tuple(sorted(works, key=lambda work: not work.assignment.peer)))

@@ -1,0 +1,114 @@
+"""The names that one generated module uses: operators, constants, buffers, memory, clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.lower.annotations import VALUE_NAMES, Annotations, TypeNames
+from specc.lower.constants import computed
+from specc.lower.imports import Imports
+from specc.lower.names import BUILTINS, Names, identifier, joined
+from specc.lower.plan import ConstantPlan
+from specc.model import expr as e
+from specc.model.system import Constant, Element, Subsystem, System
+
+LANGUAGE = "specc_runtime.builtins"
+BUILTIN_NAMES = (
+    "inverse", "near", "near_pose", "norm", "pose", "position", "read_only", "translation",
+    "identity", "vector",
+)  # fmt: skip
+FIXED = (
+    "annotations", "Callable", "ClassVar", "Equations", "Final", "Inputs", "Literal", "Mapping",
+    "Memory", "Outputs", "PERIOD", "holds", "row", "Subsystem", "Transition", "memory", "nan", "self", "sqrt",
+    "x", "y",
+)  # fmt: skip
+
+
+class Module:
+    """Names for the module of one subsystem, with the constants and imports that are asked for."""
+
+    def __init__(self, system: System, subsystem: Subsystem, types: TypeNames) -> None:
+        self.imports = Imports()
+        self.annotations = Annotations(self.imports, types)
+        self.constants: dict[object, ConstantPlan] = {}
+        self.uses_files = False
+        declared = {c.name: c for c in (*system.constants, *subsystem.constants)}
+        self._declared: dict[str, Constant] = declared
+        self.computed = computed(declared)
+        self._operators = {operator.name: operator for operator in system.operators}
+        self._names = Names((*BUILTINS, *FIXED, *VALUE_NAMES, *BUILTIN_NAMES, *types.of.values()))
+        self._aliases = {name: self._names.new(name) for name in self._operators}
+        self._constant_names = {
+            name: self._names.new(identifier(name) if name in self.computed else name.upper())
+            for name in declared
+        }
+        self.inputs = buffer_names(subsystem, "x")
+        self.outputs = buffer_names(subsystem, "y")
+        methods = Names(("files", "periods", "start", "work", *self._constant_names.values()))
+        self.state_methods = {
+            state.name: f"_{methods.new(f'in_{state.name.lower()}')}" for state in subsystem.states
+        }
+        self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in subsystem.behaviours}
+        self.memory = memory_names(subsystem)
+        self.flags: set[tuple[str, str, str]] = set()
+
+    def local_names(self) -> Names:
+        """Names for the inside of a method."""
+        return self._names.inner()
+
+    def new(self, wanted: str) -> str:
+        """A name at the top of the module."""
+        return self._names.new(wanted)
+
+    def input(self, source: e.Input) -> str:
+        """`x.c_T_d`."""
+        return f"x.{self.inputs[source.peer, source.element]}"
+
+    def flag(self, kind: str, source: e.Input) -> str:
+        """`x.fresh_c_T_d`; the buffer gets that flag."""
+        self.flags.add((kind, source.peer, source.element))
+        return f"x.{kind}_{self.inputs[source.peer, source.element]}"
+
+    def operator(self, name: str) -> str:
+        """What calls an operator, by the specification's name of it."""
+        module, _, attribute = self._operators[name].python.partition(":")
+        first, _, rest = attribute.partition(".")
+        called = self.imports.add(module, first, self._aliases[name])
+        return f"{called}.{rest}" if rest else called
+
+    def builtin(self, name: str) -> str:
+        """A function of the language itself."""
+        return self.imports.add(LANGUAGE, name)
+
+    def file(self, name: str) -> str:
+        """The path of a file of the specification."""
+        self.uses_files = True
+        return f"self._files[{name!r}]"
+
+    def declared(self, name: str) -> Constant:
+        """The constant of that name; parameters of the subsystem hide constants of the system."""
+        return self._declared[name]
+
+    def constant_name(self, name: str) -> str:
+        """What a declared constant is called, at the top of the module or in the class."""
+        return self._constant_names[name]
+
+
+def buffer_names(subsystem: Subsystem, direction: str) -> dict[tuple[str, str], str]:
+    """Attribute of every element of the input or output buffers, `<peer>_<element>`."""
+    pairs = [(peer, element.name) for peer, element in elements(subsystem, direction)]
+    flags = {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in ("fresh", "present")}
+    return joined(pairs, flags)
+
+
+def memory_names(subsystem: Subsystem) -> dict[str, str]:
+    """Attribute of every memory element."""
+    names = Names()
+    return {item.name: names.new(item.name) for item in subsystem.memory}
+
+
+def elements(subsystem: Subsystem, direction: str) -> Iterator[tuple[str, Element]]:
+    """Peer and element of every element of the input or output buffers, in order of the file."""
+    for port in subsystem.ports:
+        if port.direction == direction:
+            yield from ((port.peer, element) for element in port.elements)

@@ -1,0 +1,173 @@
+"""What the templates print, in order and already spelled; each template names its plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantPlan:
+    """A constant. `is_computed`: an operator or a file gives it, so the class holds it."""
+
+    name: str
+    annotation: str
+    value: str
+    comment: str
+    is_computed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AttributePlan:
+    """An attribute of a buffer or of the memory, or a field of a record."""
+
+    name: str
+    annotation: str
+    comment: str
+
+
+@dataclass(frozen=True, slots=True)
+class MethodPlan:
+    """A method; `lines` carry their indentation relative to its body."""
+
+    name: str
+    parameters: tuple[str, ...]
+    returns: str
+    doc: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionPlan:
+    """A row of the transition table, as literals."""
+
+    source: str
+    cause: str
+    condition: str
+    target: str
+    comment: str
+
+
+@dataclass(frozen=True, slots=True)
+class EquationsPlan:
+    """Equation numbers by state, by state and cause, and by row, as literals."""
+
+    behaviours: tuple[tuple[str, str], ...]
+    checks: tuple[tuple[str, str], ...]
+    rows: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SubsystemPlan:
+    """templates/subsystem.py.j2: the module of one subsystem."""
+
+    title: str
+    about: str
+    spec: str
+    imports: tuple[str, ...]
+    constants: tuple[ConstantPlan, ...]
+    class_name: str
+    inputs: tuple[AttributePlan, ...]
+    inputs_slots: str
+    flags: tuple[str, ...]
+    outputs: tuple[AttributePlan, ...]
+    outputs_slots: str
+    memory: tuple[AttributePlan, ...]
+    memory_slots: str
+    doc: str
+    name: str
+    period_s: str
+    rate: str
+    initial_state: str
+    transitions: tuple[TransitionPlan, ...]
+    sends: tuple[tuple[str, str], ...]
+    equations: EquationsPlan
+    axioms: tuple[str, ...]
+    uses_files: bool
+    uses_clock: bool
+    computed: tuple[ConstantPlan, ...]
+    initial_inputs: tuple[str, ...]
+    methods: tuple[MethodPlan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPlan:
+    """A record of the specification without a class of its own."""
+
+    name: str
+    doc: str
+    fields: tuple[AttributePlan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LiteralPlan:
+    """An enum."""
+
+    name: str
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class TypesPlan:
+    """templates/types.py.j2: enums and records of the specification."""
+
+    title: str
+    spec: str
+    imports: tuple[str, ...]
+    literals: tuple[LiteralPlan, ...]
+    records: tuple[RecordPlan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ScheduledPlan:
+    """A subsystem in the system: its class and how often it is due."""
+
+    class_name: str
+    ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class PlantPlan:
+    """What stands behind the devices; items are calls of constructors."""
+
+    model: str
+    sensors: tuple[str, ...]
+    actuators: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WholePlan:
+    """templates/system.py.j2: how the subsystems form a system."""
+
+    title: str
+    spec: str
+    spec_literal: str
+    imports: tuple[str, ...]
+    name: str
+    tick_s: str
+    files: tuple[tuple[str, str], ...]
+    subsystems: tuple[ScheduledPlan, ...]
+    connections: tuple[str, ...]
+    plant: PlantPlan | None
+    task: tuple[str, ...]
+    """Arguments of the task; none if the system has no task."""
+
+
+@dataclass(frozen=True, slots=True)
+class PackagePlan:
+    """templates/package.py.j2: what the generated package is."""
+
+    title: str
+    spec: str
+
+
+FilePlan = PackagePlan | TypesPlan | SubsystemPlan | WholePlan
+
+
+@dataclass(frozen=True, slots=True)
+class SystemPlan:
+    """All generated files of a system: relative path -> plan."""
+
+    name: str
+    files: tuple[tuple[str, FilePlan], ...]

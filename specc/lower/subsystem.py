@@ -1,0 +1,143 @@
+"""One subsystem to the plan of its module."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from pathlib import PurePath
+
+from specc.expr import show
+from specc.lower.annotations import TypeNames
+from specc.lower.equations import Equations
+from specc.lower.flow import Proofs
+from specc.lower.methods import Methods
+from specc.lower.module import Module, elements
+from specc.lower.plan import AttributePlan, SubsystemPlan, TransitionPlan
+from specc.lower.render import Renderer, Seen
+from specc.lower.terms import TermTable
+from specc.lower.text import comment, docstring, in_docstring, literal
+from specc.model.system import Element, Memory, Subsystem, System
+
+KINDS = {
+    "control": "control subsystem",
+    "virtual_effector": "virtual effector",
+    "virtual_receptor": "virtual receptor",
+}
+
+
+def subsystem_plan(
+    system: System, subsystem: Subsystem, proofs: Proofs, types: TypeNames, class_name: str
+) -> SubsystemPlan:
+    """What the module of a subsystem contains."""
+    module = Module(system, subsystem, types)
+    table = TermTable(subsystem.lets, module.computed)
+    methods = Methods(subsystem, module, table, proofs)
+    written = methods.plans()
+    initial_inputs = tuple(_initial_inputs(subsystem, module, table))
+    inputs = _attributes(module, subsystem, "x")
+    outputs = _attributes(module, subsystem, "y")
+    memory = tuple(_remembered(module, item) for item in subsystem.memory)
+    flags = _flags(module)
+    constants = tuple(module.constants.values())
+    return SubsystemPlan(
+        title=docstring(subsystem.title or subsystem.name)[:-1],
+        about=in_docstring(_about(subsystem)),
+        spec=in_docstring(spec_file(system)),
+        imports=module.imports.lines,
+        constants=tuple(c for c in constants if not c.is_computed),
+        class_name=class_name,
+        inputs=inputs,
+        inputs_slots=literal((*(item.name for item in inputs), *flags)),
+        flags=flags,
+        outputs=outputs,
+        outputs_slots=literal(tuple(item.name for item in outputs)),
+        memory=memory,
+        memory_slots=literal(tuple(item.name for item in memory)),
+        doc=docstring(subsystem.title or subsystem.name, str(subsystem.trace)),
+        name=literal(subsystem.qualified_name),
+        period_s=literal(float(1 / subsystem.rate_hz)),
+        rate=_rate(subsystem.rate_hz),
+        initial_state=literal(subsystem.initial_state),
+        transitions=tuple(_transitions(subsystem)),
+        sends=tuple(_sends(subsystem, module)),
+        equations=Equations(system, subsystem).plan(),
+        axioms=tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
+        uses_files=module.uses_files,
+        uses_clock=bool(methods.clocked),
+        computed=tuple(c for c in constants if c.is_computed),
+        initial_inputs=initial_inputs,
+        methods=written,
+    )
+
+
+def spec_file(system: System) -> str:
+    """Name of the specification's file, without the directories of some machine."""
+    return PurePath(system.file).name
+
+
+def _about(subsystem: Subsystem) -> str:
+    trace = f" ({subsystem.trace})" if subsystem.trace else ""
+    return f"{KINDS[subsystem.kind]} {subsystem.name} of agent {subsystem.agent}{trace}"
+
+
+def _rate(rate_hz: Fraction) -> str:
+    return f"{rate_hz} Hz"
+
+
+def _attributes(module: Module, subsystem: Subsystem, direction: str) -> tuple[AttributePlan, ...]:
+    names = module.inputs if direction == "x" else module.outputs
+    return tuple(
+        _attribute(module, names[peer, element.name], element)
+        for peer, element in elements(subsystem, direction)
+    )
+
+
+def _remembered(module: Module, item: Memory) -> AttributePlan:
+    return _attribute(module, module.memory[item.name], item)
+
+
+def _attribute(module: Module, name: str, item: Element | Memory) -> AttributePlan:
+    said = comment(str(item.type), item.title, str(item.trace))
+    return AttributePlan(name, module.annotations.of(item.type), said)
+
+
+def _flags(module: Module) -> tuple[str, ...]:
+    """Flags that conditions ask for, in order of the buffer's elements."""
+    return tuple(
+        f"{kind}_{name}"
+        for kind in ("fresh", "present")
+        for (peer, element), name in module.inputs.items()
+        if (kind, peer, element) in module.flags
+    )
+
+
+def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:
+    """Statements that give elements with an initial value that value."""
+    for peer, element in elements(subsystem, "x"):
+        if element.init is not None:
+            renderer = Renderer(module, table)
+            renderer.nodes.hint = f"initial_{element.name}"
+            spelled, _ = renderer.value(table.of(element.init), Seen())
+            name = module.inputs[peer, element.name]
+            yield f"self.x.{name} = {spelled.text}"
+            if ("present", peer, element.name) in module.flags:
+                yield f"self.x.present_{name} = True"
+
+
+def _transitions(subsystem: Subsystem) -> Iterator[TransitionPlan]:
+    for row in subsystem.transitions:
+        yield TransitionPlan(
+            source=literal(row.source),
+            cause=literal(row.cause),
+            condition=literal(row.condition.name),
+            target=literal(row.target),
+            comment=comment(str(row.trace)),
+        )
+
+
+def _sends(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
+    """State and the elements that its behaviour writes, in order of the buffer."""
+    for state in subsystem.states:
+        written = {(a.peer, a.name) for a in state.behaviour.assignments if a.peer}
+        names = tuple(name for pair, name in module.outputs.items() if pair in written)
+        yield literal(state.name), literal(names)

@@ -1,0 +1,272 @@
+"""Terms: the expressions of a subsystem with equal ones made identical and lets put in place.
+
+A let is only a name that a term prefers. Equality of terms is identity, so finding what can be
+computed once costs a look into a set, however deep the expressions are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, replace
+
+from specc.model import expr as e
+from specc.model.system import Let
+from specc.model.types import Bool, Enum, Pose, Real, Spatial, Type, Vector
+
+Terms = frozenset["Term"]
+NONE: Terms = frozenset()
+
+
+@dataclass(slots=True, eq=False)
+class Term:
+    """A node of an expression; `node` says what it is, its own operands are replaced by `args`."""
+
+    order: int
+    """Terms have higher numbers than the terms they are made of."""
+    node: e.Expr
+    args: tuple[Term, ...]
+    bound: frozenset[str]
+    """Variables of quantifiers around this term that occur in it."""
+    is_constant: bool
+    """Made of literals and constants alone."""
+    reads_clock: bool
+    memory: frozenset[str]
+    """Memory elements that its evaluation may read."""
+    surely: Terms = field(repr=False)
+    """Terms worth keeping that every evaluation of this one evaluates; itself among them."""
+    perhaps: Terms = field(repr=False)
+    """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
+    let: Let | None = None
+    """The let that names it; the first one if there are several."""
+
+    @property
+    def type(self) -> Type:
+        """Type of its values."""
+        return self.node.type
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether its value is worth a local variable when it is needed twice."""
+        return self in self.perhaps
+
+    def keep(self) -> None:
+        """Note that the value is worth a local variable."""
+        self.surely |= {self}
+        self.perhaps |= {self}
+
+
+def is_array(type_: Type) -> bool:
+    """Whether values of the type are numpy arrays of reals."""
+    match type_:
+        case Vector(element=Real()) | Spatial() | Pose():
+            return True
+    return False
+
+
+def in_order(terms: Iterable[Term]) -> list[Term]:
+    """Terms after those that they are made of; lets in the order of the file."""
+    return sorted(terms, key=lambda term: term.order)
+
+
+class TermTable:
+    """All terms of a subsystem."""
+
+    def __init__(self, lets: Iterable[Let] = (), computed: Iterable[str] = ()) -> None:
+        """`computed`: constants whose value an operator or a file gives."""
+        self._terms: dict[object, Term] = {}
+        self._lets: dict[str, Term] = {}
+        self._computed = frozenset(computed)
+        for let in lets:
+            self._lets[let.name] = self._named(self.of(let.value), let)
+
+    def _named(self, term: Term, let: Let) -> Term:
+        if term.args and not term.is_constant and term.let is None:
+            term.let = let
+            term.keep()
+        return term
+
+    def of(self, node: e.Expr) -> Term:
+        """The term of an expression."""
+        if isinstance(node, e.LetRef):
+            return self._lets[node.name]
+        if isinstance(node, (e.Fresh, e.Present)):
+            return self._make(node, ())
+        return self.make(node, tuple(self.of(child) for child in e.children(node)))
+
+    def make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        """The term of a node over given operands, after folding what is known."""
+        match node:
+            case e.Unary(op="not"):
+                return self._negated(node, args[0])
+            case e.Logic():
+                return self._joined(node, args)
+            case e.Choice() if isinstance(args[0].node, e.Truth):
+                return args[1] if args[0].node.value else args[2]
+        return self._make(node, args)
+
+    def truth(self, value: bool) -> Term:
+        """The term of a constant truth value."""
+        return self._make(e.TRUE if value else e.FALSE, ())
+
+    def negation(self, term: Term) -> Term:
+        """The term that holds when `term` does not."""
+        return self._negated(e.Unary("not", term.node, type=Bool()), term)
+
+    def _negated(self, node: e.Unary, arg: Term) -> Term:
+        match arg.node:
+            case e.Truth(value=value):
+                return self.truth(not value)
+            case e.Unary(op="not"):
+                return arg.args[0]
+            case e.Compare(op="==" | "!=" as op):
+                return self._make(replace(arg.node, op="!=" if op == "==" else "=="), arg.args)
+        return self._make(node, (arg,))
+
+    def _joined(self, node: e.Logic, args: tuple[Term, ...]) -> Term:
+        """`and`/`or` without operands that decide nothing; `a and not a` is decided."""
+        decided = self.truth(node.op == "or")
+        kept: list[Term] = []
+        for arg in args:
+            nested = isinstance(arg.node, e.Logic) and arg.node.op == node.op and arg.let is None
+            for part in arg.args if nested else (arg,):
+                if part is decided or self.negation(part) in kept:
+                    return decided
+                if not isinstance(part.node, e.Truth) and part not in kept:
+                    kept.append(part)
+        if len(kept) < 2:
+            return kept[0] if kept else self.truth(node.op == "and")
+        return self._make(node, tuple(kept))
+
+    def _make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        key = (type(node), node.type, _payload(node), tuple(arg.order for arg in args))
+        if key not in self._terms:
+            self._terms[key] = self._new(node, args)
+        return self._terms[key]
+
+    def _new(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        perhaps = NONE.union(*(arg.perhaps for arg in args))
+        term = Term(
+            order=len(self._terms),
+            node=node,
+            args=args,
+            bound=_bound(node, args),
+            is_constant=_is_constant(node, args, self._computed),
+            reads_clock=_reads_clock(node) or any(arg.reads_clock for arg in args),
+            memory=_memory(node).union(*(arg.memory for arg in args)),
+            surely=evaluated(node, args),
+            perhaps=perhaps,
+        )
+        if not term.bound and not term.is_constant and _is_costly(node, perhaps):
+            term.keep()
+        return term
+
+
+def surely_before(term: Term, if_true: Terms, if_false: Terms) -> Terms:
+    """Terms that are evaluated in any case, when `term` is tested and one of two things follows.
+
+    `if_true` and `if_false` are evaluated in any case after the test came out that way.
+    """
+    itself = frozenset({term}) if term.is_kept else NONE
+    match term.node:
+        case e.Truth(value=value):
+            return if_true if value else if_false
+        case e.Unary(op="not"):
+            return itself | surely_before(term.args[0], if_false, if_true)
+        case e.Logic(op=op):
+            for operand in reversed(term.args):
+                outcome = surely_before(operand, if_true, if_false)
+                if_true, if_false = (outcome, if_false) if op == "and" else (if_true, outcome)
+            return itself | outcome
+        case e.Choice():
+            test, then, otherwise = term.args
+            return itself | surely_before(
+                test,
+                surely_before(then, if_true, if_false),
+                surely_before(otherwise, if_true, if_false),
+            )
+    return term.surely | (if_true & if_false)
+
+
+def evaluated(node: e.Expr, args: tuple[Term, ...]) -> Terms:
+    """Terms worth keeping among the operands that are evaluated in any case."""
+    match node:
+        case e.Logic(op="and"):
+            after = NONE
+            for operand in reversed(args):
+                after = surely_before(operand, after, NONE)
+            return after
+        case e.Logic(op="or"):
+            after = NONE
+            for operand in reversed(args):
+                after = surely_before(operand, NONE, after)
+            return after
+        case e.Choice():
+            return surely_before(args[0], args[1].surely, args[2].surely)
+        case e.Quantifier():
+            over = args[0]
+            never_empty = isinstance(over.type, Vector) and over.type.size > 0
+            return over.surely | (args[1].surely if never_empty else NONE)
+    return NONE.union(*(arg.surely for arg in args))
+
+
+def _payload(node: e.Expr) -> object:
+    """What tells two nodes of one kind apart besides their type and operands."""
+    if isinstance(node, e.Number):
+        return (type(node.value), repr(node.value))  # 0.0 and -0.0 are equal numbers
+    if isinstance(node, (e.Fresh, e.Present)):
+        return node.input
+    values = (getattr(node, part.name) for part in fields(node) if part.name not in _COMMON)
+    return tuple(v for v in values if isinstance(v, (str, int, float, bool, frozenset)))
+
+
+_COMMON = ("type", "span")
+
+
+def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
+    match node:
+        case e.Bound(name=name):
+            return frozenset({name})
+        case e.Quantifier(variable=variable):
+            return args[0].bound | (args[1].bound - {variable})
+    return frozenset[str]().union(*(arg.bound for arg in args))
+
+
+def _memory(node: e.Expr) -> frozenset[str]:
+    return frozenset({node.name}) if isinstance(node, e.MemoryRef) else frozenset()
+
+
+def _reads_clock(node: e.Expr) -> bool:
+    return isinstance(node, e.Clock) and node.name != "period"
+
+
+def _is_constant(node: e.Expr, args: tuple[Term, ...], computed: frozenset[str]) -> bool:
+    match node:
+        case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused():
+            return True
+        case e.Clock(name=name):
+            return name == "period"
+        case e.ConstantRef(name=name):
+            return name not in computed
+        case e.Builtin(name="identity"):
+            return True
+        case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component():
+            return bool(args) and all(arg.is_constant for arg in args)
+    return False
+
+
+def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
+    match node:
+        case e.Call():
+            return True
+        case e.Builtin(name="norm"):
+            return True
+        case e.Builtin(name="near", args=(first, *_)):
+            return is_array(first.type)
+        case e.Builtin() | e.Unary() | e.Binary() | e.Items():
+            return is_array(node.type)
+        case e.Quantifier(over=over):
+            members = isinstance(over.type, Vector) and isinstance(over.type.element, Enum)
+            return not members or bool(perhaps)
+        case e.Choice() | e.Logic():
+            return bool(perhaps)
+    return False
