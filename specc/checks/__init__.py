@@ -1,0 +1,88 @@
+"""What is checked of a resolved system, in order: one fact about it per module."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from specc.checks import (
+    actuators_driven_once,
+    agent_kind,
+    axioms_consistent,
+    axioms_needed,
+    bindings_fit,
+    bindings_known,
+    buffers_match,
+    causes_have_rows,
+    devices_bound,
+    devices_owned,
+    devices_used,
+    model_names_known,
+    model_readable,
+    noise_fits,
+    one_writer,
+    parts_used,
+    presence_in_axioms,
+    presence_in_conditions,
+    presence_in_functions,
+    presence_in_memory,
+    rates_meet,
+    rows_can_apply,
+    rows_complete,
+    rows_exclusive,
+    rows_proved,
+    sensors_in_time,
+    sizes_match,
+    states_reached,
+)
+from specc.diagnostics import Diagnostic
+from specc.facts import Facts, Proofs
+from specc.model.system import System
+
+Check = Callable[[System, Facts], Iterator[Diagnostic]]
+
+CHECKS: tuple[Check, ...] = (
+    # structure and buffers
+    buffers_match.check,
+    devices_owned.check,
+    devices_used.check,
+    agent_kind.check,
+    rates_meet.check,
+    # plant
+    model_readable.check,
+    bindings_known.check,
+    devices_bound.check,
+    bindings_fit.check,
+    model_names_known.check,
+    sizes_match.check,
+    noise_fits.check,
+    actuators_driven_once.check,
+    sensors_in_time.check,
+    # machines
+    one_writer.check,
+    axioms_consistent.check,
+    rows_complete.check,
+    rows_exclusive.check,
+    causes_have_rows.check,
+    rows_can_apply.check,
+    rows_proved.check,
+    states_reached.check,
+    axioms_needed.check,
+    parts_used.check,
+    # presence
+    presence_in_functions.check,
+    presence_in_conditions.check,
+    presence_in_memory.check,
+    presence_in_axioms.check,
+)
+
+
+def run_checks(
+    system: System, broken: frozenset[str] = frozenset()
+) -> tuple[list[Diagnostic], Proofs]:
+    """All findings about a system, and what was proved on the way.
+
+    `broken` names the subsystems and devices with errors of their own; they are left out.
+    """
+    facts = Facts(system, broken)
+    found = [finding for check in CHECKS for finding in check(system, facts)]
+    return found, Proofs(facts)

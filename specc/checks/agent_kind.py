@@ -1,0 +1,58 @@
+"""The kind of an agent is that of its structure, and one of the seven useful ones (2.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.diagnostics import Diagnostic
+from specc.facts import Facts
+from specc.facts.places import below
+from specc.facts.words import listed
+from specc.model.system import Agent, System
+
+_MEANING = {
+    "C": "a control subsystem",
+    "E": "effectors",
+    "R": "receptors",
+    "T": "connections with other agents",
+}
+
+
+def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0407 and E0408; an agent with a broken subsystem may have more than is known."""
+    unsure = {name.split(".")[0] for name in facts.broken}
+    for agent in system.agents:
+        if agent.name in unsure or not agent.subsystems:
+            continue
+        kind = _derived(agent)
+        if kind == "C":
+            yield Diagnostic(
+                "E0408",
+                f"agent `{agent.name}` influences nothing, senses nothing and talks to nobody",
+                agent.place,
+                "an agent of kind C",
+                help="give it effectors, receptors or connections with other agents, or delete it",
+            )
+        elif agent.kind and agent.kind != kind:
+            has = listed((_MEANING[letter] for letter in kind), "and")
+            yield Diagnostic(
+                "E0407",
+                f"agent `{agent.name}` is of kind {kind}, not {agent.kind}",
+                below(agent.place, "kind"),
+                f"it has {has}",
+                help=f"write `kind: {kind}`, or change the structure",
+            )
+
+
+def _derived(agent: Agent) -> str:
+    """The letters of 2.2 in the order C, E, R, T."""
+    kinds: set[str] = {subsystem.kind for subsystem in agent.subsystems}
+    kinds |= {device.kind for device in agent.devices}
+    ends = {kind.rpartition("_")[2] for kind in kinds}
+    talks = any(
+        port.other_end.endswith(".c") and port.other_end != f"{agent.name}.c"
+        for subsystem in agent.subsystems
+        for port in subsystem.ports
+        if subsystem.kind == "control"
+    )
+    return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks

@@ -1,0 +1,107 @@
+"""Connected buffers have exactly the same structure at both ends (section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.diagnostics import Diagnostic, Related
+from specc.facts import Facts
+from specc.model.system import Device, Element, Port, Subsystem, System
+from specc.source import Place
+
+
+def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0403, E0404 and E0405, for connections with subsystems and with devices."""
+    for subsystem in facts.subsystems:
+        for port in subsystem.ports:
+            device = facts.connections.devices.get(port.other_end)
+            if port.other_end in facts.broken:
+                continue
+            if device is not None:
+                elements = facts.connections.device_elements(port)
+                yield from _compare(port, port.place, port.elements, device.place, elements)
+            else:
+                yield from _between_subsystems(subsystem, port, facts)
+    for device in system.devices:
+        yield from _unconnected(device, facts)
+
+
+def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Iterator[Diagnostic]:
+    other = facts.connections.subsystems.get(port.other_end)
+    if other is None:
+        return
+    end = facts.connections.other_port(subsystem, port)
+    if end is None:
+        verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
+        name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
+        yield Diagnostic(
+            "E0403",
+            f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
+            port.place,
+            "this end has no other",
+            (Related(other.place, f"`{other.qualified_name}` is here"),),
+            f"add `{name}: {{...}}` under its `{key}:`, with the same elements",
+        )
+    elif port.direction == "x":
+        yield from _compare(port, port.place, port.elements, end.place, end.elements)
+
+
+def _compare(
+    port: Port, here: Place, own: tuple[Element, ...], there: Place, others: tuple[Element, ...]
+) -> Iterator[Diagnostic]:
+    """Two ends of a connection; `here` and `there` are their places."""
+    mine, theirs = {e.name: e for e in own}, {e.name: e for e in others}
+    for name in mine.keys() | theirs.keys():
+        one, other = mine.get(name), theirs.get(name)
+        if one and other and one.type != other.type:
+            yield Diagnostic(
+                "E0405",
+                f"`{name}` is {one.type} at one end and {other.type} at the other",
+                one.place,
+                str(one.type),
+                (Related(other.place, f"connected to this one: {other.type}"),),
+                "both ends of a connection have exactly the same type",
+            )
+        elif one is None and other:
+            yield _missing(port, here, other)
+        elif other is None and one:
+            yield _missing(port, there, one)
+
+
+def _missing(port: Port, place: Place, element: Element) -> Diagnostic:
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks `{element.name}`, which the other end has",
+        place,
+        "lacks it",
+        (Related(element.place, f"{element.type}, without another end"),),
+        f'add `{element.name}: "{element.type}"`, or delete it at the other end',
+    )
+
+
+def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
+    """A device of which only one side is connected; one without any is `devices_used`'s matter."""
+    ends = [
+        (subsystem, port)
+        for subsystem in facts.system.subsystems
+        for port in subsystem.ports
+        if port.other_end == device.qualified_name
+    ]
+    if not ends or any(s.qualified_name in facts.broken for s, _ in ends):
+        return
+    subsystem, port = ends[0]
+    sides = (
+        (device.x, "y", f"nothing commands `{device.qualified_name}`"),
+        (device.y, "x", f"nothing reads what `{device.qualified_name}` reports"),
+    )
+    for elements, direction, message in sides:
+        if elements and not any(p.direction == direction for _, p in ends):
+            names = ", ".join(f"`{e.name}`" for e in elements)
+            yield Diagnostic(
+                "E0403",
+                message,
+                device.place,
+                f"{names}",
+                (Related(subsystem.place, f"`{subsystem.qualified_name}` works with it"),),
+                f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
+            )

@@ -1,0 +1,27 @@
+"""Whenever a state ends by a cause, at most one row of that state and cause applies (2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.diagnostics import Diagnostic, Related
+from specc.facts import Facts
+from specc.facts.words import ending, situation
+from specc.model.system import System
+
+
+def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0602, for the first two rows that can apply together."""
+    for decided in facts.decided():
+        overlap = decided.verdict.decision.overlap
+        if overlap:
+            state = decided.state
+            first, second = (decided.verdict.rows[i] for i in overlap.holding)
+            yield Diagnostic(
+                "E0602",
+                f"two rows of state `{state.name}` apply {situation(overlap)}",
+                second.place,
+                f"applies when it ended {ending(state.behaviour, decided.cause)}",
+                (Related(first.place, "and so does this row"),),
+                "make one condition exclude the other, or say under `assume:` why it cannot be",
+            )

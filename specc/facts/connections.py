@@ -1,0 +1,100 @@
+"""Who is at the other end of a buffer, and when what is sent there has arrived."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+from specc.model.fsm import Behaviour
+from specc.model.system import Device, Element, Port, Subsystem, System
+from specc.proof import InputName
+
+
+@dataclass(frozen=True, slots=True)
+class Arrivals:
+    """When the elements of the input buffers of a subsystem have a value.
+
+    Attributes:
+        always: in every period: measurements of devices, and elements with an initial value.
+        later: in every period but the first, because the sender's first period sends them in time.
+        together: element -> elements of which the sender sends one whenever it sends that one.
+    """
+
+    always: frozenset[InputName]
+    later: frozenset[InputName]
+    together: dict[InputName, frozenset[InputName]] = field(default_factory=dict)
+
+    def close(self, present: frozenset[InputName]) -> frozenset[InputName]:
+        """`present` with everything that was sent together with it."""
+        return present.union(*(self.together.get(name, ()) for name in present))
+
+
+class Connections:
+    """Subsystems and devices by their qualified names."""
+
+    def __init__(self, system: System) -> None:
+        self.subsystems = {s.qualified_name: s for s in system.subsystems}
+        self.devices = {d.qualified_name: d for d in system.devices}
+
+    def other_port(self, subsystem: Subsystem, port: Port) -> Port | None:
+        """The port at the other end of a connection between subsystems."""
+        other = self.subsystems.get(port.other_end)
+        direction = "y" if port.direction == "x" else "x"
+        for candidate in other.ports if other else ():
+            names = candidate.direction, candidate.other_end
+            if names == (direction, subsystem.qualified_name):
+                return candidate
+        return None
+
+    def device_elements(self, port: Port) -> tuple[Element, ...]:
+        """The elements of the device at the other end of `port`; empty if it is no device."""
+        device: Device | None = self.devices.get(port.other_end)
+        if device is None:
+            return ()
+        return device.y if port.direction == "x" else device.x
+
+    def always_present(self, subsystem: Subsystem) -> frozenset[InputName]:
+        """Inputs that have a value from the first period on."""
+        return frozenset(
+            (port.peer, element.name)
+            for port in subsystem.ports
+            if port.direction == "x"
+            for element in port.elements
+            if element.init is not None or port.other_end in self.devices
+        )
+
+    def arrivals(self, subsystem: Subsystem, broken: Collection[str]) -> Arrivals:
+        """When the inputs of a subsystem have values; nothing is expected of a broken sender."""
+        always = set(self.always_present(subsystem))
+        later: set[InputName] = set()
+        together: dict[InputName, frozenset[InputName]] = {}
+        for port in subsystem.ports:
+            if port.direction != "x" or port.other_end in self.devices:
+                continue
+            sender, end = self.subsystems.get(port.other_end), self.other_port(subsystem, port)
+            if sender is None or end is None or port.other_end in broken:
+                always |= {(port.peer, element.name) for element in port.elements}
+                continue
+            if sender.rate_hz >= subsystem.rate_hz:
+                first = sender.state(sender.initial_state).behaviour
+                later |= {(port.peer, name) for name in _sent(first, end.peer)}
+            together |= _sent_together(sender, end, port)
+        return Arrivals(frozenset(always), frozenset(later), together)
+
+
+def _sent(behaviour: Behaviour, peer: str) -> frozenset[str]:
+    return frozenset(a.name for a in behaviour.assignments if a.peer == peer)
+
+
+def _sent_together(
+    sender: Subsystem, end: Port, port: Port
+) -> dict[InputName, frozenset[InputName]]:
+    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}
+    sent = [names for b in behaviours.values() if (names := _sent(b, end.peer))]
+    found = {}
+    for element in port.elements:
+        with_it = [names for names in sent if element.name in names]
+        if with_it:
+            common = frozenset.intersection(*with_it)
+            found[port.peer, element.name] = frozenset((port.peer, name) for name in common)
+    return found
