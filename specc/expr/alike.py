@@ -12,7 +12,7 @@ from specc.expr.mismatch import scalar_unit
 from specc.expr.parse import span
 from specc.expr.scope import Scope
 from specc.model.expr import Expr, Number
-from specc.model.types import Pose, Real, Spatial, Type
+from specc.model.types import Enum, Pose, Real, Spatial, Type
 
 Side = tuple[ast.expr, Expr]
 """An expression as it is written and as it is typed."""
@@ -27,6 +27,7 @@ def infer_alike(ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = Non
         return ctx.each(*(partial(ctx.infer, node, hint) for node in nodes))
     own = ctx.each(*(partial(ctx.infer, nodes[i], hint) for i in typed))
     found = dict(zip(typed, own, strict=True))
+    _choose_members(ctx, nodes, found)
 
     def nearest_type(place: int) -> Type:
         return found[min(typed, key=lambda i: abs(i - place))].type
@@ -35,6 +36,18 @@ def infer_alike(ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = Non
     jobs = [partial(ctx.infer, nodes[i], nearest_type(i)) for i in rest]
     found |= zip(rest, ctx.each(*jobs), strict=True)
     return [found[i] for i in range(len(nodes))]
+
+
+def _choose_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
+    """A name that is a value and a member too is the member beside a value of that enum."""
+    for place in found:
+        node = nodes[place]
+        if not isinstance(node, ast.Name) or node.id not in ctx.scope.enums:
+            continue
+        beside = [expr.type for other, expr in found.items() if other != place]
+        enums = [t for t in beside if isinstance(t, Enum) and node.id in t.members]
+        if enums:
+            found[place] = ctx.infer(node, enums[0])
 
 
 def needs_context(node: ast.expr, scope: Scope) -> bool:

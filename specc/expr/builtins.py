@@ -15,7 +15,7 @@ from specc.expr.pose_builtins import POSE_BUILTINS, near_poses
 from specc.expr.quantifiers import quantifier
 from specc.expr.usage import built, take
 from specc.model.expr import Expr, Fresh, Present
-from specc.model.types import Bool, Int, ListOf, Pose, Real, Type, Vector
+from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS
 
 BuiltinRule = Callable[[Context, ast.Call, "Type | None"], Expr]
@@ -38,6 +38,11 @@ def _near(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     if isinstance(a.type, Pose) or isinstance(b.type, Pose):
         return near_poses(ctx, node, a, b)
     unit = _common_unit(a.type, b.type)
+    if isinstance(a.type, Spatial) and a.type == b.type:
+        message = f"{ctx.quote(node.args[0])} is {a.type}, whose components differ in unit"
+        raise ctx.error(
+            node, message, "compare them one by one: near(a.z, b.z, tolerance)", "E0315"
+        )
     if unit is None:
         raise unlike(ctx, (node.args[0], a), (node.args[1], b), "cannot be near")
     take(ctx, node, "near(a, b, tolerance)", 3)

@@ -65,8 +65,8 @@ def _check_equality(ctx: Context, left: Side, right: Side) -> None:
     tolerance = "tolerance, rotation_tolerance" if isinstance(a, Pose) else "tolerance"
     help = f"near({ctx.quote(left[0])}, {ctx.quote(right[0])}, {tolerance})"
     if isinstance(a, Spatial):
-        help = "compare its components with near(a, b, tolerance)"
-    message = f"{a} is never exactly equal to another"
+        help = "compare the components one by one: near(a.z, b.z, tolerance)"
+    message = f"values of type {a} are not compared exactly"
     raise ExprError(message, span(left[0])[0], span(right[0])[1], help, "E0319")
 
 

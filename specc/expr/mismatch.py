@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from specc.expr.scope import Scope
 from specc.expr.unify import substitute, unify
-from specc.model.expr import Expr, Number
-from specc.model.types import Bool, Int, ListOf, Pose, Real, Type
+from specc.model.expr import Builtin, Expr, Number
+from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS, RADIAN, Unit
 
 
@@ -25,8 +25,8 @@ def way_out(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
     """A help line for an expression that is not of the expected type; "" if none is obvious."""
     return (
         _unit_help(expr, expected, text)
-        or _pose_help(expr.type, expected, text)
-        or _truth_help(expr.type, expected)
+        or _pose_help(expr, expected, text, scope)
+        or _shape_help(expr, expected)
         or _operator_help(expr.type, expected, text, scope)
     )
 
@@ -46,17 +46,34 @@ def _unit_help(expr: Expr, expected: Type, text: str) -> str:
     return ""
 
 
-def _pose_help(actual: Type, expected: Type, text: str) -> str:
-    if isinstance(actual, Pose) and expected == Pose(actual.child, actual.parent):
-        return f"inverse({text}) is {expected}"
+def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+    """Turn a pose round, or go on from it with a named pose."""
+    actual = expr.type
+    if not isinstance(actual, Pose) or not isinstance(expected, Pose):
+        return ""
+    if expected == Pose(actual.child, actual.parent):
+        inside = text.removeprefix("inverse(").removesuffix(")")
+        turned = (
+            inside if isinstance(expr, Builtin) and expr.name == "inverse" else f"inverse({text})"
+        )
+        return f"{turned} is {expected}"
+    if expected.parent != actual.parent:
+        return ""
+    for name, type in scope.values():
+        if type == Pose(actual.child, expected.child):
+            return f"{text} @ {name} is {expected}"
+        if type == Pose(expected.child, actual.child):
+            return f"{text} @ inverse({name}) is {expected}"
     return ""
 
 
-def _truth_help(actual: Type, expected: Type) -> str:
+def _shape_help(expr: Expr, expected: Type) -> str:
     if isinstance(expected, Bool):
         return "a condition is a comparison, fresh(...), present(...) or a bool"
-    if isinstance(expected, ListOf) and expected.element == actual:
+    if isinstance(expected, ListOf) and expected.element == expr.type:
         return "a list of one item is written [item]"
+    if isinstance(expr, Number) and isinstance(expected, (Vector, Spatial)):
+        return "a vector is written with all its components, e.g. [0, 0, 0]"
     return ""
 
 

@@ -94,6 +94,7 @@ def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
     nodes = _nodes(tree, text)
     if lead or not line.isascii():
         _count_characters(nodes, line[lead:], lead)
+        _refuse_ligatures(nodes, text)
     constants = [node for node in nodes if type(node) is ast.Constant]
     for constant in constants:
         _check_constant(constant)
@@ -164,6 +165,15 @@ def _count_characters(nodes: list[ast.AST], line: str, lead: int) -> None:
         if isinstance(node, (ast.expr, ast.keyword)):
             node.col_offset = offsets[node.col_offset]
             node.end_col_offset = offsets[node.end_col_offset or 0]
+
+
+def _refuse_ligatures(nodes: list[ast.AST], text: str) -> None:
+    """Python reads some letters as others: a name must be written as it is read."""
+    for node in nodes:
+        name = getattr(node, "id", None) or getattr(node, "attr", None)
+        if isinstance(node, ast.expr) and name and not text[: span(node)[1]].endswith(name):
+            message = f"this name is read as {name}"
+            raise ExprError(message, *span(node), "write it with plain letters", "E0301")
 
 
 def _check_constant(node: ast.Constant) -> None:

@@ -53,11 +53,18 @@ def parse_type(text: str, names: TypeNames) -> t.Type:
     try:
         tree = parse_syntax(text)
     except ExprError as error:
-        if error.code != "E0301":
-            raise
-        help = f"for example {_USAGE['vector']} or {_USAGE['pose']}"
-        raise ExprError("this is not a type", error.start, error.end, help, "E0306") from None
+        raise _about_types(error) from None
     return _Reader(names).type(tree)
+
+
+def _about_types(error: ExprError) -> ExprError:
+    """What is said about an expression, said about a type."""
+    if error.code == "E0303":
+        message = error.message.replace("expression", "type")
+        help = "name a part of it under `types:`"
+        return ExprError(message, error.start, error.end, help, "E0303")
+    help = f"for example {_USAGE['vector']} or {_USAGE['pose']}"
+    return ExprError("this is not a type", error.start, error.end, help, "E0306")
 
 
 @dataclass(frozen=True, slots=True)

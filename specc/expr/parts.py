@@ -130,7 +130,10 @@ def _component(node: ast.expr, value: Expr, index: int) -> Component:
 def _no_part(ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ...]) -> ExprError:
     message = f"{ctx.quote(node.value)} is {type}, which has no {node.attr}"
     help = _suggestion(node.attr, list(known))
-    if isinstance(type, Pose):
+    peer = ctx.quote(node.value)
+    if (peer, node.attr) in ctx.scope.inputs:
+        help = f"an input is spelt x.{peer}.{node.attr}"
+    elif isinstance(type, Pose):
         help = f"position({ctx.quote(node.value)}) is a vector with x, y and z"
     elif isinstance(type, Opaque):
         help = "only operators look into it"

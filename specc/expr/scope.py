@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from specc.model.system import Operator
@@ -50,6 +50,13 @@ class Scope:
             if found is not None:
                 return kind, found
         return None
+
+    def values(self) -> Iterator[tuple[str, Type]]:
+        """Every named value with its type."""
+        if self.allow_memory:
+            yield from self.memory.items()
+            yield from self.lets.items()
+        yield from self.constants.items()
 
     def elements(self, peer: str) -> dict[str, Type]:
         """The elements of the input buffer that is connected to a peer."""

@@ -27,6 +27,7 @@ def failure(text: str) -> ExprError:
         ("(a + (b)", "E0301", "the bracket is not closed", "(", ""),
         ("a) + (b", "E0301", "the bracket closes nothing", ")", ""),
         ("a + [b)", "E0301", "the bracket closes one of another kind", ")", ""),
+        ("1 + x.ﬁle", "E0301", "this name is read as file", "x.ﬁle", "write it with plain letters"),
         ("'abc", "E0301", "the text is not closed", "'", ""),
         ("a if b", "E0301", "a choice has two branches: a if c else b", "a if b", ""),
         ("a && b", "E0301", "this is not an expression", "&&", "write and for &&"),

@@ -1,0 +1,51 @@
+"""Every way to be wrong, with all that is said about it (`rejected.txt`)."""
+
+from dataclasses import replace
+
+import pytest
+
+from specc.expr import Scope
+from tests.expr.refusals import Block, blocks, findings
+from tests.strategies import SCOPE
+
+BLOCKS = blocks()
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.head)
+def test_findings(block: Block) -> None:
+    assert findings(block.head) == block.findings
+
+
+def test_the_table_has_every_code_of_typing_and_of_names_in_expressions() -> None:
+    seen = {line.split()[0] for block in BLOCKS for line in block.findings.splitlines()}
+    wanted = {f"E0{n}" for n in (*range(201, 205), *range(231, 233), 234, 235, 302, 304)}
+    assert {code for code in seen if code.startswith("E")} >= wanted | {
+        f"E0{n}" for n in range(310, 321)
+    }
+
+
+CONSTANT = replace(SCOPE, inputs={}, memory={}, lets={}, allow_clock=False)
+FIRST_PERIOD = replace(SCOPE, allow_memory=False, allow_clock=False)
+
+
+@pytest.mark.parametrize(
+    ("text", "scope", "message"),
+    [
+        ("x.c.d_d", CONSTANT, "x.c.d_d has no value here: there are no inputs"),
+        ("fresh(x.c.b)", CONSTANT, "x.c.b has no value here: there are no inputs"),
+        ("elapsed", CONSTANT, "elapsed has no value here: no state has been entered"),
+        ("q_p", FIRST_PERIOD, "q_p has no value here: memory starts after this is evaluated"),
+        ("T_c", FIRST_PERIOD, "T_c has no value here: memory starts after this is evaluated"),
+    ],
+)
+def test_what_has_no_value_yet(text: str, scope: Scope, message: str) -> None:
+    found = findings(text, scope)
+    assert found.splitlines()[0].startswith("  E0230 ")
+    assert message in found
+
+
+def test_a_name_that_is_value_and_member_is_told_apart_by_the_expected_type() -> None:
+    scope = replace(SCOPE, constants={**SCOPE.constants, "g": SCOPE.lets["ratio"]})
+    assert findings("g > 1 and x.c.mode == g", scope) == ""
+    scope = replace(SCOPE, constants={**SCOPE.constants, "g": SCOPE.inputs["c", "mode"]})
+    assert "E0231 `g`: g is both a value and a member of Mode" in findings("x.c.mode == g", scope)
