@@ -42,4 +42,12 @@ CODES = (
         "specc: 2\nsystem: demo\n",
         "specc: 1\nsystem: demo\n",
     ),
+    Code(
+        "E0106",
+        "not a rate",
+        "A rate is a number of periods per second with its unit, or a period with its unit. It is "
+        "read exactly, so that periods can be compared without rounding.",
+        "rate: 100\n",
+        "rate: 100 Hz\n",
+    ),
 )
