@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 from specc.model.types import Bool, Type
 
@@ -209,14 +209,13 @@ FALSE = Truth(False, type=Bool())
 
 
 @cache
-def _parts(kind: type[Node]) -> tuple[str, ...]:
+def _parts(kind: type[Any]) -> tuple[str, ...]:
     return tuple(part.name for part in fields(kind) if part.name not in ("type", "span"))
 
 
 def children(expr: Expr) -> Iterator[Expr]:
     """The direct subexpressions of `expr`, left to right."""
-    node: Node = expr
-    for part in _parts(type(node)):
+    for part in _parts(type(expr)):
         value = getattr(expr, part)
         if isinstance(value, Node):
             yield value  # type: ignore[misc]  # every Node subclass is a member of Expr

@@ -1,4 +1,4 @@
-"""Moore machines: conditions, transition functions, behaviours, states and transitions (2.3, 2.4)."""
+"""Moore machines: conditions, functions, behaviours, states and transitions (2.3, 2.4)."""
 
 from __future__ import annotations
 

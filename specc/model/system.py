@@ -31,7 +31,7 @@ class Operator:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A named number, vector or pose; `value` refers to nothing but other constants and operators."""
+    """A named value; it refers to nothing but other constants and operators."""
 
     name: str
     value: Expr
@@ -202,7 +202,8 @@ class System:
     title: str
     file: str
     frames: tuple[tuple[str, str], ...]
-    types: tuple[tuple[str, Type, Trace], ...]
+    types: tuple[tuple[str, Trace], ...]
+    """Name and trace of every named type."""
     operators: tuple[Operator, ...]
     constants: tuple[Constant, ...]
     files: tuple[tuple[str, str], ...]

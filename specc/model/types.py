@@ -156,5 +156,6 @@ def _applied(name: str, frames: tuple[Frame, ...]) -> str:
 
 
 Type = (
-    Bool | Int | Real | Text | File | Enum | Vector | Spatial | Pose | Image | ListOf | Record | Opaque
-)
+    Bool | Int | Real | Text | File | Enum | Vector | Spatial | Pose | Image | ListOf
+    | Record | Opaque
+)  # fmt: skip

@@ -170,7 +170,9 @@ def _bounded(unit: Unit, node: ast.expr) -> Unit:
 
 def _exponent(node: ast.expr) -> Fraction:
     match node:
-        case ast.Constant(value=int(value)) if not isinstance(value, bool) and value <= _LARGEST_EXPONENT:
+        case ast.Constant(value=int(value)) if (
+            not isinstance(value, bool) and value <= _LARGEST_EXPONENT
+        ):
             return Fraction(value)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return -_exponent(operand)

@@ -84,7 +84,9 @@ def _memory(
     for name, item in definition.memory.items():
         at = where["memory"][name]
         type_ = expressions.type(at["type"], item.type)
-        init = type_ and expressions.value(at["init"], item.init, scope, type_)
+        init = None
+        if type_ is not None:
+            init = expressions.value(at["init"], item.init, scope, type_)
         if type_ is None or init is None:
             expressions.broken.add(name)
         else:

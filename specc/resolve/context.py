@@ -38,10 +38,12 @@ class Where:
 
     @property
     def place(self) -> Place:
+        """The value itself."""
         return Place(self.file, self.route)
 
     @property
     def key(self) -> Place:
+        """The key that names the value."""
         return Place(self.file, self.route, "key")
 
 
@@ -61,6 +63,7 @@ class Findings:
         related: tuple[Related, ...] = (),
         help: str = "",
     ) -> None:
+        """Add a diagnostic."""
         self.diagnostics.append(Diagnostic(code, message, place, label, related, help))
 
     def expression_error(self, where: Where, error: ExprError) -> None:
@@ -86,4 +89,5 @@ def suggestion(name: str, known: list[str]) -> str:
 
 
 def trace_of(part: Traced) -> Trace:
+    """Where in the paper a part comes from."""
     return Trace(part.eq, part.table, part.fig)

@@ -32,6 +32,7 @@ class Definitions:
     """Kind and name (`type Mode`) -> where it is defined."""
 
     def names(self, *, variables: bool = False) -> TypeNames:
+        """What type texts may name; with `variables`, undeclared frames are variables."""
         return TypeNames(frames=self.frames, types=self.types, variables_allowed=variables)
 
     def claim(self, kind: str, name: str, place: Place, findings: Findings) -> bool:

@@ -34,7 +34,7 @@ class Loader:
             return None
         spec, wrong = shape(document.data, path)
         self.findings.diagnostics += wrong
-        return spec and Loaded(path, spec, Where(path, (), document.data))
+        return None if spec is None else Loaded(path, spec, Where(path, (), document.data))
 
 
 def _at(finding: Diagnostic, named_at: Where | None) -> Diagnostic:

@@ -27,6 +27,8 @@ from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, Sub
 
 @dataclass(slots=True)
 class Machine:
+    """What a subsystem does, as far as it could be understood."""
+
     conditions: tuple[Condition, ...] = ()
     functions: tuple[Function, ...] = ()
     behaviours: tuple[Behaviour, ...] = ()
@@ -50,6 +52,7 @@ class MachineResolver:
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
 
     def resolve(self) -> Machine:
+        """The machine; what has errors is left out or replaced, after reporting."""
         self._resolve_conditions()
         self._resolve_functions()
         self._resolve_behaviours()
@@ -114,7 +117,9 @@ class MachineResolver:
         if type_ is None:
             return None
         value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_)
-        return value and Assignment(peer, name, value, trace_of(item), at.key)
+        if value is None:
+            return None
+        return Assignment(peer, name, value, trace_of(item), at.key)
 
     def _target(self, target: str, at: Where) -> tuple[str, str, Type | None]:
         """Peer, element and type of `y.peer.element`, or of a memory element."""

@@ -1,4 +1,4 @@
-"""The shape of the YAML, in pydantic. References are still text; meaning comes in `specc.resolve`."""
+"""The shape of the YAML. References are still text; meaning comes in `specc.resolve`."""
 
 from specc.schema.files import SpecFile
 from specc.schema.shape import json_schema, shape

@@ -8,7 +8,6 @@ from pydantic import ConfigDict, Field
 
 from specc.schema.base import ExprText, Strict, Traced, TypeText, row_form, short_form
 
-
 ROW_KEYS = ("from", "cause", "when", "to")
 """What the items of a row of the transition table stand for."""
 
