@@ -215,7 +215,8 @@ def _parts(kind: type[Any]) -> tuple[str, ...]:
 
 def children(expr: Expr) -> Iterator[Expr]:
     """The direct subexpressions of `expr`, left to right."""
-    for part in _parts(type(expr)):
+    kind: Any = type(expr)
+    for part in _parts(kind):
         value = getattr(expr, part)
         if isinstance(value, Node):
             yield value  # type: ignore[misc]  # every Node subclass is a member of Expr
