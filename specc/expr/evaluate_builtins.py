@@ -47,8 +47,14 @@ def translation(x_m: float, y_m: float, z_m: float) -> PoseRows:
 
 
 def pose(p_m: Vector, quaternion_xyzw: Vector) -> PoseRows:
-    """X_AB from the origin of B in A and a quaternion, which is normalised."""
+    """X_AB from the origin of B in A and a quaternion, normalised here.
+
+    Raises:
+        ValueError: the quaternion is zero or not finite.
+    """
     length = math.hypot(*quaternion_xyzw)
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"quaternion {quaternion_xyzw} has no direction")
     x, y, z, w = (component / length for component in quaternion_xyzw)
     return _rows(
         (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), p_m[0]),

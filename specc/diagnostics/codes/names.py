@@ -1,135 +1,135 @@
-"""E0205 to E0220: names that files declare and refer to; those inside expressions are beside it."""
+"""E0201 to E0204, E0209 and E023x: names in expressions and types that stand for nothing there."""
 
 from specc.diagnostics.code import Code
 
+_TOP = "specc: 1\nsystem: demo\n"
+_EYE = (
+    _TOP
+    + """agents:
+  robot:
+    real_receptors: {eye: {y: {d: "real[m]"}}}
+    virtual_receptors:
+      eye:
+        rate: 10 Hz
+        x: {R: {d: "real[m]"}}
+        y: {c: {seen: bool}}
+        functions: {look: {y.c.seen: %s}}
+        behaviours: {look: {functions: [look], terminal: never}}
+        states: {S0: look}
+        initial_state: S0
+    control:
+      rate: 10 Hz
+      x: {eye: {seen: bool}}
+      behaviours: {wait: {terminal: never}}
+      states: {S0: wait}
+      initial_state: S0
+"""
+)
+
+
+def _constants(text: str, rest: str = "") -> str:
+    return f"{_TOP}{rest}constants: {{{text}}}\n"
+
+
 CODES = (
     Code(
-        "E0205",
-        "name defined twice",
-        "Two definitions of one kind share a name: in one file, or in a file and one that it uses. "
-        "Which of the two is meant could only be guessed.",
-        "use: [lib/frames.yaml]    # defines B\nframes: {B: robot base}\n",
-        "use: [lib/frames.yaml]    # defines B\nframes: {E: end-effector}\n",
+        "E0201",
+        "unknown name",
+        "A name in an expression stands for nothing: no memory, `let`, constant, parameter, file "
+        "or member of an enum is called so where the expression stands. An expression sees only "
+        "what its own subsystem and file define; values of others come through buffers, as "
+        "`x.peer.element`.",
+        _constants('width: "0.1[m]", half: widht / 2'),
+        _constants('width: "0.1[m]", half: width / 2'),
     ),
     Code(
-        "E0206",
-        "let defined by itself",
-        "A let depends on its own value, directly or through others. Within a period there is no "
-        "order in which the values could be computed; the value of the previous period is kept in "
-        "memory.",
-        "let: {a: b + 1, b: a + 1}\n",
-        "memory: {a_p: {type: int, init: 0}}\nlet: {b: a_p + 1}\n",
+        "E0202",
+        "unknown operator",
+        "What is called is neither declared under `operators:` nor a function of the language. "
+        "Operators are the only functions: whatever the language cannot say is one of them, "
+        "with a signature that says what it takes and gives.",
+        _constants('half: half_of("0.1[m]")').replace('"0.1[m]"', "2"),
+        _constants(
+            "half: half_of(2)",
+            'operators: {half_of: {signature: "(a: real) -> real", python: "demo:half_of"}}\n',
+        ),
     ),
     Code(
-        "E0207",
-        "file uses itself",
-        "Files that use each other in a circle have no order in which their definitions could be "
-        "read. What both need belongs in a third file.",
-        "use: [this_file.yaml]\n",
-        "use: [lib/common.yaml]\n",
+        "E0203",
+        "unknown buffer element",
+        "An expression reads an element that the input buffer does not have, or a whole buffer. "
+        "One element is read at a time, as `x.peer.element`.",
+        _EYE % '"x.R.dd < 1[m]"',
+        _EYE % '"x.R.d < 1[m]"',
     ),
     Code(
-        "E0208",
-        "no such file or directory",
-        "A path under `files:` leads nowhere. Paths are relative to the file that names them.",
-        "files: {arm: plants/armm.xml}\n",
-        "files: {arm: plants/arm.xml}\n",
+        "E0204",
+        "unknown peer",
+        "An expression reads from a subsystem or device that has no input buffer here. Peers are "
+        "the keys under `x:`: `c` for the control subsystem of the agent, `E` or `R` for the only "
+        "real effector or receptor, else a name.",
+        _EYE % '"x.eye.d < 1[m]"',
+        _EYE % '"x.R.d < 1[m]"',
     ),
     Code(
         "E0209",
-        "unknown frame as an argument",
-        "A reused description has a parameter that is a frame, and the name given for it is no "
-        "declared frame.",
-        "g: {use: lib/gripper.yaml, with: {B: Bee}}\n",
-        "frames: {B2: base of the second robot}\ng: {use: lib/gripper.yaml, with: {B: B2}}\n",
+        "unknown frame",
+        "A type names a coordinate frame that is not declared under `frames:`. Frames are declared "
+        "so that a typing error cannot make a new one, in which nothing would meet anything.",
+        _TOP + 'frames: {B: robot base}\ntypes: {Grasp: "pose[B, E]"}\n',
+        _TOP + 'frames: {B: robot base, E: end-effector}\ntypes: {Grasp: "pose[B, E]"}\n',
     ),
     Code(
-        "E0210",
-        "unknown parameter",
-        "A reused description is given a value for a parameter that it does not have.",
-        "g: {use: lib/gripper.yaml, with: {tolerence: '0.001[m]'}}\n",
-        "g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}\n",
+        "E0230",
+        "value not available here",
+        "The name has a value only while a subsystem runs. A constant is computed before any, so "
+        "it refers to constants and operators; the initial value of memory also to inputs, but "
+        "not to memory or to the clock.",
+        _constants("late: elapsed"),
+        _constants('late: "2[s]"'),
     ),
     Code(
-        "E0211",
-        "parameter without a value",
-        "A reused description has a parameter that its user gives no value. Parameters have no "
-        "default: what they are for is to be decided where the description is used.",
-        "g: {use: lib/gripper.yaml}\n",
-        "g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}\n",
+        "E0231",
+        "ambiguous name",
+        "The name is a member of several enums, or of an enum and a value of that enum, and where "
+        "it stands either could be meant. The expected type decides where there is one: in an "
+        "assignment, an argument, or a comparison with a value of the enum.",
+        _constants("first: fast", "types: {Gear: 'enum[slow, fast]', Belt: 'enum[fast, off]'}\n"),
+        _constants("first: off", "types: {Gear: 'enum[slow, fast]', Belt: 'enum[fast, off]'}\n"),
     ),
     Code(
-        "E0212",
-        "unknown condition",
-        "A behaviour or a row names a condition that is not declared. Rows name initial "
-        "conditions, behaviours terminal and error conditions; `always` and `never` are known "
-        "everywhere.",
-        "conditions: {terminal: {done: True}}\nbehaviours: {idle: {terminal: finished}}\n",
-        "conditions: {terminal: {done: True}}\nbehaviours: {idle: {terminal: done}}\n",
+        "E0232",
+        "variable hides a name",
+        "The variable of `all` or `any` is called like something that the expression could refer "
+        "to. Inside the quantifier nobody could tell which is meant.",
+        _constants('d: "1[m]", near_by: "all(d > 0 for d in [1[m], 2[m]])"'),
+        _constants('d: "1[m]", near_by: "all(v > 0 for v in [1[m], 2[m]])"'),
     ),
     Code(
-        "E0213",
-        "function without a target",
-        "A transition function assigns nothing, so that executing it has no effect.",
-        "functions: {hold: {eq: 14}}\n",
-        "functions: {hold: {eq: 14, y.E.c_d: held}}\n",
+        "E0233",
+        "unknown type",
+        "The text of a type names a type that is neither of the language nor declared under "
+        "`types:`.",
+        _TOP + 'types: {Motors: "vectr[6, rad]"}\n',
+        _TOP + 'types: {Motors: "vector[6, rad]"}\n',
     ),
     Code(
-        "E0214",
-        "unknown target",
-        "A function assigns something that is neither an element of an output buffer "
-        "(`y.peer.element`) nor a memory element (its name).",
-        "memory: {m_d: {type: real, init: 0}}\nfunctions: {keep: {m: 1}}\n",
-        "memory: {m_d: {type: real, init: 0}}\nfunctions: {keep: {m_d: 1}}\n",
+        "E0234",
+        "no such part",
+        "A value has no field or component of that name or number. Records have their fields; "
+        "spatial vectors and vectors of six have x, y, z, ax, ay, az; vectors of three have x, y, "
+        "z; every vector has [0], [1] and so on. Components of a pose are reached through "
+        "position(X).",
+        _constants('p: "[1[m], 2[m]]", last: "p[2]"'),
+        _constants('p: "[1[m], 2[m]]", last: "p[1]"'),
     ),
     Code(
-        "E0215",
-        "unknown function",
-        "A behaviour names a transition function that is not declared.",
-        "functions: {hold: {y.E.c_d: 0}}\n"
-        "behaviours: {idle: {functions: [old], terminal: always}}\n",
-        "functions: {hold: {y.E.c_d: 0}}\n"
-        "behaviours: {idle: {functions: [hold], terminal: always}}\n",
-    ),
-    Code(
-        "E0216",
-        "unknown behaviour",
-        "A state names a behaviour that is not declared.",
-        "behaviours: {idle: {terminal: always}}\nstates: {S0: idel}\n",
-        "behaviours: {idle: {terminal: always}}\nstates: {S0: idle}\n",
-    ),
-    Code(
-        "E0217",
-        "unknown state",
-        "A row, `initial_state` or the cycle of a task names a state that is not in the state "
-        "table.",
-        "states: {S0: idle}\ninitial_state: S1\n",
-        "states: {S0: idle}\ninitial_state: S0\n",
-    ),
-    Code(
-        "E0218",
-        "unknown peer",
-        "A buffer is named after the subsystem at its other end: `c` for the control subsystem of "
-        "the agent, `E` or `R` for the device, in a control subsystem the name of a virtual "
-        "effector, a virtual receptor or another agent. Nothing has this name.",
-        "virtual_effectors: {m: {x: {d: {T_d: real}}}}\n",
-        "virtual_effectors: {m: {x: {c: {T_d: real}}}}\n",
-    ),
-    Code(
-        "E0219",
-        "file describes nothing to reuse",
-        "A part is taken from a file that does not describe such a part: a virtual effector, "
-        "virtual receptor or control subsystem needs a file with `subsystem:`, an agent one with "
-        "`agent:`.",
-        "g: {use: lib/types_only.yaml}\n",
-        "g: {use: lib/gripper.yaml}    # has `subsystem:`\n",
-    ),
-    Code(
-        "E0220",
-        "unknown subsystem",
-        "The task counts the cycles of a subsystem that does not exist. A subsystem is named by "
-        "its agent and its own name; the control subsystem is always called `c`.",
-        "task: {cycle: {of: irp.control, from: S9, to: S1}}\n",
-        "task: {cycle: {of: irp.c, from: S9, to: S1}}\n",
+        "E0235",
+        "output read",
+        "An expression refers to an output buffer. Outputs are written only: what a subsystem "
+        "computes for others becomes visible to them, not to itself. A value that is needed twice "
+        "is named under `let:`; one that is needed in the next period is kept in memory.",
+        _EYE % '"y.c.seen"',
+        _EYE % '"x.R.d < 1[m]"',
     ),
 )

@@ -1,0 +1,29 @@
+"""The examples of the codes of names and types fail and pass as they say."""
+
+from pathlib import Path
+
+import pytest
+
+from specc.diagnostics.code import Code
+from specc.diagnostics.codes import names, typing
+from specc.resolve import Findings, resolve
+from specc.resolve.loader import Loader
+
+CODES = (*names.CODES, *typing.CODES)
+
+
+def codes_found(text: str, directory: Path) -> list[str]:
+    path = directory / "demo.yaml"
+    path.write_text(text)
+    findings = Findings()
+    loader = Loader(findings)
+    file = loader.load(str(path))
+    if file is not None:
+        resolve(file, loader.load, findings)
+    return [diagnostic.code for diagnostic in findings.diagnostics]
+
+
+@pytest.mark.parametrize("code", CODES, ids=lambda code: code.id)
+def test_examples(code: Code, tmp_path: Path) -> None:
+    assert codes_found(code.failing, tmp_path) == [code.id]
+    assert codes_found(code.passing, tmp_path) == []
