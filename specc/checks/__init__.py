@@ -18,6 +18,7 @@ from specc.checks import (
     devices_used,
     model_names_known,
     model_readable,
+    names_distinct,
     noise_fits,
     one_writer,
     parts_used,
@@ -58,6 +59,7 @@ CHECKS: tuple[Check, ...] = (
     actuators_driven_once.check,
     sensors_in_time.check,
     # machines
+    names_distinct.check,
     one_writer.check,
     axioms_consistent.check,
     rows_complete.check,

@@ -1,0 +1,136 @@
+"""E0205 to E0221: what files declare, and how the parts of a subsystem refer to each other."""
+
+from specc.diagnostics.code import Code
+
+CODES = (
+    Code(
+        "E0205",
+        "name defined twice",
+        "Two definitions of one kind share a name: in one file, or in a file and one that it uses. "
+        "Which of the two is meant could only be guessed.",
+        "use: [lib/frames.yaml]    # defines B\nframes: {B: robot base}\n",
+        "use: [lib/frames.yaml]    # defines B\nframes: {E: end-effector}\n",
+    ),
+    Code(
+        "E0206",
+        "let defined by itself",
+        "A let depends on its own value, directly or through others. Within a period there is no "
+        "order in which the values could be computed; the value of the previous period is kept in "
+        "memory.",
+        "let: {a: b + 1, b: a + 1}\n",
+        "memory: {a_p: {type: int, init: 0}}\nlet: {b: a_p + 1}\n",
+    ),
+    Code(
+        "E0207",
+        "file uses itself",
+        "Files that use each other in a circle have no order in which their definitions could be "
+        "read. What both need belongs in a third file.",
+        "use: [this_file.yaml]\n",
+        "use: [lib/common.yaml]\n",
+    ),
+    Code(
+        "E0208",
+        "no such file or directory",
+        "A path under `files:` leads nowhere. Paths are relative to the file that names them.",
+        "files: {arm: plants/armm.xml}\n",
+        "files: {arm: plants/arm.xml}\n",
+    ),
+    Code(
+        "E0210",
+        "unknown parameter",
+        "A reused description is given a value for a parameter that it does not have.",
+        "g: {use: lib/gripper.yaml, with: {tolerence: '0.001[m]'}}\n",
+        "g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}\n",
+    ),
+    Code(
+        "E0211",
+        "parameter without a value",
+        "A reused description has a parameter that its user gives no value. Parameters have no "
+        "default: what they are for is to be decided where the description is used.",
+        "g: {use: lib/gripper.yaml}\n",
+        "g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}\n",
+    ),
+    Code(
+        "E0212",
+        "unknown condition",
+        "A behaviour or a row names a condition that is not declared. Rows name initial "
+        "conditions, behaviours terminal and error conditions; `always` and `never` are known "
+        "everywhere.",
+        "conditions: {terminal: {done: True}}\nbehaviours: {idle: {terminal: finished}}\n",
+        "conditions: {terminal: {done: True}}\nbehaviours: {idle: {terminal: done}}\n",
+    ),
+    Code(
+        "E0213",
+        "function without a target",
+        "A transition function assigns nothing, so that executing it has no effect.",
+        "functions: {hold: {eq: 14}}\n",
+        "functions: {hold: {eq: 14, y.E.c_d: held}}\n",
+    ),
+    Code(
+        "E0214",
+        "unknown target",
+        "A function assigns something that is neither an element of an output buffer "
+        "(`y.peer.element`) nor a memory element (its name).",
+        "memory: {m_d: {type: real, init: 0}}\nfunctions: {keep: {m: 1}}\n",
+        "memory: {m_d: {type: real, init: 0}}\nfunctions: {keep: {m_d: 1}}\n",
+    ),
+    Code(
+        "E0215",
+        "unknown function",
+        "A behaviour names a transition function that is not declared.",
+        "functions: {hold: {y.E.c_d: 0}}\n"
+        "behaviours: {idle: {functions: [old], terminal: always}}\n",
+        "functions: {hold: {y.E.c_d: 0}}\n"
+        "behaviours: {idle: {functions: [hold], terminal: always}}\n",
+    ),
+    Code(
+        "E0216",
+        "unknown behaviour",
+        "A state names a behaviour that is not declared.",
+        "behaviours: {idle: {terminal: always}}\nstates: {S0: idel}\n",
+        "behaviours: {idle: {terminal: always}}\nstates: {S0: idle}\n",
+    ),
+    Code(
+        "E0217",
+        "unknown state",
+        "A row, `initial_state` or the cycle of a task names a state that is not in the state "
+        "table.",
+        "states: {S0: idle}\ninitial_state: S1\n",
+        "states: {S0: idle}\ninitial_state: S0\n",
+    ),
+    Code(
+        "E0218",
+        "unknown peer",
+        "A buffer is named after the subsystem at its other end: `c` for the control subsystem of "
+        "the agent, `E` or `R` for the device, in a control subsystem the name of a virtual "
+        "effector, a virtual receptor or another agent. Nothing has this name.",
+        "virtual_effectors: {m: {x: {d: {T_d: real}}}}\n",
+        "virtual_effectors: {m: {x: {c: {T_d: real}}}}\n",
+    ),
+    Code(
+        "E0219",
+        "file describes nothing to reuse",
+        "A part is taken from a file that does not describe such a part: a virtual effector, "
+        "virtual receptor or control subsystem needs a file with `subsystem:`, an agent one with "
+        "`agent:`.",
+        "g: {use: lib/types_only.yaml}\n",
+        "g: {use: lib/gripper.yaml}    # has `subsystem:`\n",
+    ),
+    Code(
+        "E0220",
+        "unknown subsystem",
+        "The task counts the cycles of a subsystem that does not exist. A subsystem is named by "
+        "its agent and its own name; the control subsystem is always called `c`.",
+        "task: {cycle: {of: irp.control, from: S9, to: S1}}\n",
+        "task: {cycle: {of: irp.c, from: S9, to: S1}}\n",
+    ),
+    Code(
+        "E0221",
+        "name with two meanings",
+        "In expressions memory elements, lets, constants, parameters and files are called by "
+        "their bare names, beside the words of the language (`x`, `elapsed`, `near`, ...). One "
+        "name for two of them could be read either way.",
+        "memory: {q: {type: real, init: 0}}\nlet: {q: 2 * x.E.m_m}\n",
+        "memory: {q_p: {type: real, init: 0}}\nlet: {q: 2 * x.E.m_m}\n",
+    ),
+)
