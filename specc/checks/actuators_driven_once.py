@@ -14,15 +14,13 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0508."""
     first: dict[str, Binding] = {}
     for bound in facts.bindings:
-        for name in bound.binding.actuators if bound.commanded else ():
-            earlier = first.setdefault(name, bound.binding)
-            if earlier is not bound.binding or bound.binding.actuators.count(name) > 1:
+        for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
+            if name in first:
                 yield Diagnostic(
                     "E0508",
                     f"actuator `{name}` is driven twice",
-                    below(bound.binding.place, "actuators"),
-                    related=(Related(earlier.place, "driven by this as well"),)
-                    if earlier is not bound.binding
-                    else (),
+                    below(bound.binding.place, "actuators", index),
+                    related=(Related(first[name].place, "driven by this already"),),
                     help="let one element of a device command it",
                 )
+            first.setdefault(name, bound.binding)

@@ -24,7 +24,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     for agent in system.agents:
         if agent.name in unsure or not agent.subsystems:
             continue
-        kind = _derived(agent)
+        kind = _derived(agent, system)
         if kind == "C":
             yield Diagnostic(
                 "E0408",
@@ -44,15 +44,21 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _derived(agent: Agent) -> str:
+def _derived(agent: Agent, system: System) -> str:
     """The letters of 2.2 in the order C, E, R, T."""
     kinds: set[str] = {subsystem.kind for subsystem in agent.subsystems}
     kinds |= {device.kind for device in agent.devices}
     ends = {kind.rpartition("_")[2] for kind in kinds}
+    own = f"{agent.name}.c"
     talks = any(
-        port.other_end.endswith(".c") and port.other_end != f"{agent.name}.c"
-        for subsystem in agent.subsystems
+        subsystem.kind == "control"
+        and own in (subsystem.qualified_name, port.other_end)
+        and _agent(port.other_end) != subsystem.agent
+        for subsystem in system.subsystems
         for port in subsystem.ports
-        if subsystem.kind == "control"
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
+
+
+def _agent(qualified_name: str) -> str:
+    return qualified_name.partition(".")[0]

@@ -62,7 +62,8 @@ def _from_camera(bound: Bound, numbers: str) -> tuple[str, str] | None:
         return f"a camera gives an image, not {type_}", "add `through:` a function that makes one"
     if type_.channels != channels:
         fitting = f"image[{type_.height}, {type_.width}, {channels}]"
-        message = f"an image of kind {binding.image} has {channels} channels, not {type_.channels}"
+        given = "1 channel" if channels == 1 else f"{channels} channels"
+        message = f"an image of kind {binding.image} has {given}, not {type_.channels}"
         return message, f'choose the other kind of image, or make the type "{fitting}"'
     return None
 

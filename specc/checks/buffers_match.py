@@ -51,7 +51,7 @@ def _compare(
 ) -> Iterator[Diagnostic]:
     """Two ends of a connection; `here` and `there` are their places."""
     mine, theirs = {e.name: e for e in own}, {e.name: e for e in others}
-    for name in mine.keys() | theirs.keys():
+    for name in {**mine, **theirs}:
         one, other = mine.get(name), theirs.get(name)
         if one and other and one.type != other.type:
             yield Diagnostic(
@@ -101,7 +101,7 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
                 "E0403",
                 message,
                 device.place,
-                f"{names}",
+                f"{names}: without another end",
                 (Related(subsystem.place, f"`{subsystem.qualified_name}` works with it"),),
                 f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
             )

@@ -9,6 +9,7 @@ from specc.facts import Facts
 from specc.facts.places import below
 from specc.mjcf import Model
 from specc.model.system import Binding, System
+from specc.source import Place
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -18,9 +19,9 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         return
     for binding in system.plant.bindings:
         for kind, names, known in _named(binding, model):
-            for name in names:
+            for index, name in enumerate(names):
                 if name not in known:
-                    yield _unknown(binding, kind, name, known)
+                    yield _unknown(_place(binding, kind, index), kind, name, known)
 
 
 def _named(
@@ -32,12 +33,16 @@ def _named(
     yield "camera", (binding.camera,) if binding.camera else (), model.cameras
 
 
-def _unknown(binding: Binding, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
-    key = kind if kind == "camera" else f"{kind}s"
+def _place(binding: Binding, kind: str, index: int) -> Place:
+    if kind == "camera":
+        return below(binding.place, kind)
+    return below(binding.place, f"{kind}s", index)
+
+
+def _unknown(place: Place, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
     close = nearest(name, known)
     if close:
         hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
     else:
         hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    place = below(binding.place, key)
     return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint)

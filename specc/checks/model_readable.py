@@ -17,5 +17,5 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
             "E0501",
             f"the model of the plant cannot be used: {facts.model}",
             system.plant.place,
-            help="the path is relative to the file that names it",
+            help="a model is an MJCF file; its path is relative to the file that names it",
         )

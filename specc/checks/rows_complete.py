@@ -18,7 +18,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
             state = decided.state
             yield Diagnostic(
                 "E0601",
-                f"no row applies {situation(gap)}",
+                f"no row of state `{state.name}` applies {situation(gap)}",
                 state.place,
                 f"ended {ending(state.behaviour, decided.cause)}",
                 tuple(

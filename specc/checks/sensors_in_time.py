@@ -23,20 +23,20 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         if rate is None or bound.commanded:
             continue
         place = below(bound.binding.place, "rate")
-        if (1 / rate / tick).denominator != 1:
+        readers = _readers(bound, facts)
+        strangers = [r for r in readers if not _goes_with(rate, r.rate_hz)]
+        if not strangers and (1 / rate / tick).denominator != 1:
             message = f"its period is no whole number of base ticks of {float(tick):g} s"
             yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
-            continue
-        for reader in _readers(bound, facts):
-            if not _goes_with(rate, reader.rate_hz):
-                yield Diagnostic(
-                    "E0509",
-                    f"{float(rate):g} Hz does not go with the {float(reader.rate_hz):g} Hz of "
-                    f"`{reader.qualified_name}`",
-                    place,
-                    related=(Related(below(reader.place, "rate"), "reads it at this rate"),),
-                    help="make one rate a whole multiple of the other",
-                )
+        for reader in strangers:
+            yield Diagnostic(
+                "E0509",
+                f"{float(rate):g} Hz does not go with the {float(reader.rate_hz):g} Hz of "
+                f"`{reader.qualified_name}`",
+                place,
+                related=(Related(below(reader.place, "rate"), "reads it at this rate"),),
+                help="make one rate a whole multiple of the other",
+            )
 
 
 def _readers(bound: Bound, facts: Facts) -> list[Subsystem]:
@@ -53,4 +53,4 @@ def _goes_with(a: Fraction, b: Fraction) -> bool:
 
 def _fitting(tick: Fraction, rate: Fraction) -> str:
     ticks = max(1, round(1 / rate / tick))
-    return f"the nearest rate that fits is {float(1 / (ticks * tick)):g} Hz"
+    return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"

@@ -30,7 +30,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 f"`{bound.element.name}` has {sizes[0]}, the plant {sizes[1]}",
                 bound.binding.place,
                 related=(Related(bound.element.place, f"{bound.element.type}"),),
-                help="name as many parts of the model, or a function under `through:`",
+                help="make both the same, or name a function under `through:` that converts",
             )
 
 

@@ -14,6 +14,6 @@ def text_place(part: Place, key: str, expr: Expr) -> Place:
     return replace(part, route=(*part.route, key), part="value", start=start, end=end)
 
 
-def below(part: Place, *keys: str) -> Place:
+def below(part: Place, *keys: str | int) -> Place:
     """The value at `keys` of a part, or the nearest thing around it that the file has."""
     return replace(part, route=(*part.route, *keys), part="value")
