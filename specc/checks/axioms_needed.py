@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic
 from specc.facts import Facts
 from specc.facts.steps import CAUSES
+from specc.model.fsm import Cause
 from specc.model.system import Subsystem, System
 
 
@@ -24,10 +25,19 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _is_needed(subsystem: Subsystem, index: int, facts: Facts) -> bool:
-    """Whether a decision about some state and cause would be another without the axiom."""
-    prover = facts.prover(subsystem)
+    """Whether something about a state and cause would be decided otherwise without the axiom."""
     return any(
-        prover.prove_rows(state.name, cause) != prover.prove_rows(state.name, cause, without=index)
+        _decided(subsystem, state.name, cause, None, facts)
+        != _decided(subsystem, state.name, cause, index, facts)
         for state in subsystem.states
         for cause in CAUSES
     )
+
+
+def _decided(
+    subsystem: Subsystem, state: str, cause: Cause, without: int | None, facts: Facts
+) -> tuple[object, ...]:
+    """What the rows tell about presence, and then what is known of the rows."""
+    before = facts.prover(subsystem).prove_rows(state, cause, without=without).decision
+    after = facts.verdict(subsystem, state, cause, without=without).decision
+    return before.ensures, after.proved, after.possible, after.satisfiable

@@ -62,13 +62,23 @@ class Facts:
     def decided(self) -> Iterator[Decided]:
         """The verdicts about every state and cause of every subsystem."""
         for subsystem in self.consistent_subsystems:
-            prover = self.prover(subsystem)
             for state in subsystem.states:
                 for cause in CAUSES:
-                    yield Decided(state, cause, prover.prove_rows(state.name, cause))
+                    yield Decided(state, cause, self.verdict(subsystem, state.name, cause))
+
+    def verdict(
+        self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
+    ) -> RowVerdict:
+        """The verdict about rows, with what is known of presence; `without` one axiom, if given."""
+        present = self.presence(subsystem).in_conditions(state)
+        prover = self.prover(subsystem)
+        return prover.prove_rows(state, cause, present=present, without=without)
 
     def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
-        """The rows of a subsystem that can be taken, in the order of the file."""
+        """The rows of a subsystem that may be taken, in the order of the file.
+
+        Presence follows from them, so they are found without it.
+        """
         name = subsystem.qualified_name
         if name not in self._steps:
             self._steps[name] = find_steps(subsystem, self.prover(subsystem))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from specc.facts.facts import Facts
 from specc.model.fsm import Cause
-from specc.model.system import Subsystem
 from specc.proof import InputName
 
 
@@ -21,12 +20,9 @@ class Proofs:
         `subsystem` is a qualified name; one with errors has nothing proved.
         """
         found = self._subsystems.get(subsystem)
-        return found is not None and self._prove(found, state, cause)
+        return found is not None and self._facts.verdict(found, state, cause).proved
 
     def present(self, subsystem: str, state: str) -> frozenset[InputName]:
         """Inputs that surely have a value in the conditions and the functions of a state."""
         found = self._subsystems.get(subsystem)
         return self._facts.presence(found).in_functions[state] if found else frozenset()
-
-    def _prove(self, subsystem: Subsystem, state: str, cause: Cause) -> bool:
-        return self._facts.prover(subsystem).prove_rows(state, cause).proved

@@ -38,18 +38,28 @@ class Prover:
         self._axioms = tuple(self._translator.formula(axiom.that) for axiom in subsystem.axioms)
         self._decisions: dict[object, Decision] = {}
 
-    def prove_rows(self, state: str, cause: Cause, *, without: int | None = None) -> RowVerdict:
+    def prove_rows(
+        self,
+        state: str,
+        cause: Cause,
+        *,
+        present: Collection[InputName] = (),
+        without: int | None = None,
+    ) -> RowVerdict:
         """Whether exactly one row of a state and cause applies whenever the cause occurs.
 
+        `present` names inputs that are known to have a value in the conditions of the state;
         `without` leaves an axiom out, by its index.
         """
         rows = self._rows.get((state, cause), ())
         conditions = tuple(self._translator.formula(row.condition.when) for row in rows)
         context = self._context(state, cause)
-        axioms = tuple(a for index, a in enumerate(self._axioms) if index != without)
-        key = conditions, context, axioms
+        given = tuple(a for index, a in enumerate(self._axioms) if index != without)
+        asked = sorted(self._translator.asked.intersection(present))
+        given += tuple(self._translator.present(*name) for name in asked)
+        key = conditions, context, given
         if key not in self._decisions:
-            self._decisions[key] = decide(conditions, context, axioms)
+            self._decisions[key] = decide(conditions, context, given)
         return RowVerdict(rows, self._decisions[key])
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:

@@ -29,6 +29,7 @@ from specc.proof.comparisons import Comparisons
 from specc.proof.formula import Atom, Formula, Formulas
 from specc.proof.numbering import Depths, Numbering
 from specc.proof.variables import Arrival, Collection, EnumItem, Flag, Label, Variable
+from specc.proof.verdict import InputName
 
 
 class Translator:
@@ -38,10 +39,12 @@ class Translator:
         self,
         lets: Mapping[str, Expr],
         constants: Mapping[str, Expr],
-        always_present: Names[tuple[str, str]] = (),
+        always_present: Names[InputName] = (),
     ) -> None:
         """`always_present`: peer and name of input elements that are never without a value."""
         self.make = Formulas()
+        self.asked: set[InputName] = set()
+        """Inputs whose arrival some condition asks about and which may be absent."""
         self._lets = lets
         self._always = always_present
         self._numbering = Numbering(lets, constants)
@@ -58,7 +61,10 @@ class Translator:
 
     def arrival(self, peer: str, element: str) -> Arrival:
         """The variable of an input element."""
-        return Arrival(peer, element, (peer, element) in self._always)
+        always = (peer, element) in self._always
+        if not always:
+            self.asked.add((peer, element))
+        return Arrival(peer, element, always)
 
     def present(self, peer: str, element: str) -> Formula:
         """The formula that an input element has a value."""

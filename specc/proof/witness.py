@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from specc.proof.formula import Atom
 from specc.proof.table import Column, Table
-from specc.proof.variables import EnumItem
+from specc.proof.variables import Arrival, EnumItem
 from specc.proof.verdict import Facts
 
 
@@ -21,7 +21,7 @@ def describe(table: Table, faults: int, allowed: int, asked: frozenset[Atom]) ->
         rest = {c: answer for c, answer in chosen.items() if c is not column}
         if not _common(table, rest) & allowed & ~faults:
             chosen = rest
-    return tuple(fact for column, answer in chosen.items() for fact in _facts(column, answer))
+    return tuple(f for column, answer in chosen.items() for f in _facts(column, answer, asked))
 
 
 def _common(table: Table, chosen: Mapping[Column, int]) -> int:
@@ -31,14 +31,17 @@ def _common(table: Table, chosen: Mapping[Column, int]) -> int:
     return bits
 
 
-def _facts(column: Column, answer: int) -> Iterator[tuple[str, str]]:
-    """One answer of a column in words."""
-    answers = column.answers[answer]
-    if isinstance(column.variable, EnumItem):
-        asked = list(zip(column.atoms, answers, strict=True))
-        members = column.variable.members
-        possible = [m for m in members if all((m in a.test) == yes for a, yes in asked)]
-        yield column.variable.text, " or ".join(possible)
+def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
+    """One answer of a column in words; atoms that are not asked only where none of it is."""
+    answered = list(zip(column.atoms, column.answers[answer], strict=True))
+    variable = column.variable
+    if isinstance(variable, EnumItem):
+        possible = [m for m in variable.members if all((m in a.test) == y for a, y in answered)]
+        yield variable.text, " or ".join(possible)
         return
-    for atom, yes in zip(column.atoms, answers, strict=True):
+    if isinstance(variable, Arrival):
+        fresh = [(atom, yes) for atom, yes in answered if atom.test == "fresh" and yes]
+        answered = fresh or answered
+    told = [(atom, yes) for atom, yes in answered if atom in asked] or answered
+    for atom, yes in told:
         yield atom.text, "true" if yes == atom.text_holds else "false"
