@@ -36,6 +36,8 @@ def near_pose(X: Pose, Y: Pose, position_m: float, rotation_rad: float) -> bool:
     The angle is that of the rotation from one to the other. It enters as its chord,
     |R_X - R_Y|^2 = 8 sin^2(angle / 2), which unlike the arc cosine is exact for small angles.
     """
+    if position_m < 0.0 or rotation_rad < 0.0:
+        return False
     (a, b, c, u), (d, e, f, v), (g, h, i, w), _ = X.tolist()
     (j, k, m, x), (n, o, p, y), (q, r, s, z), _ = Y.tolist()
     if not (u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 <= position_m * position_m:

@@ -22,6 +22,11 @@ def emit(plan: SystemPlan) -> dict[str, str]:
     Raises:
         FormatError: the formatter is missing or refuses a file.
     """
+    return formatted(filled(plan))
+
+
+def filled(plan: SystemPlan) -> dict[str, str]:
+    """The templates filled in: valid Python, but neither sorted nor formatted."""
     environment = Environment(
         loader=FileSystemLoader(templates_dir()),
         undefined=StrictUndefined,
@@ -30,9 +35,7 @@ def emit(plan: SystemPlan) -> dict[str, str]:
         keep_trailing_newline=True,
         autoescape=False,  # the output is Python; lowering has spelled every text
     )
-    return formatted(
-        {
-            path: environment.get_template(TEMPLATES[type(part)]).render(plan=part)
-            for path, part in plan.files
-        }
-    )
+    return {
+        path: environment.get_template(TEMPLATES[type(part)]).render(plan=part)
+        for path, part in plan.files
+    }

@@ -19,8 +19,8 @@ BUILTIN_NAMES = (
 )  # fmt: skip
 FIXED = (
     "annotations", "Callable", "ClassVar", "Equations", "Final", "Inputs", "Literal", "Mapping",
-    "Memory", "Outputs", "PERIOD", "holds", "row", "Subsystem", "Transition", "memory", "nan", "self", "sqrt",
-    "x", "y",
+    "Memory", "Outputs", "PERIOD", "Subsystem", "Transition", "holds", "memory", "nan", "row",
+    "self", "sqrt", "x", "y",
 )  # fmt: skip
 
 

@@ -249,6 +249,8 @@ def _is_constant(node: e.Expr, args: tuple[Term, ...], computed: frozenset[str])
             return name not in computed
         case e.Builtin(name="identity"):
             return True
+        case e.Builtin(name="sqrt") | e.Binary(op="/" | "**"):
+            return False  # may fail, so only where it is needed
         case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component():
             return bool(args) and all(arg.is_constant for arg in args)
     return False

@@ -60,10 +60,11 @@ class Writer(Renderer):
 
     def assign(self, terms: Iterable[Term], seen: Seen) -> Seen:
         """Locals for terms whose evaluation is due here, with those they are made of."""
-        wanted = {part for term in terms for part in term.surely if self._is_named(part)}
-        wanted.update(terms)
+        due = set(terms)
+        wanted = due | {part for term in due for part in term.surely if self._is_named(part)}
+        hint = self.nodes.hint
         for term in in_order(wanted - seen.always):
-            name = self.local(term)
+            name = self.nodes.hint = self.local(term)
             is_partial = term in seen.perhaps
             if is_partial:
                 self.partial.add(term)
@@ -72,6 +73,7 @@ class Writer(Renderer):
             line = f"{INDENT if is_partial else ''}{name} = {spelled.text}"
             self.write(_noted(line, term))
             seen = if_true.join(if_false).plus(term)
+        self.nodes.hint = hint
         return seen
 
     def _is_named(self, term: Term) -> bool:
@@ -103,6 +105,7 @@ class Writer(Renderer):
         ]
 
     def _check(self, check: Check, seen: Seen) -> None:
+        self.nodes.hint = check.condition.name
         seen = self.assign(self._due(check.surely, check.test, check.enters), seen)
         test, if_true, if_false = self.test(check.test, seen)
         self.write(_condition(f"if {test.text}:", check.condition))
@@ -116,6 +119,7 @@ class Writer(Renderer):
         surely = _surely_from(rows)
         keyword = "if"
         for index, row in enumerate(tested):
+            self.nodes.hint = row.transition.condition.name
             enters = (r.enter for r in rows[index:])
             due = [t for t in self._due(surely[index], row.test, enters) if t not in seen.always]
             if due:
@@ -143,6 +147,7 @@ class Writer(Renderer):
             return
         held: list[str] = []
         for row in flow.rows:
+            self.nodes.hint = row.transition.condition.name
             seen = self.assign(self._due(row.test.surely, row.test, ()), seen)
             spelled, seen = self.value(row.test, seen)
             held.append(self.names.new(row.transition.condition.name))
@@ -217,6 +222,7 @@ class Writer(Renderer):
 
     def monitor(self, index: int, violated: Term) -> None:
         """Report an axiom when it does not hold."""
+        self.nodes.hint = f"axiom_{index}"
         spelled, _ = self.value(violated, Seen())
         self.write(f"if {spelled.text}:")
         self.write(f"{INDENT}self.violated({index})")

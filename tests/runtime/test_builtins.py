@@ -117,3 +117,11 @@ def test_what_was_made_read_only_is_the_same_array() -> None:
     assert read_only(X) is X
     with pytest.raises(ValueError, match="read-only"):
         X[0, 3] = 0.0
+
+
+def test_nothing_is_near_within_a_negative_tolerance() -> None:
+    X = identity()
+    assert near_pose(X, X, 0.0, 0.0)
+    assert not near_pose(X, X, -0.1, 0.1)
+    assert not near_pose(X, X, 0.1, -0.1)
+    assert not near(1.0, 1.0, -0.1)
