@@ -1,0 +1,1 @@
+"""Subsystems of specifications as an engineer would write them by hand, without the compiler."""

@@ -1,0 +1,54 @@
+"""Inputs of every subsystem, step by step, as they were in a run."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.application import open_plant
+from specc_runtime.clock import WallClock
+from specc_runtime.loading import load_class, load_system
+from specc_runtime.options import Options
+from specc_runtime.session import Session
+from specc_runtime.subsystem import Subsystem
+
+Recorded = dict[str, list[Any]]
+"""Copies of the input buffers by the names of the subsystems."""
+
+LARGE_STEPS = 12
+"""Steps that are kept of a subsystem that reads images."""
+
+
+def record(package: Path, base: Path, duration_s: float | None) -> Recorded:
+    """Inputs of all subsystems in a run of the generated `package`: for so long, or one cycle."""
+    options = Options(
+        package, base, duration_s=duration_s, cycles=None if duration_s else 1, quiet=True
+    )
+    system = load_system(package, base)
+    plant = open_plant(system, options)
+    recorded: Recorded = {}
+    try:
+        for item in system.subsystems:
+            recorded[item.subsystem.name] = _listen(item.subsystem)
+        judge = load_class(system.task.judge)(plant) if system.task and system.task.judge else None
+        Session(options, system, plant, judge, WallClock()).run()
+    finally:
+        if plant is not None:
+            plant.close()
+    return recorded
+
+
+def _listen(subsystem: Subsystem) -> list[Any]:
+    """The list to which each step of the subsystem will add a copy of its inputs."""
+    heard: list[Any] = []
+    step = subsystem.step
+    slow = subsystem.period_s >= 0.1
+
+    def listening_step() -> int:
+        if not slow or len(heard) < LARGE_STEPS:
+            heard.append(copy.copy(subsystem.x))
+        return step()
+
+    subsystem.step = listening_step  # type: ignore[method-assign]  # that is the point
+    return heard
