@@ -1,8 +1,8 @@
 """The fenced YAML examples of a document, made into specifications that can be compiled.
 
-An example is a whole file, or its first line says where it belongs: `# in: subsystem` splices it into
-host.yaml, `# file: lib/a.yaml` makes it a file that other examples use. `# error: E0312` says that
-it is refused with that code.
+An example is a whole file, or its first line says where it belongs: `# in: subsystem` splices it
+into host.yaml, `# file: lib/a.yaml` makes it a file that other examples use. `# error: E0312` says
+that it is refused with that code.
 """
 
 from __future__ import annotations
