@@ -26,7 +26,8 @@ class Arrivals:
 
     def close(self, present: frozenset[InputName]) -> frozenset[InputName]:
         """`present` with everything that was sent together with it."""
-        return present.union(*(self.together.get(name, ()) for name in present))
+        new = [others for name, others in self.together.items() if name in present]
+        return present.union(*new) if new else present
 
 
 class Connections:
@@ -95,6 +96,7 @@ def _sent_together(
     for element in port.elements:
         with_it = [names for names in sent if element.name in names]
         if with_it:
-            common = frozenset.intersection(*with_it)
-            found[port.peer, element.name] = frozenset((port.peer, name) for name in common)
+            others = frozenset.intersection(*with_it) - {element.name}
+            if others:
+                found[port.peer, element.name] = frozenset((port.peer, n) for n in others)
     return found

@@ -39,6 +39,7 @@ class Facts:
         self._provers: dict[str, Prover] = {}
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
+        self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
         self._readings: dict[str, Readings] = {}
 
     def prover(self, subsystem: Subsystem) -> Prover:
@@ -51,8 +52,8 @@ class Facts:
 
     def rows(self, subsystem: Subsystem, state: str) -> tuple[Transition, ...]:
         """The rows of a state, of both causes."""
-        prover = self.prover(subsystem)
-        return tuple(r for cause in CAUSES for r in prover.prove_rows(state, cause).rows)
+        verdicts = (self.verdict(subsystem, state, cause) for cause in CAUSES)
+        return tuple(row for verdict in verdicts for row in verdict.rows)
 
     @cached_property
     def consistent_subsystems(self) -> tuple[Subsystem, ...]:
@@ -70,9 +71,12 @@ class Facts:
         self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
     ) -> RowVerdict:
         """The verdict about rows, with what is known of presence; `without` one axiom, if given."""
-        present = self.presence(subsystem).in_conditions(state)
-        prover = self.prover(subsystem)
-        return prover.prove_rows(state, cause, present=present, without=without)
+        key = subsystem.qualified_name, state, cause, without
+        if key not in self._verdicts:
+            present = self.presence(subsystem).in_conditions(state)
+            prover = self.prover(subsystem)
+            self._verdicts[key] = prover.prove_rows(state, cause, present=present, without=without)
+        return self._verdicts[key]
 
     def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows of a subsystem that may be taken, in the order of the file.

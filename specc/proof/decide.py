@@ -5,32 +5,51 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from specc.proof.formula import Formula, atoms_of
-from specc.proof.relevance import components, conjuncts, related
+from specc.proof.relevance import components, conjuncts, related, variables_of
 from specc.proof.table import Table, TooLargeError
 from specc.proof.variables import Arrival
 from specc.proof.verdict import Decision, InputName, Witness
 from specc.proof.witness import describe
 
 
-def decide(
-    conditions: Sequence[Formula], context: Sequence[Formula], axioms: Sequence[Formula]
-) -> Decision:
-    """Whether exactly one condition holds whenever the context and the axioms do."""
-    given = conjuncts(context)
-    assumed = given + related(conjuncts(axioms), [*conditions, *given])
-    try:
-        return _decision(conditions, assumed)
-    except TooLargeError as error:
-        reason = str(error)
-    # What the context says of other things cannot help a proof, but makes the table larger.
-    try:
-        smaller = _decision(conditions, related(assumed, conditions))
-    except TooLargeError:
-        smaller = None
-    if smaller is not None and smaller.proved:
-        return smaller
-    anything = (True,) * len(conditions)
-    return Decision(unknown=reason, satisfiable=anything, ensures=(frozenset(),) * len(conditions))
+class Question:
+    """Whether exactly one of `conditions` holds whenever the context and the axioms do."""
+
+    def __init__(
+        self,
+        conditions: Sequence[Formula],
+        context: Sequence[Formula],
+        axioms: Sequence[Formula],
+    ) -> None:
+        self._conditions = conditions
+        given = conjuncts(context)
+        self._assumed = given + related(conjuncts(axioms), [*conditions, *given])
+        self.arrivals = frozenset(
+            (variable.peer, variable.element)
+            for variable in variables_of([*conditions, *self._assumed])
+            if isinstance(variable, Arrival) and not variable.always_present
+        )
+        """Inputs about whose arrival something is asked."""
+
+    def decide(self, facts: Sequence[Formula]) -> Decision:
+        """The answer where the facts hold as well."""
+        assumed = [*self._assumed, *facts]
+        try:
+            return _decision(self._conditions, assumed)
+        except TooLargeError as error:
+            reason = str(error)
+        # What the context says of other things cannot help a proof, but makes the table larger.
+        try:
+            smaller = _decision(self._conditions, related(assumed, self._conditions))
+        except TooLargeError:
+            smaller = None
+        if smaller is not None and smaller.proved:
+            return smaller
+        return Decision(
+            unknown=reason,
+            satisfiable=(True,) * len(self._conditions),
+            ensures=(frozenset(),) * len(self._conditions),
+        )
 
 
 def can_hold(formulas: Sequence[Formula]) -> bool | None:

@@ -41,6 +41,8 @@ class Numbering:
         """`lets` and `constants` in order of dependence."""
         self._numbers: dict[object, int] = {}
         self._values: dict[int, Scalar] = {}
+        # By identity, with the expression itself so that no other one takes its identity.
+        self._seen: dict[int, tuple[Expr, int]] = {}
         self._constants: dict[str, int] = {}
         self._lets: dict[str, int] = {}
         for name, value in constants.items():
@@ -54,7 +56,14 @@ class Numbering:
 
     def number(self, expr: Expr, bound: Depths | None = None) -> int:
         """The number of `expr`; `bound` says how deep each quantifier variable was bound."""
-        inside = bound or {}
+        if bound:
+            return self._number(expr, bound)
+        known = self._seen.get(id(expr))
+        if known is None:
+            known = self._seen[id(expr)] = expr, self._number(expr, {})
+        return known[1]
+
+    def _number(self, expr: Expr, inside: Depths) -> int:
         match expr:
             case LetRef(name=name) if name in self._lets:
                 return self._lets[name]
@@ -101,8 +110,7 @@ class Numbering:
 
 def _labels(expr: Expr) -> tuple[object, ...]:
     """What distinguishes a node besides its parts; how many parts it has included."""
-    names = (name for name in expr.__dataclass_fields__ if name not in ("type", "span"))
-    values = [getattr(expr, name) for name in names]
+    values = [getattr(expr, name) for name in expr.__match_args__]
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
 
 

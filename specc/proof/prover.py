@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from specc.model.expr import Expr
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
-from specc.proof.decide import can_hold, decide
+from specc.proof.decide import Question, can_hold
 from specc.proof.formula import Formula
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
@@ -30,12 +30,14 @@ class Prover:
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         self._translator = Translator(lets, {**constants, **own}, always_present)
+        self._formula = self._translator.formula
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
         self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}
         for row in subsystem.transitions:
             key = row.source, row.cause
             self._rows[key] = (*self._rows.get(key, ()), row)
-        self._axioms = tuple(self._translator.formula(axiom.that) for axiom in subsystem.axioms)
+        self._axioms = tuple(self._formula(axiom.that) for axiom in subsystem.axioms)
+        self._questions: dict[object, Question] = {}
         self._decisions: dict[object, Decision] = {}
 
     def prove_rows(
@@ -52,24 +54,28 @@ class Prover:
         `without` leaves an axiom out, by its index.
         """
         rows = self._rows.get((state, cause), ())
-        conditions = tuple(self._translator.formula(row.condition.when) for row in rows)
+        conditions = tuple(self._formula(row.condition.when) for row in rows)
         context = self._context(state, cause)
-        given = tuple(a for index, a in enumerate(self._axioms) if index != without)
-        asked = sorted(self._translator.asked.intersection(present))
-        given += tuple(self._translator.present(*name) for name in asked)
-        key = conditions, context, given
+        key: object = (conditions, context, without)
+        if key not in self._questions:
+            axioms = [a for index, a in enumerate(self._axioms) if index != without]
+            self._questions[key] = Question(conditions, context, axioms)
+        question = self._questions[key]
+        known = question.arrivals.intersection(present)
+        key = (question, known)
         if key not in self._decisions:
-            self._decisions[key] = decide(conditions, context, given)
+            facts = [self._translator.present(*name) for name in sorted(known)]
+            self._decisions[key] = question.decide(facts)
         return RowVerdict(rows, self._decisions[key])
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""
-        return self._can_hold([self._translator.formula(c) for c in conditions])
+        return self._can_hold([self._formula(c) for c in conditions])
 
     def implies(self, context: Iterable[Expr], fact: Expr) -> bool | None:
         """Whether the fact holds whenever the context does; None if the question is too large."""
-        negated = self._translator.make.negation(self._translator.formula(fact))
-        possible = self._can_hold([*map(self._translator.formula, context), negated])
+        negated = self._translator.make.negation(self._formula(fact))
+        possible = self._can_hold([*map(self._formula, context), negated])
         return None if possible is None else not possible
 
     def contradiction(self) -> tuple[int, ...]:
@@ -86,11 +92,11 @@ class Prover:
     def _context(self, state: str, cause: Cause) -> tuple[Formula, ...]:
         """When a state ends by a cause: the error condition has priority (2.4)."""
         behaviour = self._behaviours[state]
-        error = self._translator.formula(behaviour.error.when)
+        error = self._formula(behaviour.error.when)
         if cause == "error":
             return (error,)
         negated = self._translator.make.negation(error)
-        return self._translator.formula(behaviour.terminal.when), negated
+        return self._formula(behaviour.terminal.when), negated
 
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
         return can_hold([*formulas, *self._axioms])

@@ -31,6 +31,8 @@ from specc.proof.numbering import Depths, Numbering
 from specc.proof.variables import Arrival, Collection, EnumItem, Flag, Label, Variable
 from specc.proof.verdict import InputName
 
+_OUTSIDE: Depths = {}
+
 
 class Translator:
     """Translates the conditions of one subsystem; equal conditions give the same formula."""
@@ -43,8 +45,6 @@ class Translator:
     ) -> None:
         """`always_present`: peer and name of input elements that are never without a value."""
         self.make = Formulas()
-        self.asked: set[InputName] = set()
-        """Inputs whose arrival some condition asks about and which may be absent."""
         self._lets = lets
         self._always = always_present
         self._numbering = Numbering(lets, constants)
@@ -57,14 +57,11 @@ class Translator:
 
     def formula(self, expr: Expr) -> Formula:
         """The formula of an expression of type bool."""
-        return self._bool(expr, {})
+        return self._bool(expr, _OUTSIDE)
 
     def arrival(self, peer: str, element: str) -> Arrival:
         """The variable of an input element."""
-        always = (peer, element) in self._always
-        if not always:
-            self.asked.add((peer, element))
-        return Arrival(peer, element, always)
+        return Arrival(peer, element, (peer, element) in self._always)
 
     def present(self, peer: str, element: str) -> Formula:
         """The formula that an input element has a value."""

@@ -40,7 +40,7 @@ def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tupl
         yield variable.text, " or ".join(possible)
         return
     if isinstance(variable, Arrival):
-        fresh = [(atom, yes) for atom, yes in answered if atom.test == "fresh" and yes]
+        fresh = [item for item in answered if item[0].test == "fresh" and item[1]]
         answered = fresh or answered
     told = [(atom, yes) for atom, yes in answered if atom in asked] or answered
     for atom, yes in told:
