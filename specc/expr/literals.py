@@ -58,13 +58,9 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
     if len(node.elts) != len(types):
         message = f"{len(node.elts)} items; {hint} has {len(types)}"
         raise ctx.error(node, message, code="E0316")
-    return _of_type(ctx, node, hint, types)
-
-
-def _of_type(ctx: Context, node: ast.List, type: Type, types: Sequence[Type]) -> Items:
     pairs = zip(node.elts, types, strict=True)
     found = ctx.each(*(partial(_item, ctx, item, wanted) for item, wanted in pairs))
-    return Items(tuple(found), type=type, span=span(node))
+    return Items(tuple(found), type=hint, span=span(node))
 
 
 def _item(ctx: Context, node: ast.expr, wanted: Type) -> Expr:
@@ -88,7 +84,15 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
         message = f"the type of {ctx.quote(node)} is not known here"
         raise ctx.error(node, message, help, "E0317")
     decisive = next((e for e in used if not needs_context(e, ctx.scope)), used[0])
-    element = ctx.infer(decisive, Real()).type
-    if not isinstance(element, (Real, Int, Bool, Enum)):
-        return _of_type(ctx, node, ListOf(element), [element] * len(node.elts))
-    return _of_type(ctx, node, Vector(len(node.elts), element), [element] * len(node.elts))
+    first = ctx.infer(decisive, Real())
+    element = first.type
+    found = ctx.each(
+        *(
+            partial(_item, ctx, item, element) if item is not decisive else lambda: first
+            for item in node.elts
+        )
+    )
+    type: Type = ListOf(element)
+    if isinstance(element, (Real, Int, Bool, Enum)):
+        type = Vector(len(found), element)
+    return Items(tuple(found), type=type, span=span(node))

@@ -1,11 +1,13 @@
 """Texts to trees: what is in the language, where things stand, and what no text can do."""
 
 import ast
+import contextlib
 import warnings
 
 import pytest
 
 from specc.expr import ExprError, ExprErrors, expression, parse
+from specc.expr.context import Context
 from specc.expr.parse import span
 from specc.model.expr import walk
 from tests.strategies import MODE, SCOPE
@@ -105,20 +107,37 @@ def test_deep_nesting_is_an_error_like_others(text: str) -> None:
     assert failure(text).code == "E0303"
 
 
-def test_comparisons_nested_in_the_middle_of_chains_take_no_exponential_time() -> None:
-    text = "1"
-    for _ in range(30):
-        text = f"0 < ({text}) < 1"
-    with pytest.raises(ExprErrors):
-        expression(text, SCOPE)
+@pytest.mark.parametrize(
+    ("inner", "step"),
+    [
+        ("1", "0 < ({}) < 1"),
+        ("1[m]", "({}) if entered else 2"),
+        ("1[m]", "0 if entered else ({})"),
+        ("1[m]", "norm([{}])"),
+        ("1[m]", "[{}]"),
+        ("1[m]", "norm([[{}], [1[m]]])"),
+        ("1[m]", "max(0, {})"),
+        ("1[m]", "({} + 0)"),
+        ("T_c", "inverse({})"),
+        ("1[m]", "abs(2 * [{}][0])"),
+    ],
+)
+def test_every_part_is_typed_once(inner: str, step: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Typing a part twice on every level would take exponential time."""
+    infer, count = Context.infer, 0
 
+    def counted(self: Context, *args: object) -> object:
+        nonlocal count
+        count += 1
+        return infer(self, *args)
 
-def test_nested_choices_take_no_exponential_time() -> None:
-    text = "1"
-    for _ in range(30):
-        text = f"({text}) if entered else 2[m]"
-    with pytest.raises(ExprErrors):
+    monkeypatch.setattr(Context, "infer", counted)
+    text = inner
+    for _ in range(12):
+        text = step.format(text)
+    with contextlib.suppress(ExprErrors):
         expression(text, SCOPE)
+    assert count <= len(list(ast.walk(parse(text))))
 
 
 def test_offsets_count_characters_and_line_breaks() -> None:
