@@ -21,7 +21,27 @@ ExprText = Annotated[
     BeforeValidator(_as_text, json_schema_input_type=str | int | float | bool),
     Field(description="An expression, e.g. `near(d_c, d_m, 0.001[m])`."),
 ]
-TypeText = Annotated[str, Field(description="A type, e.g. `vector[6, rad]` or `pose[B, E]`.")]
+TypeText = Annotated[
+    str,
+    Field(
+        description="A type, e.g. `vector[6, rad]` or `pose[B, E]`.",
+        examples=[
+            "bool",
+            "real[m]",
+            "vector[6, rad]",
+            "pose[B, E]",
+            "wrench[E]",
+            "list[Object[B]]",
+        ],
+    ),
+]
+RateText = Annotated[
+    str,
+    Field(
+        description="Periods per second, e.g. `500 Hz`, or the period, e.g. `2 ms`.",
+        examples=["500 Hz", "100 Hz", "5 Hz", "2 ms"],
+    ),
+]
 Numbers = Annotated[
     tuple[int, ...],
     BeforeValidator(_as_tuple, json_schema_input_type=int | list[int]),
@@ -50,17 +70,17 @@ class Traced(Strict):
     fig: Numbers = Field((), description="Figure number or numbers.")
 
 
-def short_form(key: str) -> BeforeValidator:
-    """Accept a bare scalar where a mapping stands: `T_d: pose[B, E]` for `T_d: {type: ...}`."""
+def short_form(key: str, model: type[BaseModel]) -> BeforeValidator:
+    """Accept a bare scalar where a `model` stands: `T_d: pose[B, E]` for `T_d: {type: ...}`."""
 
     def expand(value: object) -> object:
         return {key: value} if isinstance(value, (str, int, float)) else value
 
-    return BeforeValidator(expand, json_schema_input_type=str | dict[str, Any])
+    return BeforeValidator(expand, json_schema_input_type=str | int | float | bool | model)
 
 
-def row_form(keys: tuple[str, ...]) -> BeforeValidator:
-    """Accept a list of as many items as `keys` where a mapping stands."""
+def row_form(keys: tuple[str, ...], row: Any) -> BeforeValidator:
+    """Accept a list of as many items as `keys` where a mapping stands; `row` types both."""
 
     def expand(value: object) -> object:
         if not isinstance(value, list):
@@ -69,4 +89,4 @@ def row_form(keys: tuple[str, ...]) -> BeforeValidator:
             raise ValueError(f"a row has {len(keys)} items: [{', '.join(keys)}]")
         return dict(zip(keys, value, strict=True))
 
-    return BeforeValidator(expand, json_schema_input_type=list[str] | dict[str, Any])
+    return BeforeValidator(expand, json_schema_input_type=row)

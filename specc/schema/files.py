@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 from specc.schema.base import (
     ExprText,
     PythonPath,
+    RateText,
     Strict,
     Traced,
     TypeText,
@@ -22,40 +23,48 @@ class TypeDef(Traced):
 
     type: TypeText | None = None
     frames: list[str] = Field([], description="Frame parameters of a record or opaque type.")
-    fields: dict[str, TypeText] | None = None
-    opaque: Literal[True] | None = None
+    fields: dict[str, TypeText] | None = Field(None, description="Fields of a record.")
+    opaque: Literal[True] | None = Field(None, description="Only operators look into its values.")
     python: PythonPath | None = None
 
 
 class ConstantDef(Traced):
-    value: ExprText = Field(alias="is")
+    """A value that never changes."""
+
+    value: ExprText = Field(alias="is", description="Of constants, operators and numbers.")
 
 
 class OperatorDef(Traced):
     """A primitive function, written in Python."""
 
-    signature: str = Field(description="`(q: vector[6, rad]) -> pose[B, E]`")
+    signature: str = Field(
+        description="Parameters and result: `(q: vector[6, rad]) -> pose[B, E]`."
+    )
     python: PythonPath
 
 
 class DeviceDef(Traced):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
-    x: dict[str, Element] = {}
-    y: dict[str, Element] = {}
+    x: dict[str, Element] = Field({}, description="What the device accepts.")
+    y: dict[str, Element] = Field({}, description="What the device reports.")
 
 
 class AgentDef(Traced):
     """An embodied agent, or the use of one that another file describes."""
 
-    use: str | None = None
-    arguments: dict[str, ExprText] = Field({}, alias="with")
+    use: str | None = Field(None, description="File that describes the agent.")
+    arguments: dict[str, ExprText] = Field({}, alias="with", description="Values of parameters.")
     kind: str | None = Field(None, description="Letters of section 2.2, e.g. CERT.")
-    control: SubsystemDef | None = None
-    virtual_effectors: dict[str, SubsystemDef] = {}
-    virtual_receptors: dict[str, SubsystemDef] = {}
-    real_effectors: dict[str, DeviceDef] = {}
-    real_receptors: dict[str, DeviceDef] = {}
+    control: SubsystemDef | None = Field(None, description="The control subsystem, called `c`.")
+    virtual_effectors: dict[str, SubsystemDef] = Field(
+        {}, description="Subsystems that turn commands into those of real effectors."
+    )
+    virtual_receptors: dict[str, SubsystemDef] = Field(
+        {}, description="Subsystems that aggregate measurements of real receptors."
+    )
+    real_effectors: dict[str, DeviceDef] = Field({}, description="Devices that act.")
+    real_receptors: dict[str, DeviceDef] = Field({}, description="Devices that measure.")
 
 
 def _as_list(value: object) -> object:
@@ -65,54 +74,66 @@ def _as_list(value: object) -> object:
 class BindingDef(Strict):
     """What stands behind one element of a device in the plant."""
 
-    joints: list[str] = []
-    sensors: list[str] = []
-    actuators: list[str] = []
-    camera: str = ""
-    image: Literal["", "rgb", "depth"] = ""
-    rate: str | None = None
+    joints: list[str] = Field([], description="Joints of the model.")
+    sensors: list[str] = Field([], description="Sensors of the model.")
+    actuators: list[str] = Field([], description="Actuators of the model.")
+    camera: str = Field("", description="Camera of the model.")
+    image: Literal["", "rgb", "depth"] = Field("", description="What the camera records.")
+    rate: RateText | None = None
     noise: Annotated[
         list[ExprText], BeforeValidator(_as_list, json_schema_input_type=str | list[str])
     ] = Field([], description="Standard deviation per sensor, or `kinect` for a depth image.")
     through: PythonPath | None = Field(
-        None, description="Function between the model and the element."
+        None, description="Function between the model and the element, `package.module:name`."
     )
 
 
 class PlantDef(Strict):
+    """The simulated plant."""
+
     model: str = Field(description="MJCF file, relative to this file.")
-    bind: dict[str, BindingDef] = {}
+    bind: dict[str, BindingDef] = Field(
+        {}, description="Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
+    )
 
 
 class CycleDef(Strict):
+    """A transition that counts as one finished cycle."""
+
     of: str = Field(description="Subsystem, e.g. `irp.c`.")
-    source: str = Field(alias="from")
-    target: str = Field(alias="to")
+    source: str = Field(alias="from", description="State that is left.")
+    target: str = Field(alias="to", description="State that is entered.")
 
 
 class TaskDef(Strict):
     """What `specc run` counts and judges."""
 
-    cycle: CycleDef
-    scene: PythonPath | None = None
-    judge: PythonPath | None = None
-    watch: list[str] = []
+    cycle: CycleDef = Field(description="What counts as one cycle.")
+    scene: PythonPath | None = Field(None, description="Class that sets the scene up.")
+    judge: PythonPath | None = Field(None, description="Class that judges a cycle.")
+    watch: list[str] = Field([], description="Memory elements that the judge may see.")
 
 
 class SpecFile(Traced):
     """A specification (`system:`) or a description to reuse (`subsystem:` or `agent:`)."""
 
     specc: Literal[1] = Field(description="Version of the language.")
-    system: str | None = None
+    system: str | None = Field(None, description="Name of the system; generated code goes by it.")
     use: list[str] = Field([], description="Files whose definitions are merged in.")
-    parameters: dict[str, TypeText] = {}
-    frames: dict[str, str] = {}
-    types: dict[str, Annotated[TypeDef, short_form("type")]] = {}
-    constants: dict[str, Annotated[ConstantDef, short_form("is")]] = {}
-    files: dict[str, str] = {}
-    operators: dict[str, OperatorDef] = {}
-    agents: dict[str, AgentDef] = {}
-    subsystem: SubsystemDef | None = None
-    agent: AgentDef | None = None
-    plant: PlantDef | None = None
+    parameters: dict[str, TypeText] = Field(
+        {}, description="Parameters of a description to reuse: a type, or `frame`."
+    )
+    frames: dict[str, str] = Field({}, description="Coordinate frames, each with a few words.")
+    types: dict[str, Annotated[TypeDef, short_form("type", TypeDef)]] = Field(
+        {}, description="Names for types."
+    )
+    constants: dict[str, Annotated[ConstantDef, short_form("is", ConstantDef)]] = Field(
+        {}, description="Values that never change."
+    )
+    files: dict[str, str] = Field({}, description="Files, relative to the file that names them.")
+    operators: dict[str, OperatorDef] = Field({}, description="Functions written in Python.")
+    agents: dict[str, AgentDef] = Field({}, description="The embodied agents of the system.")
+    subsystem: SubsystemDef | None = Field(None, description="A subsystem to reuse.")
+    agent: AgentDef | None = Field(None, description="An agent to reuse.")
+    plant: PlantDef | None = Field(None, description="What stands behind the devices.")
     task: TaskDef | None = None

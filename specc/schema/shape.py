@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pydantic import ValidationError
 
 from specc.diagnostics import Diagnostic
@@ -17,8 +15,3 @@ def shape(data: object, file: str) -> tuple[SpecFile | None, list[Diagnostic]]:
         return SpecFile.model_validate(data), []
     except ValidationError as error:
         return None, shape_diagnostics(error, file, SpecFile)
-
-
-def json_schema() -> dict[str, Any]:
-    """JSON Schema of a specification file, for editors."""
-    return SpecFile.model_json_schema(by_alias=True)

@@ -6,10 +6,21 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from specc.schema.base import ExprText, Strict, Traced, TypeText, row_form, short_form
+from specc.schema.base import (
+    ExprText,
+    RateText,
+    Strict,
+    Traced,
+    TypeText,
+    row_form,
+    short_form,
+)
 
 ROW_KEYS = ("from", "cause", "when", "to")
 """What the items of a row of the transition table stand for."""
+
+
+Cause = Literal["terminal", "error"]
 
 
 class ElementDef(Traced):
@@ -19,11 +30,13 @@ class ElementDef(Traced):
     init: ExprText | None = Field(None, description="Value before the first one arrives.")
 
 
-Element = Annotated[ElementDef, short_form("type")]
+Element = Annotated[ElementDef, short_form("type", ElementDef)]
 BufferDef = dict[str, dict[str, Element]]
 
 
 class MemoryDef(Traced):
+    """A value that a subsystem keeps from period to period."""
+
     type: TypeText
     init: ExprText = Field(description="Value in the first period.")
 
@@ -31,50 +44,71 @@ class MemoryDef(Traced):
 class LetDef(Traced):
     """A named subexpression, computed at most once a period."""
 
-    value: ExprText = Field(alias="is")
+    value: ExprText = Field(alias="is", description="The expression that the name stands for.")
 
 
 class ConditionDef(Traced):
-    when: ExprText
+    """A named condition."""
+
+    when: ExprText = Field(description="A Boolean expression, e.g. `fresh(x.c.T_d)`.")
 
 
 class AssignmentDef(Traced):
-    value: ExprText = Field(alias="is")
+    """The value of one target of a transition function."""
+
+    value: ExprText = Field(alias="is", description="What the target gets in the next period.")
 
 
 class FunctionDef(Traced):
     """A transition function: targets (`y.peer.element` or a memory element) and their values."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
-    __pydantic_extra__: dict[str, Annotated[AssignmentDef, short_form("is")]]
+    __pydantic_extra__: dict[str, Annotated[AssignmentDef, short_form("is", AssignmentDef)]]
+
+
+_Conditions = dict[str, Annotated[ConditionDef, short_form("when", ConditionDef)]]
 
 
 class ConditionsDef(Strict):
-    initial: dict[str, Annotated[ConditionDef, short_form("when")]] = {}
-    terminal: dict[str, Annotated[ConditionDef, short_form("when")]] = {}
-    error: dict[str, Annotated[ConditionDef, short_form("when")]] = {}
+    """The conditions of a subsystem by their use."""
+
+    initial: _Conditions = Field(default={}, description="Conditions of rows of the transition table.")
+    terminal: _Conditions = Field(default={}, description="Conditions that end a behaviour.")
+    error: _Conditions = Field(default={}, description="Conditions that abort a behaviour.")
 
 
 class BehaviourDef(Traced):
-    functions: list[str] = []
+    """Transition functions, repeated every period until a condition holds."""
+
+    functions: list[str] = Field([], description="Transition functions of every period.")
     terminal: str = Field(description="A terminal condition, `always` or `never`.")
     error: str = Field("never", description="An error condition, or `never`.")
 
 
 class StateDef(Traced):
-    behaviour: str
+    """A state of the subsystem's machine."""
+
+    behaviour: str = Field(description="The behaviour that runs in this state.")
 
 
 class TransitionDef(Traced):
-    source: str = Field(alias="from")
-    cause: Literal["terminal", "error"]
+    """A row of the transition table."""
+
+    source: str = Field(alias="from", description="State whose behaviour ended.")
+    cause: Cause = Field(description="Condition that ended it: the terminal or the error one.")
     when: str = Field(description="An initial condition, or `always`.")
-    target: str = Field(alias="to")
+    target: str = Field(alias="to", description="State that is entered.")
 
 
 class AxiomDef(Strict):
-    that: ExprText
-    because: str = Field(min_length=1)
+    """What the proofs may take for granted."""
+
+    that: ExprText = Field(description="A Boolean expression that always holds.")
+    because: str = Field(min_length=1, description="Why it holds; the reader must be convinced.")
+
+
+Row = tuple[str, Cause, str, str] | TransitionDef
+"""The two ways to write a row of the transition table."""
 
 
 class SubsystemDef(Traced):
@@ -82,16 +116,24 @@ class SubsystemDef(Traced):
 
     use: str | None = Field(None, description="File that describes the subsystem.")
     arguments: dict[str, ExprText] = Field({}, alias="with", description="Values of parameters.")
-    rate: str | None = Field(None, description="Periods per second, e.g. `500 Hz`.")
+    rate: RateText | None = None
     uses: list[str] | None = Field(None, description="Real effectors or receptors it works with.")
     x: BufferDef = Field({}, description="Input buffers, by the peer at the other end.")
     y: BufferDef = Field({}, description="Output buffers, by the peer at the other end.")
-    memory: dict[str, MemoryDef] = {}
-    let: dict[str, Annotated[LetDef, short_form("is")]] = {}
-    conditions: ConditionsDef = ConditionsDef()
-    functions: dict[str, FunctionDef] = {}
-    behaviours: dict[str, BehaviourDef] = {}
-    states: dict[str, Annotated[StateDef, short_form("behaviour")]] = {}
-    initial_state: str | None = None
-    transitions: list[Annotated[TransitionDef, row_form(ROW_KEYS)]] = []
-    assume: list[AxiomDef] = []
+    memory: dict[str, MemoryDef] = Field({}, description="Values kept from period to period.")
+    let: dict[str, Annotated[LetDef, short_form("is", LetDef)]] = Field(
+        {}, description="Named subexpressions, each computed at most once a period."
+    )
+    conditions: ConditionsDef = Field(
+        ConditionsDef(), description="Initial, terminal and error conditions."
+    )
+    functions: dict[str, FunctionDef] = Field({}, description="Transition functions.")
+    behaviours: dict[str, BehaviourDef] = Field({}, description="What can run in a state.")
+    states: dict[str, Annotated[StateDef, short_form("behaviour", StateDef)]] = Field(
+        {}, description="States, each with its behaviour."
+    )
+    initial_state: str | None = Field(None, description="State of the first period.")
+    transitions: list[Annotated[TransitionDef, row_form(ROW_KEYS, Row)]] = Field(
+        [], description="Transition table; a row is `[from, cause, when, to]`."
+    )
+    assume: list[AxiomDef] = Field([], description="Assumptions that the proofs may use.")
