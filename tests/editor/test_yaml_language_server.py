@@ -1,0 +1,96 @@
+"""The schema in the hands of yaml-language-server, the real one from npm."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from specc.pipeline import json_schema
+from tests.editor.client import Client
+
+TEXT = """\
+# yaml-language-server: $schema=schema.json
+specc: 1
+subsystem:
+  rate: 10 Hz
+  memory:
+    d: {type: "real[m]", init: 0}
+  states:
+    S0: idle
+  transitions:
+    - {from: S0, cause: terminal, when: always, to: S0}
+"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The command of a yaml-language-server that was installed for this run."""
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node is None or npm is None:
+        pytest.skip("node and npm are not installed")
+    prefix = tmp_path_factory.mktemp("npm")
+    install = [npm, "install", "--no-audit", "--no-fund", "--prefix", str(prefix)]
+    try:
+        done = subprocess.run(
+            [*install, "yaml-language-server@1"], capture_output=True, timeout=180
+        )
+    except subprocess.TimeoutExpired:
+        pytest.skip("the registry of npm does not answer")
+    if done.returncode:
+        pytest.skip(f"npm cannot install yaml-language-server: {done.stderr[-200:]!r}")
+    script = prefix / "node_modules/yaml-language-server/bin/yaml-language-server"
+    return [node, str(script), "--stdio"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("workspace")
+    (folder / "schema.json").write_text(json.dumps(json_schema()))
+    return folder
+
+
+@pytest.fixture
+def client(server: list[str], folder: Path) -> Iterator[Client]:
+    settings = {"yaml": {"validate": True, "completion": True, "hover": True}}
+    with Client(server, folder, settings) as client:
+        yield client
+
+
+def messages(client: Client, folder: Path, name: str, text: str) -> list[str]:
+    uri = client.open(folder / name, text)
+    return [found["message"] for found in client.diagnostics(uri)]
+
+
+def test_says_what_is_wrong(client: Client, folder: Path) -> None:
+    assert messages(client, folder, "good.yaml", TEXT) == []
+    missing = messages(client, folder, "missing.yaml", TEXT.replace(", init: 0", ""))
+    assert any("init" in message for message in missing)
+    unknown = messages(client, folder, "unknown.yaml", TEXT.replace("rate:", "rats:"))
+    assert any("rats" in message for message in unknown)
+    cause = messages(client, folder, "cause.yaml", TEXT.replace("terminal", "finished"))
+    assert any('"terminal"' in message and '"error"' in message for message in cause)
+
+
+def test_completes_keys_and_members(client: Client, folder: Path) -> None:
+    def labels(text: str, name: str) -> set[str]:
+        before, after = text.split("|")
+        uri = client.open(folder / name, before + after)
+        line = before.count("\n")
+        found = client.ask("completion", uri, line, len(before.rpartition("\n")[2]))
+        return {item["label"] for item in found["items"]}
+
+    keys = labels(TEXT.replace("  rate:", "  |\n  rate:"), "keys.yaml")
+    assert {"title", "let", "conditions", "behaviours", "assume"} <= keys
+    inside = TEXT.replace("S0: idle", "S0:\n      behaviour: idle\n      |")
+    assert labels(inside, "inside.yaml") >= {"title", "eq", "table"}
+    causes = labels(TEXT.replace("cause: terminal", "cause: |"), "causes.yaml")
+    assert causes == {"terminal", "error"}
+
+
+def test_explains_a_key(client: Client, folder: Path) -> None:
+    uri = client.open(folder / "hover.yaml", TEXT)
+    hover = client.ask("hover", uri, 3, 3)
+    assert "Periods per second" in json.dumps(hover["contents"])
