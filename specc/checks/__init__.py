@@ -34,6 +34,7 @@ from specc.checks import (
     sensors_in_time,
     sizes_match,
     states_reached,
+    subsystems_distinct,
 )
 from specc.diagnostics import Diagnostic
 from specc.facts import Facts, Proofs
@@ -43,6 +44,7 @@ Check = Callable[[System, Facts], Iterator[Diagnostic]]
 
 CHECKS: tuple[Check, ...] = (
     # structure and buffers
+    subsystems_distinct.check,
     buffers_match.check,
     devices_owned.check,
     devices_used.check,

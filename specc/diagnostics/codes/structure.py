@@ -84,4 +84,12 @@ CODES = (
         "real_receptors: {k: {y: {I: real}}}\n",
         "real_receptors: {k: {y: {I: real}}}\nvirtual_receptors: {k: {x: {R: {I: real}}}}\n",
     ),
+    Code(
+        "E0411",
+        "two subsystems of one name",
+        "Within an agent buffers are named after the subsystem at their other end, so its virtual "
+        "effectors and virtual receptors have different names; `c` is the control subsystem.",
+        "virtual_effectors: {m: {...}}\nvirtual_receptors: {m: {...}}\n",
+        "virtual_effectors: {m: {...}}\nvirtual_receptors: {k: {uses: [m], ...}}\n",
+    ),
 )
