@@ -1,0 +1,115 @@
+"""Names and sizes read from MJCF are those that MuJoCo finds in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from specc_runtime.plants.mujoco.library import mujoco
+
+from specc.mjcf import Model, ModelError, read_model
+
+PLANTS = Path(__file__).resolve().parents[2] / "specs" / "plants"
+
+SENSORS = """
+<touch name="s1" site="p"/> <accelerometer name="s2" site="p"/> <velocimeter name="s3" site="p"/>
+<gyro name="s4" site="p"/> <force name="s5" site="p"/> <torque name="s6" site="p"/>
+<magnetometer name="s7" site="p"/> <rangefinder name="s8" site="p"/>
+<jointpos name="s9" joint="slide"/> <jointvel name="s10" joint="slide"/>
+<actuatorfrc name="s11" actuator="push"/> <ballquat name="s12" joint="ball"/>
+<ballangvel name="s13" joint="ball"/> <framepos name="s14" objtype="site" objname="p"/>
+<framequat name="s15" objtype="site" objname="p"/>
+<framelinvel name="s16" objtype="site" objname="p"/>
+<subtreecom name="s17" body="b"/> <clock name="s18"/> <user name="s19" dim="5"/>
+<e_potential name="s20"/> <camprojection name="s21" site="p" camera="eye"/>
+"""
+WORLD = f"""
+<mujoco>
+  <worldbody>
+    <camera name="eye" resolution="320 200"/>
+    <camera name="plain"/>
+    <body><freejoint name="free"/><geom size="0.1"/></body>
+    <body name="b">
+      <joint name="slide" type="slide"/>
+      <geom size="0.1"/>
+      <body pos="0 0 1"><joint name="ball" type="ball"/><geom size="0.1"/><site name="p"/></body>
+      <body pos="0 1 1"><joint name="hinge"/><geom size="0.1"/></body>
+    </body>
+  </worldbody>
+  <actuator><motor name="push" joint="slide"/><position name="hold" joint="hinge"/></actuator>
+  <sensor>{SENSORS}</sensor>
+</mujoco>
+"""
+
+
+def names(model: object, kind: object, count: int) -> list[str]:
+    return [mujoco.mj_id2name(model, kind, i) for i in range(count)]
+
+
+def as_mujoco_reads(path: Path) -> Model:
+    model = mujoco.MjModel.from_xml_path(str(path))
+    kinds = mujoco.mjtObj
+    joints = names(model, kinds.mjOBJ_JOINT, model.njnt)
+    sensors = names(model, kinds.mjOBJ_SENSOR, model.nsensor)
+    actuators = names(model, kinds.mjOBJ_ACTUATOR, model.nu)
+    cameras = names(model, kinds.mjOBJ_CAMERA, model.ncam)
+    sizes = {int(kind): size for kind, size in zip(range(4), (7, 4, 1, 1), strict=True)}
+    resolutions = [(int(w), int(h)) for w, h in model.cam_resolution]
+    return Model(
+        {n: sizes[int(t)] for n, t in zip(joints, model.jnt_type, strict=True)},
+        {n: int(d) for n, d in zip(sensors, model.sensor_dim, strict=True)},
+        dict.fromkeys(actuators, 1),
+        {n: None if r == (1, 1) else r for n, r in zip(cameras, resolutions, strict=True)},
+    )
+
+
+def test_every_kind_of_joint_and_many_sensors(tmp_path: Path) -> None:
+    path = tmp_path / "world.xml"
+    path.write_text(WORLD)
+    assert read_model(str(path)) == as_mujoco_reads(path)
+
+
+@pytest.mark.parametrize("path", sorted(PLANTS.glob("*.xml")), ids=lambda path: path.stem)
+def test_plants(path: Path) -> None:
+    assert read_model(str(path)) == as_mujoco_reads(path)
+
+
+def test_includes_stand_for_their_content(tmp_path: Path) -> None:
+    head, _, tail = WORLD.partition("<body name=")
+    arm = "<body name=" + tail[: tail.index("</worldbody>")]
+    (tmp_path / "arm.xml").write_text(f"<mujocoinclude>{arm}</mujocoinclude>")
+    (tmp_path / "sensors.xml").write_text(f"<mujoco><sensor>{SENSORS}</sensor></mujoco>")
+    rest = tail[tail.index("</worldbody>") : tail.index("<sensor>")]
+    main = tmp_path / "main.xml"
+    main.write_text(f'{head}<include file="arm.xml"/>{rest}<include file="sensors.xml"/></mujoco>')
+    assert read_model(str(main)) == as_mujoco_reads(main)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "not XML"),
+        ("<mujoco>", "not XML"),
+        ("<robot/>", "root"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><mujoco/>', "document type"),
+        ("<mujoco>" + "<body>" * 300 + "</body>" * 300 + "</mujoco>", "nested"),
+        ('<mujoco><include file="model.xml"/></mujoco>', "twice"),
+        ('<mujoco><include file="none.xml"/></mujoco>', "cannot be read"),
+    ],
+)
+def test_what_is_no_model_is_refused(tmp_path: Path, text: str, reason: str) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text(text)
+    with pytest.raises(ModelError, match=reason):
+        read_model(str(path))
+
+
+def test_a_directory_is_no_model(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="cannot be read"):
+        read_model(str(tmp_path))
+
+
+def test_generated_names_make_the_list_open(tmp_path: Path) -> None:
+    path = tmp_path / "many.xml"
+    path.write_text(WORLD.replace('<body name="b">', '<replicate count="2"/><body name="b">'))
+    assert not read_model(str(path)).complete
