@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from specc.diagnostics import Diagnostic, Related, nearest
-from specc.expr import ExprError
+from specc.expr import ExprError, Scope
+from specc.model.expr import Expr
 from specc.model.trace import Trace
 from specc.schema.base import Traced
 from specc.source import Place, Route
@@ -47,11 +48,25 @@ class Where:
         return Place(self.file, self.route, "key")
 
 
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a text in a file was taken for, in its scope; `expr` is None if it has an error."""
+
+    where: Where
+    text: str
+    scope: Scope
+    expr: Expr | None
+
+
 @dataclass(slots=True)
 class Findings:
-    """Collects diagnostics, so that all that is wrong is reported in one go."""
+    """Collects diagnostics, so that all that is wrong is reported in one go.
+
+    `meanings` has every expression that was read, for editors.
+    """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    meanings: list[Meaning] = field(default_factory=list)
 
     def report(
         self,

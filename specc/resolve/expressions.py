@@ -10,7 +10,7 @@ from specc.expr import ExprError, ExprErrors, Scope, check, parse, parse_type
 from specc.model.expr import Expr
 from specc.model.types import Type
 from specc.model.units import HERTZ, UnitError, parse_unit
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, Meaning, Where
 from specc.resolve.definitions import Definitions
 
 
@@ -43,6 +43,11 @@ class Expressions:
 
     def value(self, where: Where, text: str, scope: Scope, expected: Type | None) -> Expr | None:
         """The typed expression, or None after reporting."""
+        expr = self._typed(where, text, scope, expected)
+        self.findings.meanings.append(Meaning(where, text, scope, expr))
+        return expr
+
+    def _typed(self, where: Where, text: str, scope: Scope, expected: Type | None) -> Expr | None:
         tree = self.tree(where, text)
         if tree is None:
             return None

@@ -171,9 +171,11 @@ class _TypeMaker:
     def __call__(self, frames: tuple[Frame, ...]) -> Type:
         if len(frames) != len(self.definition.frames):
             wanted = len(self.definition.frames)
-            raise ExprError(f"type `{self.name}` takes {wanted} frames, not {len(frames)}", 0, 0)
+            raise ExprError(
+                f"type `{self.name}` takes {wanted} frames, not {len(frames)}", 0, 0, code="E0306"
+            )
         if self._making:
-            raise ExprError(f"type `{self.name}` contains itself", 0, 0)
+            raise ExprError(f"type `{self.name}` contains itself", 0, 0, code="E0306")
         self._making = True
         try:
             return self._make(frames)

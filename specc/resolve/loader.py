@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
-from specc.read import read_file
+from specc.read import Document, read_file
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, shape
@@ -14,9 +15,13 @@ from specc.source import Sources
 
 @dataclass(slots=True)
 class Loader:
-    """`load` gives a file its shape; a file that fails is reported once and is None ever after."""
+    """`load` gives a file its shape; a file that fails is reported once and is None ever after.
+
+    `read` reads the file of a path; an editor puts its unsaved texts there.
+    """
 
     findings: Findings
+    read: Callable[[str, tuple[str, ...]], Document] = read_file
     sources: Sources = field(default_factory=Sources)
     _files: dict[str, Loaded | None] = field(default_factory=dict)
 
@@ -26,8 +31,13 @@ class Loader:
             self._files[path] = self._load(path, named_at)
         return self._files[path]
 
+    @property
+    def complete(self) -> bool:
+        """Whether every file that was asked for has its shape."""
+        return all(file is not None for file in self._files.values())
+
     def _load(self, path: str, named_at: Where | None) -> Loaded | None:
-        document = read_file(path, ROW_KEYS)
+        document = self.read(path, ROW_KEYS)
         self.sources.add(document.source)
         self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
         if not document.ok:
