@@ -1,0 +1,47 @@
+"""Real picks, headless: the flagship as a user runs it."""
+
+from __future__ import annotations
+
+import pytest
+
+from specc import pipeline
+from tests.scenarios.runs import FLAGSHIP, run
+
+
+@pytest.mark.parametrize("seed", ["0", "1"])
+def test_a_cycle_picks_an_object(seed: str) -> None:
+    code, report = run(FLAGSHIP, "--seed", seed, "--cycles", "1")
+    (cycle,) = report["cycles"]
+    assert code == 0
+    assert report["faults"] == []
+    assert cycle["picked"]
+    assert cycle["lift_height_m"] >= 0.15
+    assert cycle["finger_clearance_m"] > 0.0
+    assert cycle["max_force_N"] <= 20.0
+
+
+def test_same_seed_same_records_with_and_without_worker() -> None:
+    _, threaded = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
+    _, inline = run(FLAGSHIP, "--seed", "0", "--cycles", "1", "--inline")
+    assert threaded["records_sha256"] == inline["records_sha256"]
+    assert threaded["cycles"] == inline["cycles"]
+
+
+def test_every_equation_of_the_paper_is_executed() -> None:
+    _, report = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
+    assert set(range(4, 89)) - set(report["equations_executed"]) == set()
+
+
+def test_every_state_is_visited() -> None:
+    _, report = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
+    visited = {name: set(entry["states_visited"]) for name, entry in report["subsystems"].items()}
+    result = pipeline.compile_spec(str(FLAGSHIP))
+    assert result.system is not None
+    for subsystem in result.system.subsystems:
+        assert visited[subsystem.qualified_name] == {s.name for s in subsystem.states}
+
+
+def test_without_a_graphics_stack() -> None:
+    code, report = run(FLAGSHIP, "--seed", "2", "--cycles", "1", "--renderer", "raycast")
+    assert code == 0
+    assert report["cycles"][0]["picked"]
