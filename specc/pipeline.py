@@ -37,12 +37,15 @@ class Build:
     files: dict[str, str]
 
 
-def compile_spec(path: str) -> Result:
-    """Read, shape, resolve and check the specification at `path`."""
+def compile_spec(path: str, loader: Loader | None = None) -> Result:
+    """Read, shape, resolve and check the specification at `path`.
+
+    An editor brings its own loader, which keeps the files and all that was found.
+    """
     from specc.checks import run_checks
 
-    findings = Findings()
-    loader = Loader(findings)
+    loader = loader or Loader(Findings())
+    findings = loader.findings
     file = loader.load(path)
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
