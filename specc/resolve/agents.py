@@ -46,6 +46,7 @@ class AgentResolver:
         if definition.control is None:
             message = f"agent `{name}` has no control subsystem"
             help_text = "every agent has exactly one (2.1): add `control:`"
+            self.broken.add(f"{name}.c")
             self.findings.report("E0402", message, where.key, help=help_text)
         else:
             peers = peers_of_control(name, definition, self.names)
@@ -152,7 +153,7 @@ class AgentResolver:
             kind,
             definition.title,
             rate,
-            buffers.ports,
+            tuple(port for port in buffers.ports if port.other_end),
             at.given,
             buffers.memory,
             buffers.lets,

@@ -21,6 +21,7 @@ class Buffers:
     """Everything of a subsystem that stands still: ports, memory, lets, and the scope they make."""
 
     ports: tuple[Port, ...] = ()
+    """As they are declared; `other_end` is "" where the peer is unknown."""
     memory: tuple[Memory, ...] = ()
     lets: tuple[Let, ...] = ()
     scope: Scope = field(default_factory=Scope)
@@ -52,8 +53,7 @@ def _ports(
         for peer, elements in buffers.items():
             at = where[direction][peer]
             found = resolve_elements(elements, at, expressions)
-            if peer in ends:
-                ports.append(Port(peer, direction, found, ends[peer], at.key))
+            ports.append(Port(peer, direction, found, ends.get(peer, ""), at.key))
     return tuple(ports)
 
 
