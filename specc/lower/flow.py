@@ -20,7 +20,7 @@ class Proofs(Protocol):
         """Whether exactly one row of `state` and `cause` holds whenever that cause occurs."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Work:
     """A value that a behaviour computes, and the function that asks for it."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 
+from specc.lower.cycle import CycleWriter
 from specc.lower.flow import Activity, Enter, Flow, Flows, Proofs
 from specc.lower.module import Module
 from specc.lower.plan import MethodPlan
@@ -12,7 +13,6 @@ from specc.lower.render import Seen
 from specc.lower.sharing import Walk, parameters
 from specc.lower.terms import NONE, Term, Terms, TermTable
 from specc.lower.text import docstring
-from specc.lower.writer import Writer
 from specc.model.system import Subsystem
 
 
@@ -74,11 +74,12 @@ class Methods:
         walk.flow(flow)
         return walk
 
-    def _written(self, again: Terms, write: Callable[[Writer], None]) -> tuple[str, ...]:
+    def _written(self, again: Terms, write: Callable[[CycleWriter], None]) -> tuple[str, ...]:
         """Lines of a method; written again until all partly evaluated terms are known."""
         partial = NONE
         while True:
-            writer = Writer(self._module, self._table, again, partial, self.clocked)
+            writer = CycleWriter(self._module, self._table, again, partial)
+            writer.clocked = self.clocked
             write(writer)
             if writer.partial <= partial:
                 return writer.body()
@@ -87,7 +88,7 @@ class Methods:
     def _state(self, state: str) -> MethodPlan:
         flow = self._flows[state]
 
-        def write(writer: Writer) -> None:
+        def write(writer: CycleWriter) -> None:
             if state in self.clocked:
                 writer.write("self._periods += 1")
             writer.constant_conditions(self._subsystem.state(state).behaviour)
@@ -107,7 +108,7 @@ class Methods:
         walk.values((work.value for work in activity.works), sure)
         parts: list[str] = []
 
-        def write(writer: Writer) -> None:
+        def write(writer: CycleWriter) -> None:
             parts[:] = writer.activity(activity, taken, Seen())
 
         lines = self._written(frozenset(walk.again), write)
@@ -122,7 +123,7 @@ class Methods:
         before = walk.values(term for _, term in items)
         walk.enter(self._first, before)
 
-        def write(writer: Writer) -> None:
+        def write(writer: CycleWriter) -> None:
             seen = Seen()
             for item, term in items:
                 seen = writer.initial(item, term, seen)
@@ -135,10 +136,8 @@ class Methods:
     def _step(self) -> MethodPlan:
         tests = [self._table.negation(self._table.of(a.that)) for a in self._subsystem.axioms]
 
-        def write(writer: Writer) -> None:
-            writer.nodes.periods = "(self._periods + 1)"
-            for index, test in enumerate(tests):
-                writer.monitor(index, test)
+        def write(writer: CycleWriter) -> None:
+            writer.monitors(tests)
             writer.write("return self._work()")
 
         doc = "One period of the work cycle; the row of the transition taken, or -1."

@@ -14,6 +14,7 @@ from specc.lower.members import accepted
 from specc.lower.module import Module
 from specc.lower.names import Names
 from specc.lower.nodes import Nodes
+from specc.lower.sharing import LARGEST, TooLarge
 from specc.lower.spelling import Spelled
 from specc.lower.terms import NONE, Term, Terms, TermTable, is_array
 from specc.lower.text import literal
@@ -60,6 +61,7 @@ class Renderer:
         self.names: Names = module.local_names()
         self.locals: dict[Term, str] = {}
         self._may_assign = True
+        self._visits = 0
 
     def local(self, term: Term) -> str:
         """The local of a term: its let's name, else its operator's in small letters."""
@@ -74,12 +76,15 @@ class Renderer:
 
     def test(self, term: Term, seen: Seen) -> tuple[Spelled, Seen, Seen]:
         """A condition, and what is known when it holds and when it does not."""
+        self._visits += 1
+        if self._visits > LARGEST:
+            raise TooLarge
         if term in seen.always:
             return Spelled(self.local(term)), seen, seen
         if term in seen.perhaps:
             return self._perhaps_evaluated(term, seen)
         spelled, if_true, if_false = self._evaluated(term, seen)
-        if not (term in self.again and term.is_kept and self._may_assign):
+        if not (term in self.again and term.is_costly and self._may_assign):
             return spelled, if_true, if_false
         always = term not in self.partial
         assigned = Spelled(f"({self.local(term)} := {spelled.text})")

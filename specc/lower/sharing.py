@@ -133,7 +133,7 @@ def parameters(activity: Activity, offered: Terms) -> tuple[Term, ...]:
         if term in seen:
             continue
         seen.add(term)
-        if term in offered:
+        if term in offered and term.is_costly:
             found.add(term)
         else:
             pending.extend(term.args)

@@ -39,8 +39,9 @@ def call(function: str, *args: Spelled) -> Spelled:
 
 
 def sign(operand: Spelled) -> Spelled:
-    """The negative."""
-    return Spelled(f"-{operand.at(SIGN)}", SIGN)
+    """The negative; two signs never stand side by side."""
+    rank = SIGN if operand.rank != SIGN else ATOM
+    return Spelled(f"-{operand.at(rank)}", SIGN)
 
 
 def negation(operand: Spelled) -> Spelled:

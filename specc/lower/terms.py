@@ -38,6 +38,8 @@ class Term:
     """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
     let: Let | None = None
     """The let that names it; the first one if there are several."""
+    is_costly: bool = False
+    """Whether computing it again costs more than handing its value on."""
 
     @property
     def type(self) -> Type:
@@ -156,7 +158,8 @@ class TermTable:
             surely=evaluated(node, args),
             perhaps=perhaps,
         )
-        if not term.bound and not term.is_constant and _is_costly(node, perhaps):
+        term.is_costly = not term.bound and not term.is_constant and _is_costly(node, perhaps)
+        if term.is_costly:
             term.keep()
         return term
 
@@ -268,7 +271,7 @@ def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
             return is_array(node.type)
         case e.Quantifier(over=over):
             members = isinstance(over.type, Vector) and isinstance(over.type.element, Enum)
-            return not members or bool(perhaps)
+            return not members or any(term.is_costly for term in perhaps)
         case e.Choice() | e.Logic():
-            return bool(perhaps)
+            return any(term.is_costly for term in perhaps)
     return False

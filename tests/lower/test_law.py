@@ -309,7 +309,7 @@ def check(system: System, data: st.DataObject, *, proved: bool) -> None:
             assert same(plain(getattr(generated.y, f"{peer}_{name}")), plain(value))
         for name, value in reference.memory.items():
             assert same(plain(getattr(generated.memory, name)), plain(value))
-        assert distinct(calls) == distinct(noted)
+        assert distinct(calls) <= distinct(noted)  # nothing that the model does not ask for
         if not in_loops(system):
             assert len(calls) <= len(noted)
         calls.clear()

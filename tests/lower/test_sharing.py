@@ -52,10 +52,6 @@ def test_a_let_that_conditions_and_behaviour_need_is_computed_once() -> None:
             assert (subsystem.y.E_u, subsystem.y.E_v) == (2.0 * (m + 1.0),) * 2
 
 
-def functions(s: Spec) -> dict[str, Any]:
-    return s.functions
-
-
 def test_equal_subterms_are_computed_once_without_a_let() -> None:
     s = spec()
     system = s.system(
@@ -144,6 +140,26 @@ def test_a_term_that_only_some_paths_computed_is_computed_once_on_all() -> None:
     subsystem.x.fresh_c_a = False
     assert stepped(subsystem, c_b=2.0) == 1
     assert names(calls) == []
+
+
+def test_an_optional_term_reaches_the_behaviour_from_every_path() -> None:
+    """Whichever operand of `or` ended the behaviour, the next one computes w at most once."""
+    s = spec(lets={"w": "f(x.c.a)"})
+    system = s.system(
+        [s.behaviour("go", {"E.u": "w if x.E.m > 0 else 0"}, terminal="x.c.b > 0 or w > 1")],
+        [("go", "terminal", "True", "go")],
+    )
+    subsystem, calls = running(system, s.functions, proved=True)
+    for b, a, m, row, expected in (
+        (0.0, 0.0, 0.0, -1, []),
+        (1.0, 0.0, 1.0, 0, ["f"]),
+        (1.0, 0.0, 0.0, 0, []),
+        (0.0, 1.0, 1.0, 0, ["f"]),
+        (0.0, 0.0, 1.0, -1, ["f"]),
+    ):
+        assert stepped(subsystem, c_a=a, c_b=b, E_m=m) == row
+        assert names(calls) == expected
+        assert subsystem.y.E_u == (a + 1.0 if m else 0.0)
 
 
 def test_functions_take_effect_at_once_whatever_their_order() -> None:
