@@ -14,6 +14,8 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     elements = {d.qualified_name: [e.name for e in (*d.x, *d.y)] for d in system.devices}
     for binding in system.plant.bindings if system.plant else ():
         known = elements.get(binding.device)
+        if binding.device in facts.broken:
+            continue
         if known is None:
             message = f"there is no device `{binding.device}`"
             yield _unknown(binding, message, binding.device, list(elements))

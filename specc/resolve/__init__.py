@@ -17,7 +17,7 @@ __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The system, and the qualified names of subsystems that are not whole because of errors."""
+    """The system, and the qualified names of subsystems and devices with errors in them."""
 
     system: System
     broken: frozenset[str]

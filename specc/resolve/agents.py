@@ -206,8 +206,10 @@ class AgentResolver:
                 here = where[group][name]
                 x = resolve_elements(item.x, here["x"], expressions)
                 y = resolve_elements(item.y, here["y"], expressions)
-                trace = trace_of(item)
-                found.append(Device(agent, name, kind, item.title, x, y, trace, here.key))
+                device = Device(agent, name, kind, item.title, x, y, trace_of(item), here.key)
+                if len(x) + len(y) < len(item.x) + len(item.y):
+                    self.broken.add(device.qualified_name)
+                found.append(device)
         return tuple(found)
 
     def _no_description(self, what: str, where: Where) -> None:
