@@ -6,7 +6,7 @@ Nothing here knows YAML: the reader hands over a tree of `Node`s with character 
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -88,7 +88,7 @@ class SourceFile:
 
     def span(self, place: Place) -> Span:
         """Where a place is; the nearest existing parent stands in for a route that is not there."""
-        start, end = self._offsets(place)
+        start, end = self.offsets(place)
         return Span(self.path, *self._position(start), *self._position(max(start, end)))
 
     def written(self, route: Route) -> str:
@@ -96,7 +96,8 @@ class SourceFile:
         node, found = self._descend(route)
         return self.text[node.start : node.end] if node is not None and found else ""
 
-    def _offsets(self, place: Place) -> tuple[int, int]:
+    def offsets(self, place: Place) -> tuple[int, int]:
+        """First character of a place in the text and the one after its last."""
         if place.part == "text":
             start = place.start or 0
             return start, start if place.end is None else place.end
@@ -142,6 +143,10 @@ class Sources:
     def add(self, source: SourceFile) -> None:
         """Take in a file that was read later."""
         self._files[source.path] = source
+
+    def __iter__(self) -> Iterator[SourceFile]:
+        """The files, in the order in which they were read."""
+        return iter(self._files.values())
 
     def get(self, path: str) -> SourceFile | None:
         """The file of a path, if it was read."""

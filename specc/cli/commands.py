@@ -1,16 +1,21 @@
 """What each command does: calls the compiler, prints what it found, gives the exit code."""
 
+from __future__ import annotations
+
 import json
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from specc.diagnostics import nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
 from specc.source import Sources
+
+if TYPE_CHECKING:
+    from specc.policy import Overrides
 
 # Not faults of a specification: a file that gives no text or takes none.
 _UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
@@ -18,27 +23,25 @@ _UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "
 
 def validate(options: Namespace) -> int:
     """Report what is wrong with specifications."""
-    from specc import pipeline
+    from specc.cli.inspect import inspect_all
 
-    findings: list[Finding] = []
-    for path in options.specs:
-        result = pipeline.compile_spec(path)
-        findings += resolve(result.diagnostics, result.sources)
-    return _publish(findings, options.specs, options.format)
+    return _publish(inspect_all(options.specs, _overrides(options)), options.format)
 
 
 def build(options: Namespace) -> int:
     """Write, or with `--check` compare, the generated code of specifications."""
     from specc import output, pipeline
+    from specc.cli.inspect import judged
 
     findings: list[Finding] = []
     for path in options.specs:
         built = pipeline.build(path)
-        findings += resolve(built.result.diagnostics, built.result.sources)
-        if built.result.ok:
+        found, refused = judged(path, built.result, _overrides(options))
+        findings += found
+        if built.result.ok and not refused:
             put = output.stale if options.check else output.write
             findings += resolve(put(Path(options.out, built.system), built.files), Sources())
-    return _publish(findings, options.specs, options.format)
+    return _publish(report(findings, options.specs), options.format)
 
 
 def run(options: Namespace) -> int:
@@ -46,16 +49,17 @@ def run(options: Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     from specc import output, pipeline
+    from specc.cli.inspect import judged
     from specc.cli.launch import launch
 
     built = pipeline.build(options.spec)
-    findings = resolve(built.result.diagnostics, built.result.sources)
-    if not built.result.ok:
-        return _publish(findings, [options.spec], "text")
+    findings, refused = judged(options.spec, built.result, _overrides(options))
+    if refused or not built.result.ok:
+        return _publish(report(findings, [options.spec]), "text")
     with TemporaryDirectory(prefix="specc-") as scratch:
         directory = Path(scratch, "generated", built.system)
         findings += resolve(output.write(directory, built.files), Sources())
-        if findings and (code := _publish(findings, [options.spec], "text")):
+        if findings and (code := _publish(report(findings, [options.spec]), "text")):
             return code
         return launch(_runtime_arguments(directory, options))
 
@@ -96,9 +100,14 @@ def _runtime_arguments(directory: Path, options: Namespace) -> list[str]:
     return arguments + [f"--{name}" for name in ("viewer", "inline") if getattr(options, name)]
 
 
-def _publish(findings: list[Finding], checked: Sequence[str], form: str) -> int:
+def _overrides(options: Namespace) -> Overrides:
+    from specc.policy import Overrides
+
+    return Overrides(options.select, options.ignore, options.strict)
+
+
+def _publish(found: Report, form: str) -> int:
     """Print a report and give the exit code that it stands for."""
-    found = report(findings, checked)
     # Each format is imported only when it is asked for.
     renderer = import_module(f"specc.diagnostics.render.{form}")
     if form == "text":

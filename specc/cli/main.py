@@ -70,7 +70,10 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
     validate = commands.add_parser("validate", help="report what is wrong with specifications")
-    validate.add_argument("specs", metavar="SPEC", nargs="+")
+    validate.add_argument(
+        "specs", metavar="SPEC", nargs="+", help="file, directory, or pattern such as 'specs/**'"
+    )
+    _add_policy(validate)
     _add_format(validate)
 
     build = commands.add_parser("build", help="generate code from specifications")
@@ -79,9 +82,12 @@ def _parser() -> argparse.ArgumentParser:
         "--out", metavar="DIR", default="generated", help="a directory per system goes here"
     )
     build.add_argument("--check", action="store_true", help="compare only; 1 if not up to date")
+    _add_policy(build)
     _add_format(build)
 
-    _add_run(commands.add_parser("run", help="simulate a specification"))
+    run = commands.add_parser("run", help="simulate a specification")
+    _add_policy(run)
+    _add_run(run)
 
     explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
@@ -99,6 +105,20 @@ def _add_format(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_policy(parser: argparse.ArgumentParser) -> None:
+    """Options that stand in place of what `[tool.specc]` of pyproject.toml says."""
+    codes = "codes or their beginnings, separated by commas"
+    parser.add_argument(
+        "--select", metavar="CODES", type=_codes, help=f"warn of these only: {codes}"
+    )
+    parser.add_argument(
+        "--ignore", metavar="CODES", type=_warnings, help=f"do not warn of: {codes}"
+    )
+    parser.add_argument(
+        "--strict", action=argparse.BooleanOptionalAction, help="count warnings as errors"
+    )
+
+
 def _add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("spec", metavar="SPEC")
     parser.add_argument("--seed", metavar="N", type=_whole_number, help="of the random numbers")
@@ -110,6 +130,24 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--video", metavar="FILE.mp4", help="record the simulation")
     parser.add_argument("--renderer", choices=("auto", "gl", "raycast"))
     parser.add_argument("--inline", action="store_true", help="compute in one process")
+
+
+def _codes(text: str) -> tuple[str, ...]:
+    from specc.policy.settings import code_fault
+
+    codes = tuple(code.strip() for code in text.split(","))
+    for code in codes:
+        if fault := code_fault(code):
+            raise argparse.ArgumentTypeError(fault)
+    return codes
+
+
+def _warnings(text: str) -> tuple[str, ...]:
+    codes = _codes(text)
+    for code in codes:
+        if code.startswith("E"):
+            raise argparse.ArgumentTypeError(f"{code} is an error and cannot be ignored")
+    return codes
 
 
 def _whole_number(text: str) -> int:

@@ -1,6 +1,13 @@
 """Findings about a specification: their value, their codes and the ways to print them."""
 
-from specc.diagnostics.diagnostic import Diagnostic, Related, Severity, severity_of
+from specc.diagnostics.diagnostic import (
+    Diagnostic,
+    Edit,
+    Fix,
+    Related,
+    Severity,
+    severity_of,
+)
 from specc.diagnostics.nearest import nearest
 
-__all__ = ["Diagnostic", "Related", "Severity", "nearest", "severity_of"]
+__all__ = ["Diagnostic", "Edit", "Fix", "Related", "Severity", "nearest", "severity_of"]

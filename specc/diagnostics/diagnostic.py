@@ -17,8 +17,27 @@ class Related:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """New text for what stands at a place."""
+
+    place: Place
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """The one safe repair of a finding: `title` says what it does, in the imperative."""
+
+    title: str
+    edits: tuple[Edit, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """A finding; `code` is an entry of the registry and `label` stands at the caret."""
+    """A finding; `code` is an entry of the registry and `label` stands at the caret.
+
+    `promoted` makes a warning count as an error, as `--strict` asks for.
+    """
 
     code: str
     message: str
@@ -26,11 +45,13 @@ class Diagnostic:
     label: str = ""
     related: tuple[Related, ...] = ()
     help: str = ""
+    fix: Fix | None = None
+    promoted: bool = False
 
     @property
     def severity(self) -> Severity:
         """Whether the specification is refused because of this."""
-        return severity_of(self.code)
+        return "error" if self.promoted else severity_of(self.code)
 
 
 def severity_of(code: str) -> Severity:

@@ -28,10 +28,11 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """All findings about the files of one command."""
+    """All findings about the files of one command; `ignored` counts those that are not shown."""
 
     findings: tuple[Finding, ...]
     checked: tuple[str, ...]
+    ignored: int = 0
 
     def count(self, severity: Severity) -> int:
         """Number of findings of a severity."""

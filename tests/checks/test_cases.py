@@ -29,6 +29,11 @@ NO_SPEC = {
     "E0090": "about the output of `specc build`",
     "E0091": "about the output of `specc build`",
     "E0092": "about the output of `specc build`",
+    "W0901": "comments are judged after compiling; see tests/policy",
+    "E0902": "comments are judged after compiling; see tests/policy",
+    "E0903": "comments are judged after compiling; see tests/policy",
+    "E0904": "comments are judged after compiling; see tests/policy",
+    "E0905": "about settings, not about a specification",
 }
 """Codes that no specification has, with the reason."""
 

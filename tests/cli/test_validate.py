@@ -37,7 +37,10 @@ pytestmark = pytest.mark.usefixtures("pipeline", "workspace")
         (["wrong.yaml"], 1, "1 file checked: 1 error, 0 warnings"),
         (["good.yaml", "wrong.yaml", "odd.yaml"], 1, "3 files checked: 1 error, 1 warning"),
         (["none.yaml"], 2, "1 file checked: 1 error, 0 warnings"),
-        (["wrong.yaml", "."], 2, "2 files checked: 2 errors, 0 warnings"),
+        (["wrong.yaml", "./wrong.yaml", "wrong.yaml"], 1, "1 file checked: 1 error, 0 warnings"),
+        (["wrong.yaml", "."], 2, "1 file checked: 2 errors, 0 warnings"),
+        (["odd.yaml", "--strict"], 1, "1 file checked: 1 error, 0 warnings"),
+        (["odd.yaml", "--ignore", "W0001"], 0, "1 file checked: 0 errors, 0 warnings, 1 ignored"),
     ],
 )
 def test_validate(
@@ -95,7 +98,7 @@ def test_explain(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith("E0011 (error): duplicate key\n")
     assert main(["explain"]) == 0
     assert "E0011  duplicate key\n" in capsys.readouterr().out
-    assert main(["explain", "E011"]) == 2
+    assert main(["explain", "E0011x"]) == 2
     assert "E0011" in capsys.readouterr().err
 
 
@@ -111,6 +114,8 @@ def test_schema(capsys: pytest.CaptureFixture[str]) -> None:
         ["validate"],
         ["nonsense"],
         ["validate", "good.yaml", "--format", "xml"],
+        ["validate", "good.yaml", "--ignore", "E0101"],
+        ["validate", "good.yaml", "--select", "W9"],
         ["run", "good.yaml", "--cycles", "0"],
         ["run", "good.yaml", "--cycles", "1", "--duration", "2"],
         ["run", "good.yaml", "--duration", "-1"],

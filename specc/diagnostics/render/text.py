@@ -61,7 +61,10 @@ def _spot(
 def _summary(report: Report) -> str:
     errors, warnings = report.count("error"), report.count("warning")
     checked = _plural(len(report.checked), "file")
-    return f"{checked} checked: {_plural(errors, 'error')}, {_plural(warnings, 'warning')}"
+    counts = [_plural(errors, "error"), _plural(warnings, "warning")]
+    if report.ignored:
+        counts.append(f"{report.ignored} ignored")
+    return f"{checked} checked: {', '.join(counts)}"
 
 
 def _plural(count: int, noun: str) -> str:

@@ -1,0 +1,101 @@
+"""Checking specifications one by one or side by side in several processes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from specc.cli.targets import targets
+from specc.diagnostics import Diagnostic
+from specc.diagnostics.report import Finding, Report, report, resolve
+from specc.policy import Judged, Overrides, judge, settings_for
+from specc.source import Place, Sources
+
+if TYPE_CHECKING:
+    from specc.pipeline import Result
+
+PARALLEL_FROM = 4
+"""Below this number of files starting processes costs more than it saves."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What checking one specification gave; `read` are the real paths of all its files."""
+
+    path: str
+    findings: tuple[Finding, ...]
+    ignored: int
+    used: frozenset[Place]
+    read: frozenset[str]
+
+
+def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
+    """The report about everything that the arguments mean, each file once."""
+    meant = targets(arguments)
+    outcomes = _outcomes(meant.systems, overrides)
+    read = frozenset().union(*(outcome.read for outcome in outcomes))
+    alone = [path for path in meant.parts if os.path.realpath(path) not in read]
+    outcomes += _outcomes(alone, overrides)
+    used = frozenset().union(*(outcome.used for outcome in outcomes))
+    findings = resolve(meant.faults, Sources())
+    for outcome in outcomes:
+        findings += [item for item in outcome.findings if not _used_elsewhere(item, used)]
+    whole = report(findings, [*meant.systems, *meant.parts])
+    return replace(whole, ignored=sum(outcome.ignored for outcome in outcomes))
+
+
+def inspect(path: str, overrides: Overrides) -> Outcome:
+    """Compile a specification and judge what was found."""
+    from specc import pipeline
+
+    result = pipeline.compile_spec(path)
+    sources, faults, verdict = _judged(path, result.diagnostics, result.sources, overrides)
+    findings = resolve((*faults, *verdict.diagnostics), sources)
+    read = frozenset(os.path.realpath(source.path) for source in result.sources)
+    return Outcome(path, tuple(findings), verdict.ignored, verdict.used, read)
+
+
+def judged(path: str, result: Result, overrides: Overrides) -> tuple[list[Finding], bool]:
+    """Findings about a compiled specification that are left, and whether they refuse it."""
+    sources, faults, verdict = _judged(path, result.diagnostics, result.sources, overrides)
+    return resolve((*faults, *verdict.diagnostics), sources), verdict.refused or bool(faults)
+
+
+def _judged(
+    path: str, diagnostics: Iterable[Diagnostic], sources: Sources, overrides: Overrides
+) -> tuple[Sources, tuple[Diagnostic, ...], Judged]:
+    """The files with that of the settings, what is wrong with the settings, and the verdict."""
+    known = Sources(sources)
+    found = settings_for(os.path.dirname(path))
+    if found.source is not None:
+        known.add(found.source)
+    return known, found.diagnostics, judge(diagnostics, known, overrides.over(found.settings))
+
+
+def _outcomes(paths: Sequence[str], overrides: Overrides) -> list[Outcome]:
+    job = partial(inspect, overrides=overrides)
+    workers = min(len(paths), len(os.sched_getaffinity(0)))
+    if len(paths) < PARALLEL_FROM or workers < 2:
+        return [job(path) for path in paths]
+    return _in_processes(job, paths, workers)
+
+
+def _in_processes(job: partial[Outcome], paths: Sequence[str], workers: int) -> list[Outcome]:
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    # What is imported before the fork is shared; every other way each process imports it again.
+    from specc import pipeline  # noqa: F401  # imported for the processes that inherit it
+
+    context = multiprocessing.get_context("fork")
+    chunk = max(1, len(paths) // (4 * workers))
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        return list(pool.map(job, paths, chunksize=chunk))
+
+
+def _used_elsewhere(item: Finding, used: Iterable[Place]) -> bool:
+    """Whether a comment that was of no use here was so for another specification."""
+    return item.diagnostic.code == "W0901" and item.diagnostic.primary in used

@@ -1,0 +1,95 @@
+"""Which files the arguments of `specc validate` mean: files, directories and patterns."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from specc.diagnostics import Diagnostic
+from specc.policy import settings_for
+from specc.source import Place
+
+_SUFFIXES = (".yaml", ".yml")
+_VERSION = re.compile(rb"^(?:\xef\xbb\xbf)?specc[ \t]*:", re.MULTILINE)
+_SYSTEM = re.compile(rb"^system[ \t]*:", re.MULTILINE)
+_PART = re.compile(rb"^(?:subsystem|agent)[ \t]*:", re.MULTILINE)
+_MAGIC = re.compile(r"[*?[]")
+
+
+@dataclass(frozen=True, slots=True)
+class Targets:
+    """Files to check, each once, in the order of the arguments.
+
+    `parts` describe something for others to use; they are checked with what uses them.
+    """
+
+    systems: tuple[str, ...]
+    parts: tuple[str, ...]
+    faults: tuple[Diagnostic, ...]
+
+
+def targets(arguments: Iterable[str]) -> Targets:
+    """Files that the arguments mean.
+
+    A file is taken as it is. In a directory, and among what a pattern matches, only files with
+    `specc:` and `system:` are meant, less those that the settings exclude.
+    """
+    files: dict[str, str] = {}
+    faults = []
+    for argument in arguments:
+        found = list(_files(argument))
+        if not found:
+            what = "directory has no specification" if os.path.isdir(argument) else ""
+            message = f"this {what}" if what else "no specification matches this pattern"
+            hint = "a specification is a .yaml file that begins with `specc: 1` and has `system:`"
+            faults.append(Diagnostic("E0001", message, Place(argument), help=hint))
+        for file in found:
+            files.setdefault(os.path.realpath(file), file)
+    parts = {file for file in files.values() if is_part(file)}
+    systems = tuple(file for file in files.values() if file not in parts)
+    return Targets(systems, tuple(file for file in files.values() if file in parts), tuple(faults))
+
+
+def is_part(path: str) -> bool:
+    """Whether a file describes a part that other files use, and no system."""
+    text = _content(path)
+    return _PART.search(text) is not None and _SYSTEM.search(text) is None
+
+
+def _files(argument: str) -> Iterator[str]:
+    if os.path.isdir(argument):
+        yield from _specifications(Path(argument).rglob("*"), argument)
+    elif not os.path.lexists(argument) and _MAGIC.search(argument):
+        matches = map(Path, glob.iglob(argument, recursive=True))
+        yield from _specifications(matches, _fixed_part(argument))
+    else:
+        yield argument
+
+
+def _specifications(paths: Iterable[Path], root: str) -> Iterator[str]:
+    settings = settings_for(root).settings
+    hidden = re.compile(r"(?:^|/)\.[^./]")
+    for path in sorted(paths):
+        below = Path(os.path.relpath(path, root)).as_posix()
+        if path.suffix not in _SUFFIXES or hidden.search(below) or settings.excludes(path):
+            continue
+        text = _content(str(path))
+        if _VERSION.search(text) and _SYSTEM.search(text):
+            yield str(path)
+
+
+def _fixed_part(pattern: str) -> str:
+    """The directory before the first part of a pattern that is not to be taken literally."""
+    head = pattern[: match.start()] if (match := _MAGIC.search(pattern)) else pattern
+    return os.path.dirname(head) or "."
+
+
+def _content(path: str) -> bytes:
+    try:
+        return Path(path).read_bytes() if os.path.isfile(path) else b""
+    except (OSError, ValueError):
+        return b""

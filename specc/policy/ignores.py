@@ -1,0 +1,129 @@
+"""Comments that speak to specc: `# specc: ignore[W0412] reason`, and what is wrong with them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
+from specc.diagnostics.registry import all_codes
+from specc.read.comments import Comment, comments_of
+from specc.source import Place, SourceFile
+
+_ADDRESSED = re.compile(r"#\s*specc:\s*(?P<words>.*)")
+_IGNORE = re.compile(r"ignore\s*\[(?P<codes>[^\]]*)\]\s*[:—-]?\s*(?P<reason>.*)")
+_CODE = re.compile(r"[^\s,]+")
+_FORM = "write `# specc: ignore[W0412] reason`"
+
+
+@dataclass(frozen=True, slots=True)
+class Ignore:
+    """One code of an ignore comment.
+
+    Findings of this code on `line` are held back if the comment gives a reason; `rest` are the
+    other codes of the same comment.
+    """
+
+    code: str
+    line: int
+    place: Place
+    comment: Comment
+    reason: str
+    rest: tuple[str, ...]
+
+
+def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
+    """The codes that comments of a file hold back, and findings about such comments."""
+    ignores: list[Ignore] = []
+    findings: list[Diagnostic] = []
+    # Most files have no such comment; looking for all comments would cost more than this.
+    if _ADDRESSED.search(source.text) is None:
+        return ignores, findings
+    for comment in comments_of(source):
+        if words := _ADDRESSED.fullmatch(comment.text):
+            taken = _IGNORE.fullmatch(words["words"])
+            if taken is None:
+                findings.append(_finding(source, comment, "E0903", "this says nothing to specc"))
+                continue
+            begin = comment.start + words.start("words") + taken.start("codes")
+            ignores += _entries(source, comment, taken, begin)
+    findings += [fault for entry in ignores if (fault := _fault(source, entry)) is not None]
+    return [entry for entry in ignores if _fault(source, entry) is None], findings
+
+
+def unused(source: SourceFile, entry: Ignore) -> Diagnostic:
+    """The finding about a code that holds nothing back."""
+    message = f"there is no {entry.code} here to ignore"
+    if entry.rest:
+        codes = ", ".join(entry.rest)
+        edit = Edit(_codes_place(source, entry.comment), codes)
+        fix = Fix(f"take {entry.code} out of the comment", (edit,))
+    else:
+        fix = Fix("delete the comment", (Edit(_whole(source, entry.comment), ""),))
+    hint = "delete it: it would hide a finding that appears here later"
+    return Diagnostic("W0901", message, entry.place, help=hint, fix=fix)
+
+
+def _entries(
+    source: SourceFile, comment: Comment, taken: re.Match[str], begin: int
+) -> Iterator[Ignore]:
+    line = _line_meant(source, comment)
+    codes = list(_CODE.finditer(taken["codes"]))
+    for number, code in enumerate(codes):
+        place = Place(source.path, (), "text", begin + code.start(), begin + code.end())
+        rest = tuple(other[0] for other in codes[:number] + codes[number + 1 :])
+        yield Ignore(code[0], line, place, comment, taken["reason"], rest)
+    if not codes:
+        yield Ignore("", line, Place(source.path, (), "text", begin, begin), comment, "", ())
+
+
+def _line_meant(source: SourceFile, comment: Comment) -> int:
+    """The line of the comment, or the next one that is neither empty nor a comment alone."""
+    line = source.span(Place(source.path, (), "text", comment.start, comment.end)).line
+    if not comment.alone:
+        return line
+    while line < len(source.lines):
+        line += 1
+        text = source.line(line).strip()
+        if text and not text.startswith("#"):
+            break
+    return line
+
+
+def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
+    if entry.code not in all_codes():
+        close = nearest(entry.code, all_codes())
+        hint = f"did you mean {' or '.join(close)}?" if close else _FORM
+        what = f"no finding has the code {entry.code}" if entry.code else "no code is given"
+        return Diagnostic("E0903", what, entry.place, help=hint)
+    if severity_of(entry.code) == "error":
+        message = f"{entry.code} is an error and cannot be ignored"
+        return Diagnostic("E0904", message, entry.place, help="mend what it is about")
+    if not entry.reason:
+        hint = f"say why: `# specc: ignore[{entry.code}] because ...`"
+        return _finding(source, entry.comment, "E0902", "the reason is missing", hint)
+    return None
+
+
+def _finding(
+    source: SourceFile, comment: Comment, code: str, message: str, hint: str = _FORM
+) -> Diagnostic:
+    place = Place(source.path, (), "text", comment.start, comment.start + len(comment.text))
+    return Diagnostic(code, message, place, help=hint)
+
+
+def _codes_place(source: SourceFile, comment: Comment) -> Place:
+    start = source.text.index("[", comment.start) + 1
+    return Place(source.path, (), "text", start, source.text.index("]", start))
+
+
+def _whole(source: SourceFile, comment: Comment) -> Place:
+    """The comment with the white space before it, and its line if it stands there alone."""
+    text, start = source.text, comment.start
+    while start > 0 and text[start - 1] in " \t":
+        start -= 1
+    end = comment.end
+    if comment.alone:
+        end += len(re.match(r"\r\n|\r|\n|", text[end:])[0])  # type: ignore[index]  # matches ""
+    return Place(source.path, (), "text", start, end)

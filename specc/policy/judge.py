@@ -1,0 +1,81 @@
+"""Which findings are shown, and which of them refuse a specification."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from specc.diagnostics import Diagnostic
+from specc.policy.ignores import Ignore, ignores_of, unused
+from specc.policy.settings import Settings
+from specc.source import Place, SourceFile, Sources
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """Findings that are left; `used` are the places of the codes in comments that held some back.
+
+    `ignored` counts the findings that comments or settings hold back.
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    ignored: int = 0
+    used: frozenset[Place] = frozenset()
+
+    @property
+    def refused(self) -> bool:
+        """Whether an error is left."""
+        return any(finding.severity == "error" for finding in self.diagnostics)
+
+
+def judge(diagnostics: Iterable[Diagnostic], sources: Sources, settings: Settings) -> Judged:
+    """Apply ignore comments, then settings.
+
+    Errors always pass: code cannot be generated from a specification that has one. A comment
+    counts as used also if the settings would hold the finding back too. While there are errors,
+    not everything has been checked, and no comment is called unused.
+    """
+    found = list(dict.fromkeys(diagnostics))
+    complete = all(finding.severity != "error" for finding in found)
+    ignores, faults = _all_ignores(sources)
+    kept, used = _commented(found, ignores, sources)
+    left = [finding for finding in kept if settings.shows(finding)]
+    ignored = len(found) - len(left)
+    rest = [*faults]
+    if complete:
+        rest += [unused(source, entry) for source, entry in ignores if entry.place not in used]
+    left += [finding for finding in rest if settings.shows(finding)]
+    if settings.strict:
+        left = [replace(finding, promoted=finding.code.startswith("W")) for finding in left]
+    return Judged(tuple(left), ignored, frozenset(used))
+
+
+def _all_ignores(sources: Sources) -> tuple[list[tuple[SourceFile, Ignore]], list[Diagnostic]]:
+    ignores: list[tuple[SourceFile, Ignore]] = []
+    faults: list[Diagnostic] = []
+    for source in sources:
+        entries, wrong = ignores_of(source)
+        ignores += [(source, entry) for entry in entries]
+        faults += wrong
+    return ignores, faults
+
+
+def _commented(
+    found: list[Diagnostic], ignores: list[tuple[SourceFile, Ignore]], sources: Sources
+) -> tuple[list[Diagnostic], set[Place]]:
+    """Findings that no comment holds back, and the places of codes that hold some back."""
+    by_line: dict[tuple[str, int, str], list[Place]] = {}
+    for source, entry in ignores:
+        by_line.setdefault((source.path, entry.line, entry.code), []).append(entry.place)
+    if not by_line:
+        return found, set()
+    kept: list[Diagnostic] = []
+    used: set[Place] = set()
+    for finding in found:
+        span = sources.span(finding.primary)
+        places = by_line.get((span.file, span.line, finding.code))
+        if places is None:
+            kept.append(finding)
+        else:
+            used.update(places)
+    return kept, used

@@ -1,0 +1,179 @@
+"""Settings of a project: `[tool.specc]` in the nearest pyproject.toml, and the command line.
+
+What the command line says replaces what the file says, key by key.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest
+from specc.diagnostics.registry import all_codes
+from specc.source import Place, SourceFile
+
+FILE = "pyproject.toml"
+_KINDS: dict[str, type] = {"select": list, "ignore": list, "strict": bool, "exclude": list}
+_SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What a project asks for.
+
+    `select` and `ignore` are codes or beginnings of codes; an empty `select` means all. `exclude`
+    are patterns of paths relative to `base` that are left out when a directory is searched.
+    """
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    strict: bool = False
+    exclude: tuple[str, ...] = ()
+    base: str = ""
+
+    def shows(self, finding: Diagnostic) -> bool:
+        """Whether a finding is reported; errors always are."""
+        if finding.code.startswith("E"):
+            return True
+        selected = not self.select or finding.code.startswith(self.select)
+        return selected and not finding.code.startswith(self.ignore or ("-",))
+
+    def excludes(self, path: Path) -> bool:
+        """Whether a file is left out of the search of a directory."""
+        name = Path(os.path.relpath(path, self.base or ".")).as_posix()
+        return any(
+            fnmatchcase(name, pattern) or fnmatchcase(name, f"{pattern.rstrip('/')}/*")
+            for pattern in self.exclude
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Overrides:
+    """What the command line says; None where it says nothing."""
+
+    select: tuple[str, ...] | None = None
+    ignore: tuple[str, ...] | None = None
+    strict: bool | None = None
+
+    def over(self, settings: Settings) -> Settings:
+        """The settings with what the command line says in place of theirs."""
+        return Settings(
+            settings.select if self.select is None else self.select,
+            settings.ignore if self.ignore is None else self.ignore,
+            settings.strict if self.strict is None else self.strict,
+            settings.exclude,
+            settings.base,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Settings with findings about the file that has them."""
+
+    settings: Settings = Settings()
+    source: SourceFile | None = None
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def settings_for(path: str) -> Found:
+    """Settings of the nearest pyproject.toml at or above `path` that has a `[tool.specc]`."""
+    start = Path(os.path.abspath(path))
+    for directory in (start, *start.parents):
+        found = _settings_in(directory)
+        if found is not None:
+            return found
+    return Found()
+
+
+def code_fault(code: str) -> str:
+    """Why a code or the beginning of one cannot be selected or ignored; empty if it can."""
+    if not any(known.startswith(code) for known in all_codes()) or not code:
+        close = nearest(code, all_codes())
+        return f"no code is called {code!r}" + (f"; did you mean {close[0]}?" if close else "")
+    return ""
+
+
+@cache
+def _settings_in(directory: Path) -> Found | None:
+    path = directory / FILE
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return None
+    return _parsed(str(path), text) if "specc" in text else None
+
+
+def _parsed(path: str, text: str) -> Found | None:
+    # Most projects have no settings, and a start of the command need not read TOML for them.
+    import tomllib
+
+    source = SourceFile(path, text)
+    try:
+        table = tomllib.loads(text).get("tool", {}).get("specc")
+    except tomllib.TOMLDecodeError as error:
+        fault = Diagnostic("E0905", f"this is not TOML: {error}", Place(path, (), "text", 0, 0))
+        return Found(Settings(), source, (fault,))
+    if table is None:
+        return None
+    if not isinstance(table, dict):
+        fault = Diagnostic("E0905", "`tool.specc` is not a table", Place(path, (), "text", 0, 0))
+        return Found(Settings(), source, (fault,))
+    return _checked(source, table)
+
+
+def _checked(source: SourceFile, table: Mapping[str, Any]) -> Found:
+    values: dict[str, Any] = {}
+    findings: list[Diagnostic] = []
+    for key, value in table.items():
+        fault = _fault(source, key, value)
+        if fault is None:
+            values[key] = tuple(value) if isinstance(value, list) else value
+        else:
+            findings.append(fault)
+    settings = Settings(**values, base=str(Path(source.path).parent))
+    return Found(settings, source, tuple(findings))
+
+
+def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
+    place = _key_place(source, key)
+    if key not in _KINDS:
+        return _unknown(key, place)
+    if _KINDS[key] is bool:
+        wrong = f"`{key}` takes true or false"
+        return None if isinstance(value, bool) else Diagnostic("E0905", wrong, place)
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        return Diagnostic("E0905", f"`{key}` takes a list of texts", place)
+    for code in value if key in ("select", "ignore") else ():
+        if wrong := code_fault(code):
+            return Diagnostic("E0905", wrong, place)
+        if key == "ignore" and code.startswith("E"):
+            message = f"{code} is an error and cannot be ignored"
+            return Diagnostic("E0904", message, place, help="mend what it is about")
+    return None
+
+
+def _unknown(key: str, place: Place) -> Diagnostic:
+    close = nearest(key, _KINDS)
+    if len(close) != 1:
+        hint = f"known keys: {', '.join(_KINDS)}"
+        return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint)
+    fix = Fix(f"rename `{key}` to `{close[0]}`", (Edit(place, close[0]),))
+    hint = f"did you mean `{close[0]}`?"
+    return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
+
+
+def _key_place(source: SourceFile, key: str) -> Place:
+    """Where a key stands in the section; tomllib says no places."""
+    section = _SECTION.search(source.text)
+    start = section.end() if section else 0
+    found = re.compile(rf"^[ \t]*({re.escape(key)})[ \t]*=", re.MULTILINE).search(
+        source.text, start
+    )
+    span = found.span(1) if found else (section.span() if section else (0, 0))
+    return Place(source.path, (), "text", *span)

@@ -1,0 +1,85 @@
+"""`[tool.specc]` of the nearest pyproject.toml, and what the command line says instead."""
+
+from pathlib import Path
+
+import pytest
+
+from specc.cli import main
+from specc.policy import Overrides, Settings, settings_for
+from tests.policy.specs import write
+
+
+def project(folder: Path, text: str) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "pyproject.toml").write_text(text)
+    return folder
+
+
+def test_the_nearest_file_with_a_section_counts(tmp_path: Path) -> None:
+    project(tmp_path, "[tool.specc]\nstrict = true\n")
+    project(tmp_path / "a", '[project]\nname = "specc-user"\n')
+    project(tmp_path / "a/b", '[tool.specc]\nignore = ["W0611"]\n')
+    assert settings_for(str(tmp_path / "a")).settings.strict
+    assert settings_for(str(tmp_path / "a/b/c")).settings.ignore == ("W0611",)
+    assert not settings_for(str(tmp_path / "a/b/c")).settings.strict
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("strct = true", "E0905"),
+        ("strict = 1", "E0905"),
+        ('ignore = "W0611"', "E0905"),
+        ("select = [1]", "E0905"),
+        ('ignore = ["W9"]', "E0905"),
+        ('ignore = [""]', "E0905"),
+        ('ignore = ["E0101"]', "E0904"),
+        ("strict = = 1", "E0905"),
+    ],
+)
+def test_wrong_settings_are_found_where_they_stand(line: str, code: str, tmp_path: Path) -> None:
+    project(tmp_path, f"[project]\nname = 'x'\n[tool.specc]\n{line}\n")
+    found = settings_for(str(tmp_path))
+    (finding,) = found.diagnostics
+    assert finding.code == code
+    assert found.source is not None
+    assert found.source.span(finding.primary).line == (1 if "TOML" in finding.message else 4)
+
+
+def test_the_command_line_replaces_key_by_key() -> None:
+    settings = Settings(select=("W04",), ignore=("W06",), strict=True, exclude=("x",), base="b")
+    assert Overrides().over(settings) == settings
+    changed = Overrides(ignore=(), strict=False).over(settings)
+    assert changed == Settings(select=("W04",), exclude=("x",), base="b")
+
+
+def test_excluded_paths() -> None:
+    settings = Settings(exclude=("old", "*/draft_*.yaml"), base="/p")
+    assert settings.excludes(Path("/p/old/a/b.yaml"))
+    assert settings.excludes(Path("/p/a/draft_1.yaml"))
+    assert not settings.excludes(Path("/p/older/b.yaml"))
+
+
+def test_settings_reach_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "a.yaml")
+    assert main(["validate", "a.yaml"]) == 0
+    project(tmp_path / "p", "[tool.specc]\nstrict = true\n")
+    write(tmp_path / "p/a.yaml")
+    assert main(["validate", "p/a.yaml"]) == 1
+    assert main(["validate", "p/a.yaml", "--no-strict"]) == 0
+    assert main(["validate", "p/a.yaml", "--ignore", "W0611"]) == 0
+    assert main(["build", "p/a.yaml"]) == 1
+    assert not (tmp_path / "generated").exists()
+    capsys.readouterr()
+
+
+def test_a_wrong_setting_refuses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(project(tmp_path, "[tool.specc]\nstrct = true\n"))
+    write(tmp_path / "a.yaml")
+    assert main(["validate", "a.yaml"]) == 1
+    assert "help: did you mean `strict`?" in capsys.readouterr().err
