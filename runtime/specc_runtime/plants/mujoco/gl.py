@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from specc_runtime.plants.mujoco.cameras import Camera, Frame
 from specc_runtime.plants.mujoco.library import GL_VARIABLE, mujoco
+from specc_runtime.plants.mujoco.view import Camera, Frame
 
 _MAX_GEOMS = 2000
 # Shared libraries without which a backend cannot start.

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from specc_runtime.operators.arrays import Array
-from specc_runtime.plants.mujoco.cameras import Camera, Frame
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.surface import Hits, Surfaces
+from specc_runtime.plants.mujoco.view import Camera, Frame
 
 _VISIBLE = np.array((1, 1, 1, 0, 0, 0), np.uint8)  # geom groups, as drawn by default
 _SHOWN_GROUPS = 3

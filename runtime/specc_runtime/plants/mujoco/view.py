@@ -1,0 +1,45 @@
+"""What a camera is and what it sees; renderers and those who use them meet here."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera; a pixel's coordinates (u, v) are integers in its centre.
+
+    A point (X, Y, Z) of the optical frame (x right, y down, z forward, metres) appears at
+    u = fx X / Z + cx, v = fy Y / Z + cy.
+    """
+
+    index: int
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a camera sees: rgb (h, w, 3) uint8; depth (h, w) float32, metres, 0 = no reading."""
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+
+
+class Renderer(Protocol):
+    """Draws what cameras see in the present state of the plant."""
+
+    def render(self, camera: Camera) -> Frame:
+        """Image and depth without decoration, as a sensor sees them."""
+
+    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+        """(h, w, 3) image as good-looking as this renderer can make it."""
+
+    def close(self) -> None:
+        """Free what was taken from the graphics system."""
