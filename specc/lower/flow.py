@@ -183,6 +183,7 @@ class Flows:
                 rows.append(Row(test, transition, enter))
                 if is_proved:
                     facts = learn(self._table, facts, test, False)
+        is_proved = is_proved or (len(rows) == 1 and rows[0].test is self._table.truth(True))
         if is_proved:
             rows = _possible(rows)
         return Rows(cause, tuple(rows), is_proved and bool(rows))

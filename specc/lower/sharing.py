@@ -19,6 +19,13 @@ LARGEST = 100_000
 class TooLarge(Exception):
     """A work cycle would become a method beyond reason."""
 
+    def __init__(self, subsystem: str = "") -> None:
+        where = f"{subsystem}: " if subsystem else ""
+        super().__init__(
+            f"{where}one period evaluates more than {LARGEST} terms; lets that choose between lets "
+            "multiply, so give some of them to an operator"
+        )
+
 
 class Walk:
     """One method, followed along all its paths.

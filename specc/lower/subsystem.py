@@ -14,6 +14,7 @@ from specc.lower.methods import Methods
 from specc.lower.module import Module, elements
 from specc.lower.plan import AttributePlan, SubsystemPlan, TransitionPlan
 from specc.lower.render import Renderer, Seen
+from specc.lower.sharing import TooLarge
 from specc.lower.terms import TermTable
 from specc.lower.text import comment, docstring, in_docstring, literal
 from specc.model.system import Element, Memory, Subsystem, System
@@ -28,7 +29,16 @@ KINDS = {
 def subsystem_plan(
     system: System, subsystem: Subsystem, proofs: Proofs, types: TypeNames, class_name: str
 ) -> SubsystemPlan:
-    """What the module of a subsystem contains."""
+    """What the module of a subsystem contains; raises `TooLarge`."""
+    try:
+        return _subsystem_plan(system, subsystem, proofs, types, class_name)
+    except TooLarge:
+        raise TooLarge(subsystem.qualified_name) from None
+
+
+def _subsystem_plan(
+    system: System, subsystem: Subsystem, proofs: Proofs, types: TypeNames, class_name: str
+) -> SubsystemPlan:
     module = Module(system, subsystem, types)
     table = TermTable(subsystem.lets, module.computed)
     methods = Methods(subsystem, module, table, proofs)
@@ -40,7 +50,7 @@ def subsystem_plan(
     flags = _flags(module)
     constants = tuple(module.constants.values())
     return SubsystemPlan(
-        title=docstring(subsystem.title or subsystem.name)[:-1],
+        title=in_docstring(subsystem.title or subsystem.name),
         about=in_docstring(_about(subsystem)),
         spec=in_docstring(spec_file(system)),
         imports=module.imports.lines,

@@ -43,7 +43,7 @@ def lower(system: System, proofs: Proofs) -> SystemPlan:
     `proofs` says which transition tables need no check while they run.
     """
     types = TypeNames(named_types(system))
-    title = docstring(system.title or system.name)[:-1]
+    title = in_docstring(system.title or system.name)
     classes = _classes(system, types)
     modules = _modules(system)
     files: list[tuple[str, FilePlan]] = [

@@ -11,8 +11,8 @@ def one_line(text: str) -> str:
 
 
 def in_docstring(text: str) -> str:
-    """`text` for the inside of a docstring in triple quotes."""
-    return one_line(text).replace("\\", "\\\\").replace('"', '\\"')
+    """`text` for the inside of a docstring in triple quotes, at whose end it must not stand."""
+    return one_line(text).replace("\\", "\\\\").replace('""', '\\"\\"')
 
 
 def docstring(*parts: str) -> str:
