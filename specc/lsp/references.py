@@ -1,0 +1,191 @@
+"""Where the texts of a file name symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from specc.lsp.links import Links
+from specc.lsp.mentions import Mention, guesses, mentions
+from specc.lsp.structure import TRACE_KEYS, Kind, Role, role_of, split
+from specc.lsp.symbols import FileSymbols, Key, Symbol, beside, in_force, lookup, values
+from specc.lsp.type_mentions import signature_mentions, type_mentions
+from specc.model.types import Type
+from specc.resolve.context import Meaning
+from specc.source import Node, Place, Route, SourceFile
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A place that names a symbol. A guess comes from a text that could not be typed."""
+
+    place: Place
+    symbol: Symbol
+    defines: bool = False
+    guess: bool = False
+    type: Type | None = None
+
+
+def references_of(
+    source: SourceFile,
+    files: Mapping[str, FileSymbols],
+    meanings: Mapping[Key, Meaning],
+    links: Links,
+) -> Iterator[Reference]:
+    """The names of symbols in a file, definitions among them."""
+    if source.spans is not None:
+        reader = _Reader(source.path, source.spans, files, meanings, links)
+        yield from reader.definitions()
+        for route, key, node in values(source.spans):
+            if key is not None:
+                yield from reader.in_key(route)
+            if node.scalar is not None:
+                yield from reader.in_value(route, node.scalar)
+
+
+@dataclass(slots=True)
+class _Reader:
+    path: str
+    top: Node
+    files: Mapping[str, FileSymbols]
+    meanings: Mapping[Key, Meaning]
+    links: Links
+
+    def definitions(self) -> Iterator[Reference]:
+        """The definitions themselves; members of enums stand in the texts of types."""
+        own = self.files[self.path]
+        for symbol in own.by_route.values():
+            yield Reference(symbol.place, symbol, defines=True)
+        for symbol in own.top.values():
+            if symbol.kind == "member":
+                yield Reference(symbol.place, symbol, defines=True)
+
+    def in_key(self, route: Route) -> Iterator[Reference]:
+        """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
+        owner, rest = split(route)
+        match rest:
+            case ("functions", _, str(target)) if target not in TRACE_KEYS:
+                yield from self._target(route, owner, target)
+            case ("x" | "y", str()) if (self.path, route) in self.links.peers:
+                yield from self._linked(Place(self.path, route, "key"), self.links.peers, route)
+            case (*_, "with", str(name)):
+                yield from self._parameter(route, name)
+            case ("plant", "bind", str(name)):
+                start = name.rfind(".") + 1
+                place = Place(self.path, route, "key", start, len(name))
+                yield from self._linked(place, self.links.bindings, route)
+
+    def in_value(self, route: Route, text: str) -> Iterator[Reference]:
+        """Names in the text of a value."""
+        role = role_of(route)
+        owner = split(route)[0]
+        if role is None or role.form == "path":
+            return
+        meaning = self.meanings.get((self.path, route))
+        if meaning is not None and meaning.expr is not None:
+            yield from self._all(route, owner, mentions(meaning.expr, meaning.text))
+        elif role.form in ("name", "task"):
+            yield from self._name(route, owner, role, text)
+        elif role.form == "type":
+            yield from self._types(route, type_mentions(text, self._type_names()))
+        elif role.form == "signature":
+            yield from self._types(route, signature_mentions(text, self._type_names()))
+        else:
+            if role.form == "argument":
+                yield from self._named(Place(self.path, route), (), ("frame",), text.strip())
+            yield from self._all(route, owner, guesses(text), guess=True)
+
+    def _target(self, route: Route, owner: Route, target: str) -> Iterator[Reference]:
+        parts = target.split(".")
+        if len(parts) != 3 or parts[0] != "y":
+            yield from self._named(Place(self.path, route, "key"), owner, ("memory",), target)
+            return
+        middle = 2 + len(parts[1])
+        peer = Place(self.path, route, "key", 2, middle)
+        yield from self._linked(peer, self.links.peers, (*owner, "y", parts[1]))
+        place = Place(self.path, route, "key", middle + 1, len(target))
+        yield from self._named(place, owner, ("element",), target)
+
+    def _linked(self, place: Place, links: Mapping[Key, Key], route: Route) -> Iterator[Reference]:
+        """A name that only the model can follow."""
+        symbol = self._at(links.get((self.path, route)))
+        if symbol is not None:
+            yield Reference(place, symbol, type=symbol.type)
+
+    def _at(self, key: Key | None) -> Symbol | None:
+        return self.files[key[0]].by_route.get(key[1]) if key and key[0] in self.files else None
+
+    def _parameter(self, route: Route, name: str) -> Iterator[Reference]:
+        user: Node | None = self.top
+        for step in route[:-2]:
+            user = user.values.get(step) if user else None
+        used = user.values.get("use") if user else None
+        if used is not None and used.scalar:
+            file = self.files.get(beside(self.path, used.scalar))
+            symbol = file.top.get(("parameter", name)) if file else None
+            if symbol is not None:
+                yield Reference(Place(self.path, route, "key"), symbol)
+
+    def _name(self, route: Route, owner: Route, role: Role, text: str) -> Iterator[Reference]:
+        place = Place(self.path, route)
+        if role.form == "name" and role.kind is not None:
+            yield from self._named(place, owner, (role.kind,), text)
+            return
+        known = {
+            "subsystem": self.links.subsystems,
+            "state": self.links.states,
+            "memory": self.links.memory,
+        }
+        symbol = self._at(known[role.kind or ""].get(text))
+        if symbol is not None:
+            yield Reference(place, symbol)
+
+    def _named(
+        self, place: Place, owner: Route, kinds: tuple[Kind, ...], name: str, guess: bool = False
+    ) -> Iterator[Reference]:
+        symbol = lookup(self.files, self.path, owner, kinds, name)
+        if symbol is not None:
+            yield Reference(place, symbol, guess=guess, type=symbol.type)
+
+    def _all(
+        self, route: Route, owner: Route, found: Iterable[Mention], guess: bool = False
+    ) -> Iterator[Reference]:
+        variables: dict[str, Symbol] = {}
+        for mention in found:
+            place = Place(self.path, route, "value", mention.start, mention.end)
+            if mention.kinds == ("variable",):
+                yield self._variable(place, owner, mention, variables)
+            elif mention.kinds == ("subsystem",):
+                peer = (*owner, *mention.name.split("."))
+                yield from self._linked(place, self.links.peers, peer)
+            else:
+                yield from self._named(place, owner, mention.kinds, mention.name, guess)
+
+    def _variable(
+        self, place: Place, owner: Route, mention: Mention, known: dict[str, Symbol]
+    ) -> Reference:
+        """A variable lives in its text only; its quantifier comes before its uses."""
+        defines = mention.name not in known
+        if defines:
+            name = mention.name.partition("@")[0]
+            known[mention.name] = Symbol("variable", name, place, owner, mention.name)
+        symbol = known[mention.name]
+        symbol.type = symbol.type or mention.type
+        return Reference(place, symbol, defines, type=mention.type)
+
+    def _types(self, route: Route, found: Iterable[Mention]) -> Iterator[Reference]:
+        """Frames that a record takes as parameters stand for others and are no symbols."""
+        local = self._frame_parameters(route)
+        for mention in found:
+            if mention.kinds != ("frame",) or mention.name not in local:
+                place = Place(self.path, route, "value", mention.start, mention.end)
+                yield from self._named(place, (), mention.kinds, mention.name)
+
+    def _frame_parameters(self, route: Route) -> set[str]:
+        types = self.top.values.get("types")
+        definition = types.values.get(route[1]) if types and route[0] == "types" else None
+        listed = definition.values.get("frames") if definition else None
+        return {node.scalar or "" for node in listed.values.values()} if listed else set()
+
+    def _type_names(self) -> set[str]:
+        return {s.name for s in in_force(self.files, self.path, ()) if s.kind == "type"}
