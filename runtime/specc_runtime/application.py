@@ -15,6 +15,7 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.report import check_writable, write
 from specc_runtime.session import Session
 from specc_runtime.system import System
+from specc_runtime.wiring import without_source
 
 FULFILLED, UNFULFILLED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -51,6 +52,7 @@ def open_plant(system: System, options: Options) -> Any:
     """
     spec = system.plant
     if spec is None:
+        _refuse_devices(system)
         return None
     from specc_runtime.plants.mujoco import MujocoPlant
 
@@ -60,6 +62,15 @@ def open_plant(system: System, options: Options) -> Any:
     if system.task is not None and system.task.scene:
         load_class(system.task.scene)().place(plant, np.random.default_rng(options.seed))
     return plant
+
+
+def _refuse_devices(system: System) -> None:
+    """Raises UsageError if subsystems of a system without a plant read what nobody sends."""
+    if missing := without_source(system):
+        raise UsageError(
+            f"{system.name} has no plant, and nothing else measures {', '.join(missing)}; "
+            "add `plant:` to the specification"
+        )
 
 
 def _session(options: Options, system: System, plant: Any, clock: WallClock) -> Session:

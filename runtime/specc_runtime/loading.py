@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -35,8 +36,20 @@ def load_class(path: str) -> Any:
     module_name, _, class_name = path.partition(":")
     try:
         return getattr(import_module(module_name), class_name)
-    except (ImportError, AttributeError, ValueError) as error:
+    except AttributeError as error:
         raise UsageError(f"cannot load {path!r}: {error}") from error
+    except Exception as error:  # the user's own module may raise anything
+        raise UsageError(f"cannot load {path!r}: {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    """What is wrong with the user's own modules, and what would help."""
+    if isinstance(error, ModuleNotFoundError):
+        return f"there is no module {error.name}; install it, or add its folder to PYTHONPATH"
+    if isinstance(error, ImportError | SyntaxError):
+        return str(error)
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(last.filename).name}, line {last.lineno})"
 
 
 def _import(package: Path) -> ModuleType:
@@ -50,7 +63,7 @@ def _import(package: Path) -> ModuleType:
     sys.path.insert(0, str(package.parent))
     try:
         return import_module(f"{name}.system")
-    except ImportError as error:
-        raise UsageError(f"cannot load {package}: {error}") from error
+    except Exception as error:  # modules of operators may raise anything
+        raise UsageError(f"cannot import the operators of {name}: {_reason(error)}") from error
     finally:
         sys.path.remove(str(package.parent))

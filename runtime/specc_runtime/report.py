@@ -78,8 +78,13 @@ def check_writable(path: Path) -> None:
     folder = path.parent
     if not folder.is_dir():
         raise UsageError(f"cannot write {path}: there is no folder {folder}")
-    if path.is_dir() or not os.access(folder, os.W_OK | os.X_OK):
-        raise UsageError(f"cannot write {path}: permission denied or a folder")
+    if path.is_dir():
+        raise UsageError(f"cannot write {path}: it is a folder")
+    # The file is replaced as a whole, which would put an ordinary one in the place of a device.
+    if path.exists() and not path.is_file():
+        raise UsageError(f"cannot write {path}: it is no ordinary file")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise UsageError(f"cannot write {path}: permission denied")
 
 
 def write(report: Report, path: Path) -> None:

@@ -88,7 +88,7 @@ def outcome_of(subsystem: Subsystem) -> Outcome:
         outcome: Outcome = subsystem.step()
     except Fault as fault:
         outcome = fault
-    except Exception as error:  # noqa: BLE001  # whatever an operator raises stops the run cleanly
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # also an operator's own exit() is a fault
         outcome = StepFailed(subsystem.name, subsystem.state, error)
     if not subsystem.violations:
         return outcome

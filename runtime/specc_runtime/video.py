@@ -31,6 +31,8 @@ class Video:
         The plant needs `picture(camera, width, height)` and a camera "overview"; what it raises
         goes through.
         """
+        if path.suffix.lower() != ".mp4":
+            raise UsageError(f"cannot write the video {path}: its name has to end in .mp4")
         ticks = max(1, round(1.0 / FRAMES_PER_S / tick_s))
         self.period_s = ticks * tick_s
         self._plant = plant

@@ -8,7 +8,7 @@ from concurrent.futures import Executor as Pool
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-from specc_runtime.buffers import Put, lower_flags, sender, setter
+from specc_runtime.buffers import FRESH, PRESENT, Put, lower_flags, sender, setter, slots
 from specc_runtime.clock import WallClock
 from specc_runtime.plant import Plant
 from specc_runtime.runner import InlineRunner, Runner, WorkerRunner
@@ -52,6 +52,21 @@ def tracks(
         runner = _runner(subsystem, pool, clock)
         built[name] = Track(scheduled, runner, send, _ports(system, subsystem, sensors), watch)
     return built
+
+
+def without_source(system: System) -> list[str]:
+    """`subsystem: element` of every input that has no value and that nothing writes."""
+    written = {(item.target, item.input) for item in system.connections}
+    if system.plant is not None:
+        written |= {(item.subsystem, item.element) for item in system.plant.inputs}
+    return [
+        f"{subsystem.name}: {element}"
+        for subsystem in (scheduled.subsystem for scheduled in system.subsystems)
+        for element in slots(subsystem.x)
+        if not element.startswith((FRESH, PRESENT))
+        and (subsystem.name, element) not in written
+        and not hasattr(subsystem.x, element)
+    ]
 
 
 def _runner(subsystem: Subsystem, pool: Pool | None, clock: WallClock) -> Runner:

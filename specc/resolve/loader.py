@@ -12,6 +12,8 @@ from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, shape
 from specc.source import Sources
 
+_WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004"))
+
 
 @dataclass(slots=True)
 class Loader:
@@ -51,5 +53,8 @@ def _at(finding: Diagnostic, named_at: Where | None) -> Diagnostic:
     """A file that gives no text is best shown where it is named."""
     if named_at is None:
         return finding
+    if finding.code in _WITHOUT_TEXT:
+        message = f"{finding.message}: {finding.primary.file}"
+        return replace(finding, message=message, primary=named_at.place)
     related = (*finding.related, Related(named_at.place, "used here"))
     return replace(finding, related=related)

@@ -37,6 +37,8 @@ TypeText = Annotated[
 ]
 RateText = Annotated[
     str,
+    # A number without its unit is told what a rate looks like, not what kind of YAML it is.
+    BeforeValidator(_as_text, json_schema_input_type=str),
     Field(
         description="Periods per second, e.g. `500 Hz`, or the period, e.g. `2 ms`.",
         examples=["500 Hz", "100 Hz", "5 Hz", "2 ms"],
@@ -46,10 +48,11 @@ Numbers = Annotated[
     tuple[int, ...],
     BeforeValidator(_as_tuple, json_schema_input_type=int | list[int]),
 ]
+PYTHON_PATH = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*$"
 PythonPath = Annotated[
     str,
     Field(
-        pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*$",
+        pattern=PYTHON_PATH,
         description="A Python object as `package.module:name`.",
     ),
 ]

@@ -3,6 +3,7 @@
 from typing import Any
 
 from specc.diagnostics import nearest
+from specc.schema.base import PYTHON_PATH
 
 _KINDS = {
     "a mapping": ("model_type", "model_attributes_type", "dict_type", "mapping_type"),
@@ -31,11 +32,12 @@ _RULES = {
     "multiple_of": "must be a multiple of {multiple_of}",
     "string_too_short": "must have at least {min_length} characters",
     "string_too_long": "must have at most {max_length} characters",
-    "string_pattern_mismatch": "does not have the form {pattern}",
+    "string_pattern_mismatch": "does not have the form {form}",
     "too_short": "must have at least {min_length} items",
     "too_long": "must have at most {max_length} items",
     "finite_number": "must be a finite number",
 }
+_FORMS = {PYTHON_PATH: "package.module:name"}
 _SHOWN = 60
 
 
@@ -65,7 +67,9 @@ def invalid_value(
     rule = _RULES.get(error_type)
     if rule is None:
         return message[:1].lower() + message[1:], ""
-    return f"{_shown(value)} {rule.format(**context)}", ""
+    pattern = context.get("pattern", "")
+    words = rule.format(**context, form=_FORMS.get(pattern, pattern))
+    return f"{_shown(value)} {words}", ""
 
 
 def _one_of(context: dict[str, Any], value: Any) -> tuple[str, str]:

@@ -30,7 +30,8 @@ def show(report: Report, console: Console | None = None) -> None:
     for fault in report.faults:
         where = f"{fault['subsystem']} {fault['state']}".strip() or "plant"
         text = f"{fault['fault']} in {where} at {fault['time_s']:.3f} s: {fault['message']}"
-        console.print(f"[red]fault[/] {escape(text)}", highlight=False)
+        raised = f", raised by {fault['place']}" if fault.get("place") else ""
+        console.print(f"[red]fault[/] {escape(text + raised)}", highlight=False, soft_wrap=True)
 
 
 def _cycles(cycles: list[dict[str, Any]], first: int) -> Table:
