@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def with_operators(package: Path, duration_s: float | None, budget_s: float) -> str:
     """The flagship's subsystems on the inputs of a run."""
-    recorded = record(package, FLAGSHIP.parent, duration_s)
+    recorded = record(FLAGSHIP, duration_s)
     rows = []
     for name, inputs in sorted(recorded.items()):
         pair = _pair(package, name, inputs)
@@ -98,8 +98,8 @@ def small_machines(package: Path, steps: int, budget_s: float) -> str:
         generated = fresh(package, TWO_MACHINES.parent, name)
         for pace, eager in SWITCHING.items():
             inputs = random_inputs(type(generated.x), steps, random.Random(SEED), eager)
-            rivals = [_written(style, make, inputs) for style, make in styles.items()]
-            rival = Rival("generated", partial(fresh, package, TWO_MACHINES.parent, name), inputs)
+            rivals = [_rival(style, make, inputs) for style, make in styles.items()]
+            rival = _rival("generated", partial(fresh, package, TWO_MACHINES.parent, name), inputs)
             for other in rivals:
                 _checked((other, rival))
             found = costs((*rivals, rival), budget_s)
@@ -119,7 +119,7 @@ def growth(directory: Path, sizes: Sequence[int], steps: int, budget_s: float) -
         package = generate(spec, directory)
         kind = type(fresh(package, directory, "ring.motor").x)
         inputs = random_inputs(kind, steps, random.Random(SEED), SWITCHING["busy"])
-        rivals.append(Rival(str(size), partial(fresh, package, directory, "ring.motor"), inputs))
+        rivals.append(_rival(str(size), partial(fresh, package, directory, "ring.motor"), inputs))
     rows = [(c.name, f"{c.step_ns:.0f}", str(c)) for c in costs(rivals, budget_s)]
     return table(
         "Growth with the number of states", ("states", "step, ns", "ratio (quartiles)"), rows
@@ -132,12 +132,13 @@ def _pair(package: Path, name: str, inputs: Sequence[Any]) -> Pair:
     written = WRITTEN[name]
     files = {"arm": str(base / "plants" / "irp6_picking.xml"), "objects": str(base / "objects")}
     return (
-        _written("by hand", partial(written, files), inputs),
-        Rival("generated", partial(fresh, package, base, name), inputs),
+        _rival("by hand", partial(written, files), inputs),
+        _rival("generated", partial(fresh, package, base, name), inputs),
     )
 
 
-def _written(name: str, make: Callable[[], Any], inputs: Sequence[Any]) -> Rival:
+def _rival(name: str, make: Callable[[], Any], inputs: Sequence[Any]) -> Rival:
+    """Buffers made one after the other lie together in memory; every rival has such ones."""
     kind = type(make().x)
     return Rival(name, make, [copied(kind, buffer) for buffer in inputs])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from specc_runtime.application import open_plant
@@ -13,6 +14,8 @@ from specc_runtime.options import Options
 from specc_runtime.session import Session
 from specc_runtime.subsystem import Subsystem
 
+from bench.harness.building import generate
+
 Recorded = dict[str, list[Any]]
 """Copies of the input buffers by the names of the subsystems."""
 
@@ -20,8 +23,15 @@ LARGE_STEPS = 12
 """Steps that are kept of a subsystem that reads images."""
 
 
-def record(package: Path, base: Path, duration_s: float | None) -> Recorded:
-    """Inputs of all subsystems in a run of the generated `package`: for so long, or one cycle."""
+def record(spec: Path, duration_s: float | None) -> Recorded:
+    """Inputs of all subsystems in a run of `spec`: for so long, or one cycle."""
+    # A method that is put on one object costs all calls to it on objects of that class, for good.
+    # So the run has code of its own.
+    with TemporaryDirectory(prefix="specc-bench-") as scratch:
+        return _record(generate(spec, Path(scratch)), spec.parent, duration_s)
+
+
+def _record(package: Path, base: Path, duration_s: float | None) -> Recorded:
     options = Options(
         package, base, duration_s=duration_s, cycles=None if duration_s else 1, quiet=True
     )
