@@ -94,6 +94,9 @@ def _sent_together(
     sent = [names for b in behaviours.values() if (names := _sent(b, end.peer))]
     found = {}
     for element in port.elements:
+        # What has an initial value is present also before anything was sent.
+        if element.init is not None:
+            continue
         with_it = [names for names in sent if element.name in names]
         if with_it:
             others = frozenset.intersection(*with_it) - {element.name}

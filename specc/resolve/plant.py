@@ -68,7 +68,7 @@ def _noise(
                 where.place,
                 help="write a number with its unit, e.g. `0.3[N]`",
             )
-    return tuple(sigmas)
+    return tuple(sigmas) if len(sigmas) == len(item.noise) else ()
 
 
 def resolve_task(
