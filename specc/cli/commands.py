@@ -70,6 +70,11 @@ def explain(options: Namespace) -> int:
     from specc.diagnostics.render.explanation import explanation, overview
 
     codes = all_codes()
+    if options.page:
+        from specc.diagnostics.render.page import page
+
+        sys.stdout.write(page(codes))
+        return 0
     if options.code is None:
         sys.stdout.write(overview(codes))
         return 0
@@ -81,6 +86,13 @@ def explain(options: Namespace) -> int:
         return 2
     sys.stdout.write(explanation(entry))
     return 0
+
+
+def import_(options: Namespace) -> int:
+    """Make a specification of files of another tool."""
+    from specc.cli.importing import run_import
+
+    return run_import(options)
 
 
 def schema(options: Namespace) -> int:

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from specc import __version__
+from specc.cli.importing import add_import
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 FAULT, INTERRUPTED, BROKEN_PIPE = 70, 130, 141
@@ -91,6 +92,9 @@ def _parser() -> argparse.ArgumentParser:
 
     explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
+    explain.add_argument("--page", action="store_true", help="print docs/diagnostics.md")
+
+    add_import(commands)
 
     commands.add_parser("schema", help="print the JSON Schema of specifications")
     return parser

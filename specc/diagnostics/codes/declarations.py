@@ -8,8 +8,8 @@ CODES = (
         "name defined twice",
         "Two definitions of one kind share a name: in one file, or in a file and one that it uses. "
         "Which of the two is meant could only be guessed.",
-        "use: [lib/frames.yaml]    # defines B\nframes: {B: robot base}\n",
-        "use: [lib/frames.yaml]    # defines B\nframes: {E: end-effector}\n",
+        "specc: 1\nsystem: demo\nuse: [lib/frames.yaml] # defines B\nframes: {B: robot base}\n",
+        "specc: 1\nsystem: demo\nuse: [lib/frames.yaml] # defines B\nframes: {E: end-effector}\n",
     ),
     Code(
         "E0206",
@@ -19,14 +19,15 @@ CODES = (
         "memory.",
         "let: {a: b + 1, b: a + 1}\n",
         "memory: {a_p: {type: int, init: 0}}\nlet: {b: a_p + 1}\n",
+        "subsystem",
     ),
     Code(
         "E0207",
         "file uses itself",
         "Files that use each other in a circle have no order in which their definitions could be "
         "read. What both need belongs in a third file.",
-        "use: [this_file.yaml]\n",
-        "use: [lib/common.yaml]\n",
+        "specc: 1\nsystem: demo\nuse: [spec.yaml] # this file\n",
+        "specc: 1\nsystem: demo\nuse: [lib/frames.yaml]\n",
     ),
     Code(
         "E0208",
@@ -34,21 +35,24 @@ CODES = (
         "A path under `files:` leads nowhere. Paths are relative to the file that names them.",
         "files: {arm: plants/armm.xml}\n",
         "files: {arm: plants/arm.xml}\n",
+        "file",
     ),
     Code(
         "E0210",
         "unknown parameter",
         "A reused description is given a value for a parameter that it does not have.",
-        "g: {use: lib/gripper.yaml, with: {tolerence: '0.001[m]'}}\n",
-        "g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}\n",
+        "virtual_effectors: {g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]', d: 0}}}\n",
+        "virtual_effectors: {g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}}\n",
+        "agent",
     ),
     Code(
         "E0211",
         "parameter without a value",
         "A reused description has a parameter that its user gives no value. Parameters have no "
         "default: what they are for is to be decided where the description is used.",
-        "g: {use: lib/gripper.yaml}\n",
-        "g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}\n",
+        "virtual_effectors: {g: {use: lib/gripper.yaml}}\n",
+        "virtual_effectors: {g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}}\n",
+        "agent",
     ),
     Code(
         "E0212",
@@ -56,32 +60,40 @@ CODES = (
         "A behaviour or a row names a condition that is not declared. Rows name initial "
         "conditions, behaviours terminal and error conditions; `always` and `never` are known "
         "everywhere.",
-        "conditions: {terminal: {done: True}}\nbehaviours: {idle: {terminal: finished}}\n",
-        "conditions: {terminal: {done: True}}\nbehaviours: {idle: {terminal: done}}\n",
+        "conditions: {terminal: {commanded: fresh(x.c.v)}}\n"
+        "behaviours: {idle: {terminal: comanded}}\n",
+        "conditions: {terminal: {commanded: fresh(x.c.v)}}\n"
+        "behaviours: {idle: {terminal: commanded}}\n",
+        "subsystem",
     ),
     Code(
         "E0213",
         "function without a target",
         "A transition function assigns nothing, so that executing it has no effect.",
-        "functions: {hold: {eq: 14}}\n",
-        "functions: {hold: {eq: 14, y.E.c_d: held}}\n",
+        "functions: {wait: {eq: 14}}\nbehaviours: {idle: {functions: [hold, sense, wait]}}\n",
+        "functions: {sense: {eq: 14, y.c.q: 0}}\nbehaviours: {idle: {functions: [hold, sense]}}\n",
+        "subsystem",
     ),
     Code(
         "E0214",
         "unknown target",
         "A function assigns something that is neither an element of an output buffer "
         "(`y.peer.element`) nor a memory element (its name).",
-        "memory: {m_d: {type: real, init: 0}}\nfunctions: {keep: {m: 1}}\n",
-        "memory: {m_d: {type: real, init: 0}}\nfunctions: {keep: {m_d: 1}}\n",
+        'memory: {d_p: {type: "real[rad]", init: 0}}\n'
+        "functions: {keep: {d: x.c.d}}\n"
+        "behaviours: {idle: {functions: [hold, sense, keep]}}\n",
+        'memory: {d_p: {type: "real[rad]", init: 0}}\n'
+        "functions: {keep: {d_p: x.c.d}}\n"
+        "behaviours: {idle: {functions: [hold, sense, keep]}}\n",
+        "subsystem",
     ),
     Code(
         "E0215",
         "unknown function",
         "A behaviour names a transition function that is not declared.",
-        "functions: {hold: {y.E.c_d: 0}}\n"
-        "behaviours: {idle: {functions: [old], terminal: always}}\n",
-        "functions: {hold: {y.E.c_d: 0}}\n"
-        "behaviours: {idle: {functions: [hold], terminal: always}}\n",
+        "functions: {sense: {y.c.q: 0}}\nbehaviours: {idle: {functions: [hold, sens]}}\n",
+        "functions: {sense: {y.c.q: 0}}\nbehaviours: {idle: {functions: [hold, sense]}}\n",
+        "subsystem",
     ),
     Code(
         "E0216",
@@ -89,6 +101,7 @@ CODES = (
         "A state names a behaviour that is not declared.",
         "behaviours: {idle: {terminal: always}}\nstates: {S0: idel}\n",
         "behaviours: {idle: {terminal: always}}\nstates: {S0: idle}\n",
+        "subsystem",
     ),
     Code(
         "E0217",
@@ -97,6 +110,7 @@ CODES = (
         "table.",
         "states: {S0: idle}\ninitial_state: S1\n",
         "states: {S0: idle}\ninitial_state: S0\n",
+        "subsystem",
     ),
     Code(
         "E0218",
@@ -104,8 +118,9 @@ CODES = (
         "A buffer is named after the subsystem at its other end: `c` for the control subsystem of "
         "the agent, `E` or `R` for the device, in a control subsystem the name of a virtual "
         "effector, a virtual receptor or another agent. Nothing has this name.",
-        "virtual_effectors: {m: {x: {d: {T_d: real}}}}\n",
-        "virtual_effectors: {m: {x: {c: {T_d: real}}}}\n",
+        "virtual_effectors: {m: {x: {d: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
+        "virtual_effectors: {m: {x: {c: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
+        "agent",
     ),
     Code(
         "E0219",
@@ -113,16 +128,18 @@ CODES = (
         "A part is taken from a file that does not describe such a part: a virtual effector, "
         "virtual receptor or control subsystem needs a file with `subsystem:`, an agent one with "
         "`agent:`.",
-        "g: {use: lib/types_only.yaml}\n",
-        "g: {use: lib/gripper.yaml}    # has `subsystem:`\n",
+        "virtual_effectors: {g: {use: lib/frames.yaml}}\n",
+        "virtual_effectors: {g: {use: lib/gripper.yaml, with: {tolerance: '0.001[m]'}}}\n",
+        "agent",
     ),
     Code(
         "E0220",
         "unknown subsystem",
         "The task counts the cycles of a subsystem that does not exist. A subsystem is named by "
         "its agent and its own name; the control subsystem is always called `c`.",
-        "task: {cycle: {of: irp.control, from: S9, to: S1}}\n",
-        "task: {cycle: {of: irp.c, from: S9, to: S1}}\n",
+        "task: {cycle: {of: irp.control, from: S0, to: S0}}\n",
+        "task: {cycle: {of: irp.c, from: S0, to: S0}}\n",
+        "file",
     ),
     Code(
         "E0221",
@@ -130,7 +147,8 @@ CODES = (
         "In expressions memory elements, lets, constants, parameters and files are called by "
         "their bare names, beside the words of the language (`x`, `elapsed`, `near`, ...). One "
         "name for two of them could be read either way.",
-        "memory: {q: {type: real, init: 0}}\nlet: {q: 2 * x.E.m_m}\n",
-        "memory: {q_p: {type: real, init: 0}}\nlet: {q: 2 * x.E.m_m}\n",
+        "memory: {q: {type: int, init: 0}}\nlet: {q: 2 * x.c.d}\n",
+        "memory: {q_p: {type: int, init: 0}}\nlet: {q: 2 * x.c.d}\n",
+        "subsystem",
     ),
 )

@@ -1,8 +1,34 @@
 """E06xx and W06xx: states, rows, functions and assumptions of a subsystem (2.3, 2.4)."""
 
+from textwrap import fill
+
 from specc.diagnostics.code import Code
 
-_ROWS = "states: {S0: idle}    # ends always\ntransitions:\n"
+_FRESH = "commanded: fresh(x.c.v), not_commanded: not fresh(x.c.v)"
+_SIZES = (
+    'conditions: {initial: {small: "x.c.d < 2[rad]", large: "x.c.d %s"}}\n'
+    "transitions:\n"
+    "  - [S0, terminal, small, S0]\n"
+    "  - [S0, terminal, large, S0]\n"
+)
+_CALLED = (
+    f"conditions: {{terminal: {{called: fresh(x.c.v)}}, initial: {{{_FRESH}}}}}\n"
+    "behaviours: {idle: {terminal: called}}\n"
+    "transitions:\n"
+)
+_STATES = "states: {S0: idle, S1: idle}\ninitial_state: S0\ntransitions:\n"
+_ASSUME = "assume:\n  - {that: fresh(x.c.v), because: both are sent in every period}\n"
+
+
+def _questions(count: int) -> str:
+    safe = " and ".join(f"sqrt(n + {number}) > 3" for number in range(1, count + 1))
+    text = fill(safe, 90, initial_indent=" " * 4, subsequent_indent=" " * 4)
+    return (
+        f"memory: {{n: {{type: int, init: 0}}}}\nlet:\n  safe: >-\n{text}\n"
+        "conditions: {initial: {go: safe and n > 0, stay: not safe or n <= 0}}\n"
+        "transitions:\n  - [S0, terminal, go, S0]\n  - [S0, terminal, stay, S0]\n"
+    )
+
 
 CODES = (
     Code(
@@ -11,44 +37,48 @@ CODES = (
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
         "There is a situation in which none does; the message says which, and leaves out what "
         "does not matter.",
-        _ROWS + "  - [S0, terminal, commanded, S0]    # fresh(x.c.d)\n",
-        _ROWS + "  - [S0, terminal, commanded, S0]    # fresh(x.c.d)\n"
-        "  - [S0, terminal, not_commanded, S0]    # not fresh(x.c.d)\n",
+        f"conditions: {{initial: {{{_FRESH}}}}}\ntransitions:\n  - [S0, terminal, commanded, S0]\n",
+        f"conditions: {{initial: {{{_FRESH}}}}}\n"
+        "transitions:\n"
+        "  - [S0, terminal, commanded, S0]\n"
+        "  - [S0, terminal, not_commanded, S0]\n",
+        "subsystem",
     ),
     Code(
         "E0602",
         "several rows apply",
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
         "There is a situation in which two do. Rows have no order of precedence.",
-        _ROWS + "  - [S0, terminal, small, S0]    # x.c.d < 2\n"
-        "  - [S0, terminal, large, S1]    # x.c.d > 1\n",
-        _ROWS + "  - [S0, terminal, small, S0]    # x.c.d < 2\n"
-        "  - [S0, terminal, large, S1]    # x.c.d >= 2\n",
+        _SIZES % "> 1[rad]",
+        _SIZES % ">= 2[rad]",
+        "subsystem",
     ),
     Code(
         "E0603",
         "cause without rows",
         "The terminal or the error condition of a state can hold, but the transition table has no "
         "row for that: there would be no next state.",
-        "states: {S0: idle}    # ends always\ntransitions: []\n",
-        _ROWS + "  - [S0, terminal, always, S0]\n",
+        "behaviours: {idle: {terminal: always}}\ntransitions: []\n",
+        "behaviours: {idle: {terminal: always}}\ntransitions:\n  - [S0, terminal, always, S0]\n",
+        "subsystem",
     ),
     Code(
         "W0604",
         "row for a cause that never occurs",
         "The terminal or error condition of the state can never hold, so the row can never be "
         "taken.",
-        "behaviours: {idle: {terminal: never}}\n" + _ROWS + "  - [S0, terminal, always, S0]\n",
+        "behaviours: {idle: {terminal: never}}\ntransitions:\n  - [S0, terminal, always, S0]\n",
         "behaviours: {idle: {terminal: never}}\ntransitions: []\n",
+        "subsystem",
     ),
     Code(
         "W0605",
         "row that never applies",
         "The condition of the row contradicts the cause of its state or the assumptions, so the "
         "row can never be taken.",
-        "terminal: {called: fresh(x.c.d)}\ninitial: {quiet: not fresh(x.c.d)}\n"
-        "transitions: [[S0, terminal, quiet, S0]]\n",
-        "terminal: {called: fresh(x.c.d)}\ntransitions: [[S0, terminal, always, S0]]\n",
+        f"{_CALLED}  - [S0, terminal, commanded, S0]\n  - [S0, terminal, not_commanded, S0]\n",
+        f"{_CALLED}  - [S0, terminal, commanded, S0]\n",
+        "subsystem",
     ),
     Code(
         "W0606",
@@ -56,43 +86,49 @@ CODES = (
         "The conditions of the rows ask too many independent questions for a table of all "
         "answers. That exactly one row applies is then checked in every run, and a run in which it "
         "is not so ends with a fault.",
-        "a row that asks 20 predicates, and another that asks them the other way round\n",
-        "the same rows over a few lets or memory elements\n",
+        _questions(24),
+        _questions(3),
+        "subsystem",
     ),
     Code(
         "W0607",
         "state that cannot be reached",
         "No sequence of rows leads from the initial state to this one, or only with a row that can "
         "never be taken.",
-        "states: {S0: idle, S1: move}\ninitial_state: S0\n"
-        "transitions: [[S0, terminal, always, S0]]\n",
-        "states: {S0: idle, S1: move}\ninitial_state: S0\n"
-        "transitions: [[S0, terminal, always, S1], [S1, terminal, always, S0]]\n",
+        f"{_STATES}  - [S0, terminal, always, S0]\n  - [S1, terminal, always, S0]\n",
+        f"{_STATES}  - [S0, terminal, always, S1]\n  - [S1, terminal, always, S0]\n",
+        "subsystem",
     ),
     Code(
         "E0608",
         "target written twice",
         "All functions of a behaviour take effect at once, so a target has one writer per "
         "behaviour; an order in which one would win does not exist.",
-        "functions: {a: {m: 1}, b: {m: 2}}\nbehaviours: {idle: {functions: [a, b]}}\n",
-        "functions: {a: {m: 1}, b: {n: 2}}\nbehaviours: {idle: {functions: [a, b]}}\n",
+        'functions: {hold: {y.E.c_d: "[0, 0]"}, push: {y.E.c_d: "[1[A], 0]"}}\n'
+        "behaviours: {idle: {functions: [hold, push, sense], terminal: always}}\n",
+        'functions: {hold: {y.E.c_d: "[0, 0]"}, push: {y.E.c_d: "[1[A], 0]"}}\n'
+        "behaviours: {idle: {functions: [hold, sense], terminal: always}}\n",
+        "subsystem",
     ),
     Code(
         "E0609",
         "assumptions contradict each other",
         "From assumptions that cannot all be true anything follows, so every proof would be "
         "worthless. Nothing else is proved of the subsystem until they are mended.",
-        "assume:\n"
-        "  - {that: fresh(x.c.d), because: ...}\n  - {that: not fresh(x.c.d), because: ...}\n",
-        "assume:\n  - {that: fresh(x.c.d), because: ...}\n",
+        f"{_ASSUME}  - {{that: not fresh(x.c.v), because: the control subsystem is slow}}\n",
+        _ASSUME,
+        "subsystem",
     ),
     Code(
         "W0610",
         "assumption that nothing needs",
         "All proofs succeed without this assumption. It is watched in every run like the others, "
         "but it only looks like an argument.",
-        "assume: [{that: x.c.n < 5, because: ...}]    # no condition asks for n\n",
-        "assume: []\n",
+        "assume:\n  - {that: fresh(x.c.v) or not fresh(x.c.d), because: both are sent together}\n",
+        "conditions: {initial: {commanded: fresh(x.c.v)}}\n"
+        "transitions:\n  - [S0, terminal, commanded, S0]\n"
+        "assume:\n  - {that: fresh(x.c.v), because: the control subsystem is fast}\n",
+        "subsystem",
     ),
     Code(
         "W0611",
@@ -100,7 +136,8 @@ CODES = (
         "A behaviour that no state has, a function that no behaviour has, a condition that nothing "
         "asks, a let that no expression refers to, or a memory element that is neither read, "
         "written nor watched.",
-        "let: {q_c: MJ(x.E.m_m)}    # and no expression refers to q_c\n",
-        "let: {q_c: MJ(x.E.m_m)}\nfunctions: {sense: {y.c.q: q_c}}\n",
+        'let: {q_c: "x.E.m_m[0]"}\n',
+        'let: {q_c: "x.E.m_m[0]"}\nfunctions: {sense: {y.c.q: q_c}}\n',
+        "subsystem",
     ),
 )

@@ -8,8 +8,8 @@ CODES = (
         "output cannot be written",
         "The operating system refused to create or replace a file of the output. What was there "
         "before is still there.",
-        "$ specc build spec.yaml --out /proc",
-        "$ specc build spec.yaml --out generated",
+        "$ specc build demo.yaml --out demo.yaml/generated    # below a file",
+        "$ specc build demo.yaml --out generated",
     ),
     Code(
         "E0091",
@@ -24,7 +24,7 @@ CODES = (
         "output is not up to date",
         "`specc build --check` found that a build would change, add or remove this file. The "
         "output is committed so that it can be read and reviewed; it has to match its spec.",
-        "$ specc build --check demo.yaml    # after demo.yaml was edited",
+        "$ specc build demo.yaml; sed -i s/10/20/ demo.yaml; specc build --check demo.yaml",
         "$ specc build demo.yaml; specc build --check demo.yaml",
     ),
 )

@@ -62,7 +62,7 @@ CODES = (
         "The section `[tool.specc]` of the nearest pyproject.toml has a key that does not exist, a "
         "value of another kind than its key takes, or a code that no finding has; or the file is "
         "not TOML.",
-        "$ printf '[tool.specc]\\nstrct = true\\n' > pyproject.toml; specc validate demo.yaml",
-        "$ printf '[tool.specc]\\nstrict = true\\n' > pyproject.toml; specc validate demo.yaml",
+        "$ printf '[tool.specc]\\nstrct = true\\n' > pyproject.toml\n$ specc validate demo.yaml",
+        "$ printf '[tool.specc]\\nstrict = true\\n' > pyproject.toml\n$ specc validate demo.yaml",
     ),
 )

@@ -9,36 +9,52 @@ _RULES = (
     "`present` of it (or of something that is always sent together with it), and beside a test "
     "in the same expression."
 )
+_REMEMBER = (
+    'memory: {v_p: {type: "real[rad/s]", init: 0}}\n'
+    "functions: {remember: {v_p: %s}}\n"
+    "behaviours: {idle: {functions: [hold, sense, remember]}}\n"
+)
+_FAST = (
+    'conditions: {terminal: {fast: "%s"}}\n'
+    "behaviours: {idle: {terminal: fast}}\n"
+    "transitions:\n  - [S0, terminal, always, S0]\n"
+)
+_MEMORY = 'memory: {v_p: {type: "real[rad/s]", init: %s}}\n'
+_ASSUME = 'assume:\n  - {that: "%s", because: the control subsystem asks for no more}\n'
 
 CODES = (
     Code(
         "E0701",
         "function reads what may have no value",
         _RULES,
-        "transitions: [[S0, terminal, always, S1]]    # S1 reads x.c.T_d\n",
-        "transitions: [[S0, terminal, commanded, S1]]    # commanded: fresh(x.c.T_d)\n",
+        _REMEMBER % "x.c.v",
+        _REMEMBER % "x.c.v if present(x.c.v) else v_p",
+        "subsystem",
     ),
     Code(
         "E0702",
         "condition reads what may have no value",
         _RULES,
-        "conditions: {terminal: {large: x.c.d > 1}}\n",
-        "conditions: {terminal: {large: present(x.c.d) and x.c.d > 1}}\n",
+        _FAST % "x.c.v > 1[rad/s]",
+        _FAST % "present(x.c.v) and x.c.v > 1[rad/s]",
+        "subsystem",
     ),
     Code(
         "E0703",
         "memory starts from what has no value",
         "Initial values of memory are computed in the first period, when only measurements of "
         "devices and elements with an `init` have a value.",
-        "memory: {d_p: {type: real, init: x.c.d_d}}\n",
-        "memory: {d_p: {type: real, init: 0}}\n",
+        _MEMORY % "x.c.v",
+        _MEMORY % "0",
+        "subsystem",
     ),
     Code(
         "E0704",
         "assumption reads what may have no value",
         "Assumptions are watched in every period, the first one included, so they read only what "
         "has a value then.",
-        "assume: [{that: x.c.n < 5, because: ...}]\n",
-        "assume: [{that: not present(x.c.n) or x.c.n < 5, because: ...}]\n",
+        _ASSUME % "x.c.v < 5[rad/s]",
+        _ASSUME % "not present(x.c.v) or x.c.v < 5[rad/s]",
+        "subsystem",
     ),
 )

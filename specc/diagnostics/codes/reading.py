@@ -8,25 +8,26 @@ CODES = (
     Code(
         "E0001",
         "file not found",
-        "There is no file at the path that was given on the command line or in a specification. "
+        "There is no file at the path that was given on the command line or in a specification, "
+        "or a directory or pattern leads to none. "
         "Paths inside a specification are relative to the file that names them.",
         "$ specc validate no_such_file.yaml",
-        "$ specc validate specs/irp_picking.yaml",
+        "$ specc validate demo.yaml",
     ),
     Code(
         "E0002",
         "not a file",
         "The path names a directory, a pipe or a device. A specification is read from a regular "
         "file, because its diagnostics point into it.",
-        "$ specc validate specs/",
-        "$ specc validate specs/irp_picking.yaml",
+        "$ mkdir specs.yaml; specc build specs.yaml",
+        "$ specc build demo.yaml",
     ),
     Code(
         "E0003",
         "file cannot be read",
         "The operating system refused to open the file, usually for lack of permission.",
-        "$ chmod 000 spec.yaml; specc validate spec.yaml",
-        "$ chmod 644 spec.yaml; specc validate spec.yaml",
+        "$ ln -s loop.yaml loop.yaml; specc validate loop.yaml    # a link to itself",
+        "$ ln -s demo.yaml link.yaml; specc validate link.yaml",
     ),
     Code(
         "E0004",
@@ -34,15 +35,17 @@ CODES = (
         "The file is larger than 8 MB. Specifications are written by people; a file of that size "
         "is a log, a model or an image that was named by mistake.",
         "$ specc validate recording.mcap",
-        "$ specc validate specs/irp_picking.yaml",
+        "$ specc validate demo.yaml",
     ),
     Code(
         "E0005",
         "not UTF-8",
         "Specifications are text in UTF-8. The file has a byte that no UTF-8 text has at that "
         "place; it was saved in another encoding, or it is no text.",
-        "system: caf\\xe9        # the byte of Latin-1",
-        "system: caf\\xc3\\xa9    # the same letter in UTF-8",
+        "$ printf 'specc: 1\\nsystem: demo\\ntitle: caf\\xe9\\n' > spec.yaml\n"
+        "$ specc validate spec.yaml",
+        "$ printf 'specc: 1\\nsystem: demo\\ntitle: caf\\xc3\\xa9\\n' > spec.yaml\n"
+        "$ specc validate spec.yaml",
     ),
     Code(
         "E0006",
@@ -52,6 +55,7 @@ CODES = (
         "all of them can be written as escapes.",
         'title: "bell \x07"',
         'title: "bell \\x07"',
+        "yaml",
     ),
     Code(
         "E0007",
@@ -59,6 +63,7 @@ CODES = (
         "The file has no value at all: it is empty or holds only comments.",
         "# nothing here yet",
         _PASSING,
+        "yaml",
     ),
     Code(
         "E0008",
@@ -67,6 +72,7 @@ CODES = (
         "document; what belongs to another file is named by its path.",
         "specc: 1\nsystem: demo\n---\nspecc: 1\nsystem: other\n",
         _PASSING,
+        "yaml",
     ),
     Code(
         "E0009",
@@ -76,6 +82,7 @@ CODES = (
         "such as pose[B, E] need quotes inside { } and [ ].",
         "x: {T_d: pose[B, E]}",
         'x: {T_d: "pose[B, E]"}',
+        "yaml",
     ),
     Code(
         "E0010",
@@ -83,6 +90,7 @@ CODES = (
         "YAML allows only spaces in indentation, because editors show tabs at different widths.",
         "agents:\n\tirp: {}\n",
         "agents:\n  irp: {}\n",
+        "yaml",
     ),
     Code(
         "E0011",
@@ -91,6 +99,7 @@ CODES = (
         "one of two behaviours or buffers would vanish.",
         "functions:\n  hold: {eq: 14}\n  hold: {eq: 15}\n",
         "functions:\n  hold: {eq: 14}\n  sense: {eq: 15}\n",
+        "yaml",
     ),
     Code(
         "E0012",
@@ -99,6 +108,7 @@ CODES = (
         "alias names nothing.",
         "frames:\n  ~: robot base\n",
         "frames:\n  B: robot base\n",
+        "yaml",
     ),
     Code(
         "E0013",
@@ -107,6 +117,7 @@ CODES = (
         "hard to read. Descriptions are shared by files that are used with parameters.",
         "k: &defaults {rate: 500 Hz}\nm:\n  <<: *defaults\n",
         "k: {rate: 500 Hz}\nm: {rate: 500 Hz}\n",
+        "yaml",
     ),
     Code(
         "E0014",
@@ -115,6 +126,7 @@ CODES = (
         "make text; anything else is what it looks like.",
         "title: !!str 5",
         'title: "5"',
+        "yaml",
     ),
     Code(
         "E0015",
@@ -123,6 +135,7 @@ CODES = (
         "earlier in the file. An alias inside its own value would have no end.",
         "a: *limits\nb: &limits [0, 1]\n",
         "a: &limits [0, 1]\nb: *limits\n",
+        "yaml",
     ),
     Code(
         "E0016",
@@ -131,6 +144,7 @@ CODES = (
         "than a dozen levels.",
         "a: " + "[" * 65 + "]" * 65,
         "a: [[[]]]",
+        "yaml",
     ),
     Code(
         "E0017",
@@ -143,6 +157,7 @@ CODES = (
         "d: &d [*c, *c, *c, *c, *c, *c, *c, *c, *c, *c]\n"
         "e: &e [*d, *d, *d, *d, *d, *d, *d, *d, *d, *d]\n",
         "a: &a [x, x, x]\nb: [*a, *a, *a]\n",
+        "yaml",
     ),
     Code(
         "E0018",
@@ -151,13 +166,15 @@ CODES = (
         "would become infinite.",
         "gain: 1e999",
         "gain: 1e9",
+        "yaml",
     ),
     Code(
         "W0001",
         "byte order mark",
         "The file starts with the mark U+FEFF. UTF-8 needs none; other tools may take it for a "
         "part of the first key.",
-        "\\xef\\xbb\\xbfspecc: 1",
-        "specc: 1",
+        "$ printf '\\xef\\xbb\\xbfspecc: 1\\nsystem: demo\\n' > spec.yaml\n"
+        "$ specc validate spec.yaml",
+        "$ printf 'specc: 1\\nsystem: demo\\n' > spec.yaml\n$ specc validate spec.yaml",
     ),
 )

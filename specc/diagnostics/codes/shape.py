@@ -31,8 +31,9 @@ CODES = (
         "invalid value",
         "A value is of the right kind, but not one that its key takes: a word that is none of "
         "the possible ones, a number outside its range, a name with forbidden characters.",
-        "specc: 1\nsystem: two words\n",
-        "specc: 1\nsystem: two_words\n",
+        "transitions:\n  - [S0, end, always, S0]\n",
+        "transitions:\n  - [S0, terminal, always, S0]\n",
+        "subsystem",
     ),
     Code(
         "E0105",
@@ -49,5 +50,6 @@ CODES = (
         "read exactly, so that periods can be compared without rounding.",
         "rate: 100\n",
         "rate: 100 Hz\n",
+        "subsystem",
     ),
 )

@@ -6,15 +6,24 @@ from specc.diagnostics.code import Code
 from specc.diagnostics.render.visible import visible_lines
 
 _COLUMNS = 80
+PARTS = {
+    "": "",
+    "yaml": "",
+    "file": ", in a specification",
+    "agent": ", in an agent",
+    "subsystem": ", in a subsystem",
+}
+"""Words for the part of a file that an example is."""
 
 
 def explanation(code: Code) -> str:
     """Title, reason, a failing and a passing example."""
+    part = PARTS[code.within]
     return (
         f"{code.id} ({code.severity}): {code.title}\n\n"
         f"{fill(code.explanation, _COLUMNS)}\n\n"
-        f"Refused:\n\n{_example(code.failing)}\n\n"
-        f"Accepted:\n\n{_example(code.passing)}\n"
+        f"Refused{part}:\n\n{_example(code.failing)}\n\n"
+        f"Accepted{part}:\n\n{_example(code.passing)}\n"
     )
 
 

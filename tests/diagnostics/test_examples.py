@@ -1,0 +1,54 @@
+"""Every code's failing example has it and its passing example does not."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from specc.cli import main
+from specc.diagnostics.code import Code
+from specc.diagnostics.registry import all_codes
+from tests.diagnostics.splice import said_about, whole, workspace
+
+CODES = tuple(all_codes().values())
+FOUND = re.compile(r"^(?:error|warning)\[([EW]\d{4})\]", re.MULTILINE)
+
+
+def codes_found(
+    code: Code, example: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> set[str]:
+    if code.is_session:
+        return set(FOUND.findall(said_about(code, example, folder)))
+    (folder / "spec.yaml").write_bytes(whole(example, code.within).encode())
+    assert main(["validate", "spec.yaml"]) in (0, 1)
+    return set(FOUND.findall(capsys.readouterr().err))
+
+
+@pytest.mark.parametrize("code", CODES, ids=lambda code: code.id)
+def test_failing_example_has_the_code_and_no_other_error(
+    code: Code, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(workspace(tmp_path))
+    found = codes_found(code, code.failing, tmp_path, capsys)
+    assert code.id in found
+    assert {other for other in found if other.startswith("E")} <= {code.id}
+
+
+@pytest.mark.parametrize("code", CODES, ids=lambda code: code.id)
+def test_passing_example_has_no_error(
+    code: Code, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(workspace(tmp_path))
+    found = codes_found(code, code.passing, tmp_path, capsys)
+    assert code.id not in found
+    if code.within != "yaml":
+        assert {other for other in found if other.startswith("E")} == set()
+
+
+def test_the_host_is_without_findings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(workspace(tmp_path))
+    (tmp_path / "spec.yaml").write_text(whole("{}", "file"))
+    assert main(["validate", "--strict", "spec.yaml"]) == 0
+    capsys.readouterr()
