@@ -70,6 +70,15 @@ class Profile:
     cpu_s: float
     sections: dict[str, float]
     beside: dict[str, float]
+    calls: dict[str, int]
+
+
+TOTALS: dict[str, Callable[[Profile], float]] = {
+    "wall, s": lambda one: one.wall_s,
+    "CPU, s": lambda one: one.cpu_s,
+    "simulated, s": lambda one: one.simulated_s,
+    "times real time": lambda one: one.simulated_s / one.wall_s,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -115,28 +124,48 @@ def profile(
 
 
 def report(profiles: Sequence[Profile], clock: str = "wall") -> str:
-    """Percent of the main thread's time in each run, and how much faster than real time it was."""
+    """Percent of the main thread's time in each run, and how much faster than real time it was.
+
+    Calls are those of the last run.
+    """
     names = list(dict.fromkeys(name for one in profiles for name in one.sections))
     names.sort(key=lambda name: -profiles[0].sections.get(name, 0.0))
-    rows = [(name, *(_percent(one, one.sections.get(name)) for one in profiles)) for name in names]
+    rows = [
+        (
+            name,
+            *(_percent(one, one.sections.get(name)) for one in profiles),
+            *_calls(name, profiles[-1]),
+        )
+        for name in names
+    ]
     beside = sorted({name for one in profiles for name in one.beside})
     rows += [
-        (f"({name}, in a worker)", *(_percent(one, one.beside.get(name)) for one in profiles))
+        (
+            f"({name}, in a worker)",
+            *(_percent(one, one.beside.get(name)) for one in profiles),
+            *("", ""),
+        )
         for name in beside
     ]
-    rows.append(("wall, s", *(f"{one.wall_s:.2f}" for one in profiles)))
-    rows.append(("CPU, s", *(f"{one.cpu_s:.2f}" for one in profiles)))
-    rows.append(("simulated, s", *(f"{one.simulated_s:.2f}" for one in profiles)))
-    rows.append(("times real time", *(f"{one.simulated_s / one.wall_s:.2f}" for one in profiles)))
+    rows += [
+        (name, *(f"{number(one):.2f}" for one in profiles), "", "")
+        for name, number in TOTALS.items()
+    ]
     return table(
         f"Run of the flagship, % of the {clock} time of the main thread",
-        ("", *(one.name for one in profiles)),
+        ("", *(one.name for one in profiles), "calls", "us each"),
         rows,
     )
 
 
 def _percent(one: Profile, seconds: float | None) -> str:
     return "" if seconds is None else f"{100.0 * seconds / sum(one.sections.values()):.1f}"
+
+
+def _calls(name: str, one: Profile) -> tuple[str, str]:
+    """Number of calls in a run and what each took, without what was called in turn."""
+    count = one.calls.get(name, 0)
+    return str(count), f"{1e6 * one.sections[name] / count:.1f}" if count else ""
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -167,7 +196,8 @@ def _timed_run(
         cpu_s = process_time() - begin_s
     found = session.report()
     seconds, beside = dict(stopwatch.seconds), dict(workers.seconds)
-    return Profile(name, found.simulated_s, found.wall_s, cpu_s, seconds, beside)
+    calls = dict(stopwatch.calls)
+    return Profile(name, found.simulated_s, found.wall_s, cpu_s, seconds, beside, calls)
 
 
 if __name__ == "__main__":
