@@ -25,6 +25,7 @@ from specc_runtime.cycles import Cycles
 from specc_runtime.loading import load_class, load_system
 from specc_runtime.options import Options
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.plants.mujoco import noise
 from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.driving import Actuator
 from specc_runtime.plants.mujoco.plant import MujocoPlant
@@ -48,6 +49,7 @@ PLACES: Places = {
     "physics": ((MujocoPlant, "advance"),),
     "drives": ((Actuator, "drive"),),
     "cameras": ((Cameras, "frame"),),
+    "noise of depth": ((noise, "kinect_depth"),),
     "sensors": ((MujocoPlant, "sample"),),
     "buffers": ((Track, "commit"), (Port, "deliver")),
     "waiting for worker": ((WorkerRunner, "outcome"),),

@@ -1,0 +1,1 @@
+"""Classes of faults, seeded into specifications by editing their texts."""
