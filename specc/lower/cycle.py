@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from specc.lower.certain import Certain
 from specc.lower.flow import Check, Enter, Flow, Row, Rows, Stay
 from specc.lower.render import Seen
-from specc.lower.terms import NONE, Term, Terms, surely_before
+from specc.lower.terms import NONE, Term, Terms
 from specc.lower.text import literal, traced
 from specc.lower.writer import INDENT, Writer
 from specc.model.fsm import Condition
+from specc.model.system import Memory
 from specc.model.trace import Trace
 
 NO_TRACE = Trace()
@@ -29,7 +31,7 @@ class CycleWriter(Writer):
             case Check():
                 self._check(flow, seen)
             case Rows(is_proved=True):
-                self._proved(flow.rows, seen)
+                self._proved(flow, seen)
             case Rows():
                 self._undecided(flow, seen)
 
@@ -46,7 +48,8 @@ class CycleWriter(Writer):
 
     def _check(self, check: Check, seen: Seen) -> None:
         self.nodes.hint = check.condition.name
-        seen = self.assign(self._due(check.surely, check.test, check.enters), seen)
+        surely = check.surely(Certain(seen.always))
+        seen = self.assign(self._due(surely, check.test, check.enters), seen)
         test, if_true, if_false = self.test(check.test, seen)
         self.write(_condition(f"if {test.text}:", check.condition))
         self._depth += 1
@@ -54,14 +57,16 @@ class CycleWriter(Writer):
         self._depth -= 1
         self.flow(check.otherwise, if_false)
 
-    def _proved(self, rows: tuple[Row, ...], seen: Seen) -> None:
-        *tested, last = rows
-        surely = _surely_from(rows)
+    def _proved(self, flow: Rows, seen: Seen) -> None:
+        *tested, last = flow.rows
         keyword = "if"
+        known, surely = seen.always, flow.surely_from(Certain(seen.always))
         for index, row in enumerate(tested):
             self.nodes.hint = row.transition.condition.name
-            enters = (r.enter for r in rows[index:])
-            due = [t for t in self._due(surely[index], row.test, enters) if t not in seen.always]
+            enters = (r.enter for r in flow.rows[index:])
+            if known != seen.always:
+                known, surely = seen.always, flow.surely_from(Certain(seen.always))
+            due = self._due(surely[index], row.test, enters)
             if due:
                 seen, keyword = self.assign(due, seen), "if"
             test, if_true, seen = self.test(row.test, seen)
@@ -88,7 +93,8 @@ class CycleWriter(Writer):
         held: list[str] = []
         for row in flow.rows:
             self.nodes.hint = row.transition.condition.name
-            seen = self.assign(self._due(row.test.surely, row.test, ()), seen)
+            surely = Certain(seen.always).of(row.test)
+            seen = self.assign(self._due(surely, row.test, ()), seen)
             spelled, seen = self.value(row.test, seen)
             held.append(self.names.new(row.transition.condition.name))
             line = f"{held[-1]} = {spelled.text}"
@@ -106,7 +112,7 @@ class CycleWriter(Writer):
 
     def _decided(self, rows: tuple[Row, ...], held: list[str], seen: Seen) -> None:
         *tested, last = rows
-        common = last.enter.surely.intersection(*(row.enter.surely for row in tested))
+        common = frozenset(last.enter.needed).intersection(*(row.enter.needed for row in tested))
         seen = self.assign(common, seen)
         for row, name in zip(tested, held, strict=False):
             self.write(f"if {name}:")
@@ -114,6 +120,17 @@ class CycleWriter(Writer):
             self.enter(row.enter, seen)
             self._depth -= 1
         self.enter(last.enter, seen)
+
+    def first(self, items: list[tuple[Memory, Term]], enter: Enter) -> None:
+        """The first period: initial memory, what depends on nothing else, the first behaviour."""
+        seen = Seen()
+        self.nodes.is_settled = False
+        for item, term in items:
+            seen = self.initial(item, term, seen)
+        self.nodes.is_settled = True
+        place = len(self._lines)
+        self.enter(enter, seen)
+        self._lines[place:place] = self.nodes.settling()
 
     def enter(self, enter: Enter, seen: Seen) -> None:
         """One run of a behaviour, at the end of a period."""
@@ -132,7 +149,7 @@ class CycleWriter(Writer):
                 self.write("self._periods = 0")
         if not enter.activity.works:
             return
-        seen = self.assign((t for t in enter.taken if t in enter.surely), seen)
+        seen = self.assign(enter.needed, seen)
         arguments = (self._argument(term, seen) for term in enter.taken)
         method = self.module.behaviour_methods[enter.activity.behaviour.name]
         self.write(f"self.{method}({', '.join(arguments)})")
@@ -143,16 +160,6 @@ class CycleWriter(Writer):
         if term not in seen.always:
             self.partial.add(term)
         return self.local(term)
-
-
-def _surely_from(rows: tuple[Row, ...]) -> list[Terms]:
-    """For every row, what is evaluated in any case once it is its turn."""
-    after = rows[-1].enter.surely
-    found = [after]
-    for row in reversed(rows[:-1]):
-        after = surely_before(row.test, row.enter.surely, after)
-        found.append(after)
-    return found[::-1]
 
 
 def _condition(line: str, condition: Condition, trace: Trace = NO_TRACE) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
+from specc.lower.certain import Certain
 from specc.lower.facts import Facts, learn, shortened
-from specc.lower.terms import NONE, Term, Terms, TermTable, surely_before
+from specc.lower.terms import Term, Terms, TermTable
 from specc.model.expr import Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
@@ -36,10 +37,8 @@ class Activity:
     behaviour: Behaviour
     works: tuple[Work, ...]
 
-    @property
-    def surely(self) -> Terms:
-        """Terms that it evaluates in any case."""
-        return NONE.union(*(work.value.surely for work in self.works))
+    surely: Terms
+    """Terms that it evaluates in any case."""
 
 
 @dataclass(slots=True, eq=False)
@@ -57,10 +56,14 @@ class Enter:
     """Terms that the behaviour takes as arguments."""
 
     @property
-    def surely(self) -> Terms:
+    def needed(self) -> tuple[Term, ...]:
         """Arguments that the behaviour needs in any case and that have their value already."""
-        needed = self.activity.surely & frozenset(self.taken)
-        return frozenset(t for t in needed if not (self.is_entry and t.reads_clock))
+        fixed = (t for t in self.taken if not (self.is_entry and t.reads_clock))
+        return tuple(t for t in fixed if t in self.activity.surely)
+
+    def surely(self, certain: Certain) -> Terms:
+        """Terms that are evaluated in any case before the behaviour runs."""
+        return certain.of(*self.needed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,15 +84,20 @@ class Rows:
     rows: tuple[Row, ...]
     is_proved: bool
 
-    @property
-    def surely(self) -> Terms:
+    def surely(self, certain: Certain) -> Terms:
         """Terms that are evaluated in any case from here on; a fault evaluates nothing more."""
         if not self.is_proved:
-            return NONE.union(*(row.test.surely for row in self.rows))
-        after = self.rows[-1].enter.surely
+            return certain.of(*(row.test for row in self.rows))
+        return self.surely_from(certain)[0]
+
+    def surely_from(self, certain: Certain) -> list[Terms]:
+        """For every row of a proved cause, what is evaluated in any case once it is its turn."""
+        after = self.rows[-1].enter.surely(certain)
+        found = [after]
         for row in reversed(self.rows[:-1]):
-            after = surely_before(row.test, row.enter.surely, after)
-        return after
+            after = certain.before(row.test, row.enter.surely(certain), after)
+            found.append(after)
+        return found[::-1]
 
     @property
     def enters(self) -> Iterable[Enter]:
@@ -106,10 +114,10 @@ class Check:
     rows: Rows
     otherwise: Flow
 
-    @property
-    def surely(self) -> Terms:
+    def surely(self, certain: Certain) -> Terms:
         """Terms that are evaluated in any case from here on."""
-        return surely_before(self.test, self.rows.surely, self.otherwise.surely)
+        otherwise = self.otherwise.surely(certain)
+        return certain.before(self.test, self.rows.surely(certain), otherwise)
 
     @property
     def enters(self) -> Iterable[Enter]:
@@ -123,10 +131,9 @@ class Stay:
 
     enter: Enter
 
-    @property
-    def surely(self) -> Terms:
+    def surely(self, certain: Certain) -> Terms:
         """Terms that are evaluated in any case from here on."""
-        return self.enter.surely
+        return self.enter.surely(certain)
 
     @property
     def enters(self) -> Iterable[Enter]:
@@ -212,4 +219,6 @@ def _conditions(behaviour: Behaviour) -> tuple[tuple[Cause, Condition], ...]:
 
 def _activity(behaviour: Behaviour, table: TermTable) -> Activity:
     works = [Work(f, a, table.of(a.value)) for f in behaviour.functions for a in f.assignments]
-    return Activity(behaviour, tuple(sorted(works, key=lambda work: not work.assignment.peer)))
+    surely = Certain().of(*(work.value for work in works))
+    in_sequence = tuple(sorted(works, key=lambda work: not work.assignment.peer))
+    return Activity(behaviour, in_sequence, surely)

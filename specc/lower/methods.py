@@ -39,7 +39,8 @@ class Methods:
         """The methods in the order in which a reader needs them."""
         states = [self._state(state.name) for state in self._subsystem.states]
         behaviours = [self._behaviour(a) for a in self._activities.values() if a.works]
-        return (self._step(), self._start(), *states, *behaviours)
+        step = self._step()  # the first period comes last: it prepares what the others ask for
+        return (step, self._start(), *states, *behaviours)
 
     def _enters(self) -> Iterable[Enter]:
         yield self._first
@@ -124,10 +125,7 @@ class Methods:
         walk.enter(self._first, before)
 
         def write(writer: CycleWriter) -> None:
-            seen = Seen()
-            for item, term in items:
-                seen = writer.initial(item, term, seen)
-            writer.enter(self._first, seen)
+            writer.first(items, self._first)
 
         doc = "First period: initial memory and the behaviour of the initial state."
         lines = self._written(frozenset(walk.again), write)

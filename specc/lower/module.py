@@ -9,6 +9,7 @@ from specc.lower.constants import computed
 from specc.lower.imports import Imports
 from specc.lower.names import BUILTINS, Names, identifier, joined
 from specc.lower.plan import ConstantPlan
+from specc.lower.terms import Term
 from specc.model import expr as e
 from specc.model.system import Constant, Element, Subsystem, System
 
@@ -44,7 +45,11 @@ class Module:
         }
         self.inputs = buffer_names(subsystem, "x")
         self.outputs = buffer_names(subsystem, "y")
-        methods = Names(("files", "periods", "start", "work", *self._constant_names.values()))
+        self.settled: dict[Term, str] = {}
+        """Attributes for arrays that stay as they are once the first period is over."""
+        self.attributes = methods = Names(
+            ("files", "periods", "start", "work", *self._constant_names.values())
+        )
         self.state_methods = {
             state.name: f"_{methods.new(f'in_{state.name.lower()}')}" for state in subsystem.states
         }

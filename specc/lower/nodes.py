@@ -25,6 +25,8 @@ class Nodes:
         self.hint = ""
         """What a literal array would be called that is a constant of the module."""
         self.periods = "self._periods"
+        self.is_settled = True
+        """Whether memory that no function changes has its value for good."""
         self.bound: dict[str, str] = {}
         """Variables of quantifiers and what they are called in Python."""
 
@@ -61,6 +63,22 @@ class Nodes:
             name = self.module.new(shared or self.hint.upper())
             self._define(key, name, term, "")
         return self.module.constants[key].name
+
+    def settled(self, term: Term) -> str:
+        """An attribute for an array that stays as it is once the first period is over."""
+        if term not in self.module.settled:
+            part = f"_{term.node.name}" if isinstance(term.node, e.Builtin) else ""
+            self.module.settled[term] = f"_{self.module.attributes.new(self.hint + part)}"
+        return f"self.{self.module.settled[term]}"
+
+    def settling(self) -> list[str]:
+        """Statements that give those attributes their value."""
+        self.is_settled = False
+        reason = ["# Put together once: no behaviour changes what these are made of."]
+        return reason * bool(self.module.settled) + [
+            f"self.{name}: {self.module.annotations.of(term.type)} = {self.whole(term).text}"
+            for term, name in self.module.settled.items()
+        ]
 
     def whole(self, term: Term) -> Spelled:
         """A term with all its operands, none of them kept in a local."""

@@ -173,6 +173,8 @@ class Renderer:
     def _plain(self, term: Term, seen: Seen) -> tuple[Spelled, Seen]:
         if term.is_constant and is_array(term.type) and not isinstance(term.node, e.ConstantRef):
             return Spelled(self.nodes.array(term)), seen
+        if term.is_settled and term.args and is_array(term.type) and self.nodes.is_settled:
+            return Spelled(self.nodes.settled(term), s.PRIMARY), seen
         operands = []
         for arg in term.args:
             spelled, seen = self.value(arg, seen)

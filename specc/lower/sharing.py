@@ -66,7 +66,7 @@ class Walk:
         for term in enter.taken:
             if term in before:
                 self.again.add(term)
-            elif term in enter.surely:
+            elif term in enter.needed:
                 before = self.value(term, before)
 
     def values(self, terms: Iterable[Term], before: Terms = NONE) -> Terms:

@@ -40,7 +40,7 @@ def _subsystem_plan(
     system: System, subsystem: Subsystem, proofs: Proofs, types: TypeNames, class_name: str
 ) -> SubsystemPlan:
     module = Module(system, subsystem, types)
-    table = TermTable(subsystem.lets, module.computed)
+    table = TermTable(subsystem.lets, module.computed, _settled(subsystem))
     methods = Methods(subsystem, module, table, proofs)
     written = methods.plans()
     initial_inputs = tuple(_initial_inputs(subsystem, module, table))
@@ -78,6 +78,12 @@ def _subsystem_plan(
         initial_inputs=initial_inputs,
         methods=written,
     )
+
+
+def _settled(subsystem: Subsystem) -> Iterator[str]:
+    """Memory that keeps its initial value for ever."""
+    changed = {a.name for b in subsystem.behaviours for a in b.assignments if not a.peer}
+    return (item.name for item in subsystem.memory if item.name not in changed)
 
 
 def spec_file(system: System) -> str:

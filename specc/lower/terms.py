@@ -29,11 +29,11 @@ class Term:
     """Variables of quantifiers around this term that occur in it."""
     is_constant: bool
     """Made of literals and constants alone."""
+    is_settled: bool
+    """Has one value from the end of the first period on, and computing it cannot fail."""
     reads_clock: bool
     memory: frozenset[str]
     """Memory elements that its evaluation may read."""
-    surely: Terms = field(repr=False)
-    """Terms worth keeping that every evaluation of this one evaluates; itself among them."""
     perhaps: Terms = field(repr=False)
     """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
     let: Let | None = None
@@ -53,7 +53,6 @@ class Term:
 
     def keep(self) -> None:
         """Note that the value is worth a local variable."""
-        self.surely |= {self}
         self.perhaps |= {self}
 
 
@@ -73,16 +72,23 @@ def in_order(terms: Iterable[Term]) -> list[Term]:
 class TermTable:
     """All terms of a subsystem."""
 
-    def __init__(self, lets: Iterable[Let] = (), computed: Iterable[str] = ()) -> None:
-        """`computed`: constants whose value an operator or a file gives."""
+    def __init__(
+        self,
+        lets: Iterable[Let] = (),
+        computed: Iterable[str] = (),
+        settled: Iterable[str] = (),
+    ) -> None:
+        """`computed`: constants whose value an operator or a file gives; `settled`: memory that
+        keeps its initial value."""
         self._terms: dict[object, Term] = {}
         self._lets: dict[str, Term] = {}
         self._computed = frozenset(computed)
+        self._settled = frozenset(settled)
         for let in lets:
             self._lets[let.name] = self._named(self.of(let.value), let)
 
     def _named(self, term: Term, let: Let) -> Term:
-        if term.args and not term.is_constant and term.let is None:
+        if term.args and not term.is_settled and term.let is None:
             term.let = let
             term.keep()
         return term
@@ -153,63 +159,15 @@ class TermTable:
             args=args,
             bound=_bound(node, args),
             is_constant=_is_constant(node, args, self._computed),
+            is_settled=_is_settled(node, args, self._settled),
             reads_clock=_reads_clock(node) or any(arg.reads_clock for arg in args),
             memory=_memory(node).union(*(arg.memory for arg in args)),
-            surely=evaluated(node, args),
             perhaps=perhaps,
         )
-        term.is_costly = not term.bound and not term.is_constant and _is_costly(node, perhaps)
+        term.is_costly = not term.bound and not term.is_settled and _is_costly(node, perhaps)
         if term.is_costly:
             term.keep()
         return term
-
-
-def surely_before(term: Term, if_true: Terms, if_false: Terms) -> Terms:
-    """Terms that are evaluated in any case, when `term` is tested and one of two things follows.
-
-    `if_true` and `if_false` are evaluated in any case after the test came out that way.
-    """
-    itself = frozenset({term}) if term.is_kept else NONE
-    match term.node:
-        case e.Truth(value=value):
-            return if_true if value else if_false
-        case e.Unary(op="not"):
-            return itself | surely_before(term.args[0], if_false, if_true)
-        case e.Logic(op=op):
-            for operand in reversed(term.args):
-                outcome = surely_before(operand, if_true, if_false)
-                if_true, if_false = (outcome, if_false) if op == "and" else (if_true, outcome)
-            return itself | outcome
-        case e.Choice():
-            test, then, otherwise = term.args
-            return itself | surely_before(
-                test,
-                surely_before(then, if_true, if_false),
-                surely_before(otherwise, if_true, if_false),
-            )
-    return term.surely | (if_true & if_false)
-
-
-def evaluated(node: e.Expr, args: tuple[Term, ...]) -> Terms:
-    """Terms worth keeping among the operands that are evaluated in any case."""
-    match node:
-        case e.Logic(op="and"):
-            after = NONE
-            for operand in reversed(args):
-                after = surely_before(operand, after, NONE)
-            return after
-        case e.Logic(op="or"):
-            after = NONE
-            for operand in reversed(args):
-                after = surely_before(operand, NONE, after)
-            return after
-        case e.Choice():
-            return surely_before(args[0], args[1].surely, args[2].surely)
-        case e.Quantifier():
-            over = args[0]
-            never_empty = isinstance(over.type, Vector) and over.type.size > 0
-            return over.surely | (args[1].surely if never_empty else NONE)
-    return NONE.union(*(arg.surely for arg in args))
 
 
 def _payload(node: e.Expr) -> object:
@@ -256,6 +214,23 @@ def _is_constant(node: e.Expr, args: tuple[Term, ...], computed: frozenset[str])
             return False  # may fail, so only where it is needed
         case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component():
             return bool(args) and all(arg.is_constant for arg in args)
+    return False
+
+
+def _is_settled(node: e.Expr, args: tuple[Term, ...], settled: frozenset[str]) -> bool:
+    match node:
+        case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.ConstantRef():
+            return True
+        case e.Clock(name=name):
+            return name == "period"
+        case e.MemoryRef(name=name):
+            return name in settled
+        case e.Builtin(name="identity"):
+            return True
+        case e.Builtin(name="sqrt" | "pose") | e.Binary(op="/" | "**"):
+            return False
+        case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf():
+            return bool(args) and all(arg.is_settled for arg in args)
     return False
 
 

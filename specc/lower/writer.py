@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from specc.lower.certain import Certain
 from specc.lower.flow import Activity, Work
 from specc.lower.memory_order import memory_order
 from specc.lower.module import Module
@@ -53,7 +54,8 @@ class Writer(Renderer):
     def assign(self, terms: Iterable[Term], seen: Seen) -> Seen:
         """Locals for terms whose evaluation is due here, with those they are made of."""
         due = set(terms)
-        wanted = due | {part for term in due for part in term.surely if self._is_named(part)}
+        parts = Certain(seen.always).of(*due)
+        wanted = due | {part for part in parts if self._is_named(part)}
         hint = self.nodes.hint
         for term in in_order(wanted - seen.always):
             name = self.nodes.hint = self.local(term)
@@ -67,6 +69,11 @@ class Writer(Renderer):
             seen = if_true.join(if_false).plus(term)
         self.nodes.hint = hint
         return seen
+
+    def _prepared(self, values: Iterable[Term], seen: Seen) -> Seen:
+        """Locals for what an evaluation of `values` needs in any case."""
+        parts = Certain(seen.always).of(*values)
+        return self.assign([part for part in parts if self._is_named(part)], seen)
 
     def _is_named(self, term: Term) -> bool:
         return term.let is not None or term in self.again
@@ -84,7 +91,7 @@ class Writer(Renderer):
     def initial(self, item: Memory, term: Term, seen: Seen) -> Seen:
         """The initial value of a memory element."""
         self.nodes.hint = f"initial_{item.name}"
-        seen = self.assign([t for t in term.surely if self._is_named(t)], seen)
+        seen = self._prepared((term,), seen)
         spelled, seen = self.value(term, seen)
         self.nodes.touched.add("memory")
         line = f"memory.{self.module.memory[item.name]} = {spelled.text}"
@@ -113,7 +120,7 @@ class Writer(Renderer):
             if not is_sure:
                 self.partial.add(term)
         self._given = frozenset(taken)
-        seen = self.assign([t for t in activity.surely if self._is_named(t)], seen)
+        seen = self._prepared((work.value for work in activity.works), seen)
         before, after = memory_order(activity.works, seen.always)
         names = {work: self.names.new(f"next_{work.assignment.name}") for work in before}
         outputs = [work for work in activity.works if work.assignment.peer]
