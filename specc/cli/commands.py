@@ -103,6 +103,19 @@ def schema(options: Namespace) -> int:
     return 0
 
 
+def lsp(options: Namespace) -> int:
+    """Serve an editor over standard input and output."""
+    try:
+        from specc.lsp.server import serve
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
+            raise
+        print("specc: pygls is not installed; `pip install 'specc[editor]'`", file=sys.stderr)
+        return 2
+    serve()
+    return 0
+
+
 def _runtime_arguments(directory: Path, options: Namespace) -> list[str]:
     arguments = [str(directory), "--base", os.path.dirname(options.spec) or "."]
     for name in ("seed", "cycles", "duration", "report", "video", "renderer"):

@@ -97,6 +97,8 @@ def _parser() -> argparse.ArgumentParser:
     add_import(commands)
 
     commands.add_parser("schema", help="print the JSON Schema of specifications")
+    lsp = commands.add_parser("lsp", help="serve an editor: the Language Server Protocol")
+    lsp.add_argument("--stdio", action="store_true", help="accepted, and the only way there is")
     return parser
 
 

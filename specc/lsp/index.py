@@ -39,6 +39,16 @@ class Index:
     links: Links
     _occurrences: dict[str, tuple[Occurrence, ...]] = field(default_factory=dict)
 
+    def text(self, path: str) -> str:
+        """The text of a file as it was indexed; empty for a file that was not."""
+        source = self.sources.get(path)
+        return source.text if source else ""
+
+    def offsets(self, place: Place) -> tuple[int, int]:
+        """Where a place is in the text of its file."""
+        source = self.sources.get(place.file)
+        return source.offsets(place) if source else (0, 0)
+
     def occurrences(self, path: str) -> tuple[Occurrence, ...]:
         """All names of symbols in a file, in no particular order."""
         source = self.sources.get(path)
@@ -77,7 +87,7 @@ class Index:
         for meaning in self._by_file.get(path, ()):
             start, end = source.offsets(meaning.where.place)
             if start <= offset <= end and meaning.expr is not None:
-                return meaning, _smallest(meaning.expr, meaning, offset, self.sources)
+                return meaning, _smallest(self, meaning, meaning.expr, offset)
         return None
 
     @cached_property
@@ -125,13 +135,12 @@ def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
     return file.by_route.get(key[1]) if file else None
 
 
-def _smallest(expr: Expr, meaning: Meaning, offset: int, sources: Sources) -> Expr:
-    source = sources.get(meaning.where.file)
+def _smallest(index: Index, meaning: Meaning, expr: Expr, offset: int) -> Expr:
     best, size = expr, len(meaning.text) + 1
     for node in walk(expr):
         first, last = node.span
-        place = Place(meaning.where.file, meaning.where.route, "value", first, last)
-        start, end = source.offsets(place) if source else (0, 0)
+        where = meaning.where
+        start, end = index.offsets(Place(where.file, where.route, "value", first, last))
         if start <= offset <= end and last - first < size:
             best, size = node, last - first
     return best

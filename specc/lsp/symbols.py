@@ -152,3 +152,11 @@ def _all_in_files(files: Mapping[str, FileSymbols], path: str, seen: set[str]) -
     yield from file.top.values()
     for used in file.uses:
         yield from (s for s in _all_in_files(files, used, seen) if s.kind != "parameter")
+
+
+def node_at(source: SourceFile | None, route: Route) -> Node | None:
+    """The value at a route of a file."""
+    node = source.spans if source else None
+    for step in route:
+        node = node.values.get(step) if node else None
+    return node

@@ -14,10 +14,12 @@ DOORS = {
     "_ruamel_yaml": {"specc.read"},
     "cv2": {"specc_runtime.operators.vision.opencv", "specc_runtime.video"},
     "jinja2": {"specc.emit"},
+    "lsprotocol": {"specc.lsp"},
     "mujoco": {"specc_runtime.plants.mujoco"},
     "numpy": {"specc_runtime"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},
+    "pygls": {"specc.lsp.server"},
     "rich": {"specc.output", "specc_runtime.progress"},
     "ruamel": {"specc.read"},
 }

@@ -1,0 +1,177 @@
+"""What a hover says of a symbol and of a part of an expression; the text is Markdown."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+
+from specc.lsp.index import Index
+from specc.lsp.symbols import Symbol, node_at
+from specc.model.expr import Expr, Number
+from specc.model.trace import Trace
+from specc.model.types import Image, ListOf, Pose, Real, Spatial, Type, Vector
+from specc.resolve.context import Meaning
+from specc.source import Node, Route
+
+_LONGEST = 160
+
+
+def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> str:
+    """Kind, name, type, title, equation and what the symbol stands for."""
+    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    shown = type_ or symbol.type
+    head = f"**{symbol.kind}** `{symbol.name}{_typed(symbol, node, shown)}`"
+    title = title_of(symbol, node)
+    body = [f"`{_short(line)}`" for line in _meaning(symbol, node)]
+    facts = [*_ends(symbol), *type_words(shown, _frames(index))]
+    paragraphs = [head, _sentence(title, trace_of(node)), "  \n".join(body), "  \n".join(facts)]
+    return "\n\n".join(filter(None, paragraphs))
+
+
+def describe_part(index: Index, meaning: Meaning, part: Expr) -> str:
+    """Text, type, unit and frames of a part of an expression, and what it is part of."""
+    text = " ".join(meaning.text[part.span[0] : part.span[1]].split())
+    value = f" = {part.value:g}" if isinstance(part, Number) else ""
+    head = f"`{_short(text)}`: `{part.type}`{value}"
+    facts = "  \n".join(type_words(part.type, _frames(index)))
+    return "\n\n".join(filter(None, [head, facts, _around(index, meaning)]))
+
+
+def title_of(symbol: Symbol, node: Node | None) -> str:
+    """The words that the specification has for a symbol."""
+    if node is None:
+        return ""
+    if symbol.kind == "frame":
+        return node.scalar or ""
+    title = node.values.get("title")
+    return title.scalar or "" if title else ""
+
+
+def trace_of(node: Node | None) -> str:
+    """`eq. 5`, `Table 3`, as far as the specification says it."""
+    if node is None:
+        return ""
+    return str(Trace(*(_numbers(node.values.get(key)) for key in ("eq", "table", "fig"))))
+
+
+def type_words(type_: Type | None, frames: Mapping[str, str]) -> list[str]:
+    """A type in words: unit, axes, which pose in which frame."""
+
+    def named(frame: str) -> str:
+        name = frame.lstrip("?")
+        return f"{name} ({frames[name]})" if frames.get(name) else name
+
+    match type_:
+        case Pose(parent, child):
+            return [f"pose of {named(child)} in {named(parent)}"]
+        case Spatial(frame, linear, angular):
+            return [f"in the axes of {named(frame)}; units {linear} and {angular}"]
+        case Real(unit) | Vector(_, Real(unit)) if str(unit) != "1":
+            return [f"unit {unit}"]
+        case Real() | Vector(_, Real()):
+            return ["dimensionless"]
+        case Image(_, _, 1):
+            return ["a depth map, unit m"]
+        case ListOf(element):
+            return [f"each: {words}" for words in type_words(element, frames)]
+    return []
+
+
+def owner_name(owner: Route, file: str) -> str:
+    """`irp.m` for the subsystem at a route; the name of the file if it is described there."""
+    if len(owner) < 3:
+        return os.path.basename(file)
+    agent = str(owner[1]) if owner[0] == "agents" else os.path.basename(file)
+    if owner[-1] == "control":
+        return f"{agent}.c"
+    letter = {"real_effectors": "E.", "real_receptors": "R."}.get(str(owner[-2]), "")
+    return f"{agent}.{letter}{owner[-1]}"
+
+
+def _typed(symbol: Symbol, node: Node | None, type_: Type | None) -> str:
+    declared = node.values.get("type") if node else None
+    text = declared.scalar if declared else ""
+    if node is not None and node.scalar and symbol.kind in ("element", "field", "parameter"):
+        text = node.scalar
+    if text and type_ is not None and str(type_) != text:
+        return f": {text} = {type_}"
+    return f": {text or type_}" if text or type_ else ""
+
+
+def _meaning(symbol: Symbol, node: Node | None) -> Iterator[str]:
+    """The lines of the definition that matter."""
+    if node is None:
+        return
+    match symbol.kind:
+        case "let" | "constant" | "type" | "file" | "operator":
+            keys: tuple[str, ...] = ("is", "type", "signature", "python")
+        case "memory" | "element":
+            keys = ("init",)
+        case "initial condition" | "terminal condition" | "error condition":
+            keys = ("when",)
+        case "behaviour":
+            keys = ("functions", "terminal", "error")
+        case "function":
+            keys = tuple(str(key) for key in node.values if key not in ("title", "eq", "fig"))
+        case "state":
+            keys = ("behaviour",)
+        case _:
+            return
+    if node.scalar is not None:
+        yield node.scalar
+    for key in keys:
+        if key in node.values:
+            label = "" if key in ("is", "when", "type", "signature") else f"{key}: "
+            yield label + _written(node.values[key])
+
+
+def _written(node: Node) -> str:
+    if node.scalar is not None:
+        return node.scalar
+    if "is" in node.values:
+        return _written(node.values["is"])
+    return ", ".join(_written(item) for item in node.values.values())
+
+
+def _ends(symbol: Symbol) -> list[str]:
+    """Who sends an element to whom: subsystems and devices send what is in their y."""
+    ends: dict[str, list[str]] = {"y": [], "x": []}
+    for end in symbol.ends:
+        ends[end.qualified[0]].append(owner_name(end.owner, end.place.file))
+    if not (ends["x"] and ends["y"]):
+        return []
+    return [f"from {', '.join(ends['y'])} to {', '.join(ends['x'])}"]
+
+
+def _around(index: Index, meaning: Meaning) -> str:
+    """The symbol whose definition holds an expression."""
+    route = meaning.where.route
+    file = index.files.get(meaning.where.file)
+    for size in range(len(route), 0, -1):
+        symbol = file.by_route.get(route[:size]) if file else None
+        if symbol is not None:
+            node = node_at(index.sources.get(meaning.where.file), route[:size])
+            inner = node_at(index.sources.get(meaning.where.file), route[: size + 1])
+            trace = trace_of(inner) or trace_of(node)
+            return f"in {symbol.kind} `{symbol.name}`" + (f", {trace}" if trace else "")
+    return ""
+
+
+def _frames(index: Index) -> dict[str, str]:
+    return dict(index.system.frames) if index.system else {}
+
+
+def _numbers(node: Node | None) -> tuple[int, ...]:
+    if node is None:
+        return ()
+    texts = [node.scalar] if node.scalar else [item.scalar for item in node.values.values()]
+    return tuple(int(text) for text in texts if text and text.isdecimal())
+
+
+def _sentence(title: str, trace: str) -> str:
+    return f"{title} ({trace})" if title and trace else title or trace
+
+
+def _short(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + "..."

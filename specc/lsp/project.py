@@ -1,0 +1,212 @@
+"""The specifications that an editor works on: their texts, saved or not, and what they mean."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from specc.diagnostics import Diagnostic
+from specc.lsp.index import Index, build_index
+from specc.lsp.shift import Shift, shift
+from specc.model.system import System
+from specc.pipeline import compile_spec
+from specc.policy import judge, settings_for
+from specc.read import Document, read_file, read_text
+from specc.resolve import Findings
+from specc.resolve.library import Library
+from specc.resolve.loader import Loader
+from specc.source import SourceFile
+
+_SYSTEM = re.compile(r"^system\s*:", re.MULTILINE)
+_VERSION = re.compile(r"^specc\s*:", re.MULTILINE)
+_SUFFIXES = (".yaml", ".yml")
+_MOST_FILES = 2000
+
+
+@dataclass
+class Analysis:
+    """What was found about one file and all that it uses."""
+
+    loader: Loader
+    system: System | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every file has its shape, so that all of it took part."""
+        return self.loader.complete
+
+    @cached_property
+    def index(self) -> Index:
+        """The symbols; made when somebody asks for them."""
+        return build_index(self.loader.sources, self.system, self.loader.findings.meanings)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The latest understood state of a file beside its present text."""
+
+    index: Index
+    source: SourceFile
+    shift: Shift
+
+
+@dataclass
+class Project:
+    """Open texts, and an analysis for each system (or file that no system uses) among them."""
+
+    folders: tuple[str, ...] = ()
+    _open: dict[str, SourceFile] = field(default_factory=dict)
+    _documents: dict[str, tuple[object, Document]] = field(default_factory=dict)
+    _current: dict[str, Analysis] = field(default_factory=dict)
+    _understood: dict[str, Analysis] = field(default_factory=dict)
+
+    def put(self, path: str, text: str) -> None:
+        """Take the text of an open file, saved or not."""
+        self._open[path] = SourceFile(path, text)
+
+    def close(self, path: str) -> None:
+        """Go back to what is on the disk."""
+        self._open.pop(path, None)
+        for root in list(self._current):
+            self._forget(root)
+
+    def is_open(self, path: str) -> bool:
+        """Whether the editor has the file open."""
+        return path in self._open
+
+    def source(self, path: str) -> SourceFile:
+        """The present text of a file; empty if it cannot be read."""
+        return self._open.get(path) or self._read(path, ()).source
+
+    def is_specification(self, path: str) -> bool:
+        """Whether a text claims to be one: other YAML files are none of our business."""
+        return bool(_VERSION.search(self.source(path).text))
+
+    def roots(self, path: str, search: bool = False) -> list[str]:
+        """The systems that a file belongs to, or itself; `search` looks on the disk too."""
+        if _SYSTEM.search(self.source(path).text):
+            return [path, *(root for root in self._using(path) if root != path)]
+        found = list(self._using(path))
+        if not found and search:
+            for candidate in self._systems(os.path.basename(path)):
+                self.analyse(candidate)
+            found = list(self._using(path))
+            for root in set(self._current) - set(found):
+                self._forget(root)
+        if found:
+            self._current.pop(path, None)
+        return found or [path]
+
+    def analyse(self, root: str) -> Analysis:
+        """Compile a system, or look at the definitions of a file that is none."""
+        loader = Loader(Findings(), self._read)
+        if _SYSTEM.search(self.source(root).text):
+            result = compile_spec(root, loader)
+            analysis = Analysis(loader, result.system, result.diagnostics)
+        else:
+            _look_at_definitions(loader, root)
+            analysis = Analysis(loader, None, tuple(loader.findings.diagnostics))
+        settings = settings_for(os.path.dirname(root)).settings
+        judged = judge(analysis.diagnostics, loader.sources, settings)
+        analysis.diagnostics = judged.diagnostics
+        self._current[root] = analysis
+        if analysis.complete:
+            self._understood[root] = analysis
+        return analysis
+
+    def compare(
+        self, path: str, texts: Mapping[str, str]
+    ) -> tuple[list[Diagnostic], list[Diagnostic]]:
+        """What is wrong with the specifications of a file now, and with other texts in it."""
+        other = Project(self.folders, {**self._open}, {**self._documents})
+        for changed, text in texts.items():
+            other.put(changed, text)
+        roots = self.roots(path)
+        before = [d for root in roots for d in self.analyse(root).diagnostics]
+        return before, [d for root in roots for d in other.analyse(root).diagnostics]
+
+    def analyses(self) -> Iterable[Analysis]:
+        """All present analyses."""
+        return self._current.values()
+
+    def view(self, path: str) -> View | None:
+        """What is known of a file; None if it was never part of an analysis."""
+        for root in (path, *self._current):
+            analysis = self._best(root)
+            known = analysis.loader.sources.get(path) if analysis else None
+            if analysis is not None and known is not None:
+                source = self.source(path)
+                return View(analysis.index, source, shift(known.text, source.text))
+        return None
+
+    def _best(self, root: str) -> Analysis | None:
+        current = self._current.get(root)
+        if current is None or current.complete:
+            return current
+        return self._understood.get(root, current)
+
+    def _using(self, path: str) -> Iterator[str]:
+        """Systems that are known to read a file."""
+        for root, analysis in list(self._current.items()):
+            best = self._best(root) or analysis
+            if best.system is not None and best.loader.sources.get(path) is not None:
+                yield root
+
+    def _forget(self, root: str) -> None:
+        """Drop an analysis that no open file takes part in."""
+        if root not in self._open and not any(
+            self._current[root].loader.sources.get(path) for path in self._open
+        ):
+            self._current.pop(root, None)
+            self._understood.pop(root, None)
+
+    def _systems(self, named: str) -> Iterator[str]:
+        """Files of systems, in the folders of the editor, that speak of a file by its name."""
+        for path in _yaml_files(self.folders):
+            text = self.source(path).text
+            if named in text and _SYSTEM.search(text):
+                yield path
+
+    def _read(self, path: str, row_keys: tuple[str, ...]) -> Document:
+        """The document of an open text, else of the file; each is read once."""
+        opened = self._open.get(path)
+        stamp: object = (opened.text, row_keys) if opened else (_stamp(path), row_keys)
+        known = self._documents.get(path)
+        if known is None or known[0] != stamp:
+            read = read_text(path, opened.text, row_keys) if opened else read_file(path, row_keys)
+            known = self._documents[path] = (stamp, read)
+        return known[1]
+
+
+def _stamp(path: str) -> object:
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def _look_at_definitions(loader: Loader, path: str) -> None:
+    """Types, operators and constants of a file that no system is known to use."""
+    file = loader.load(path)
+    if file is not None:
+        frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
+        library = Library(loader.load, os.path.dirname(path) or ".", loader.findings)
+        library.definitions(file, frames)
+
+
+def _yaml_files(folders: Iterable[str]) -> Iterator[str]:
+    seen = 0
+    for folder in folders:
+        for directory, below, names in os.walk(folder):
+            below[:] = [name for name in below if not name.startswith((".", "node_modules"))]
+            for name in sorted(names):
+                if name.endswith(_SUFFIXES):
+                    seen += 1
+                    if seen > _MOST_FILES:
+                        return
+                    yield os.path.join(directory, name)
