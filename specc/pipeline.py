@@ -50,7 +50,7 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
     resolved = resolve(file, loader.load, findings)
-    checked, proofs = run_checks(resolved.system, resolved.broken)
+    checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty)
     return Result(resolved.system, proofs, (*findings.diagnostics, *checked), loader.sources)
 
 

@@ -81,12 +81,13 @@ CHECKS: tuple[Check, ...] = (
 
 
 def run_checks(
-    system: System, broken: frozenset[str] = frozenset()
+    system: System, broken: frozenset[str] = frozenset(), faulty: frozenset[str] = frozenset()
 ) -> tuple[list[Diagnostic], Proofs]:
     """All findings about a system, and what was proved on the way.
 
-    `broken` names the subsystems and devices with errors of their own; they are left out.
+    `broken` names the subsystems and devices with errors of their own; they are left out;
+    `faulty` those with unknowns in them, about which less is said.
     """
-    facts = Facts(system, broken)
+    facts = Facts(system, broken, faulty)
     found = [finding for check in CHECKS for finding in check(system, facts)]
     return found, Proofs(facts)

@@ -16,7 +16,7 @@ Part = Behaviour | Condition | Function | Let | Memory
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0611."""
     task = system.task
-    for subsystem in facts.subsystems:
+    for subsystem in facts.whole_subsystems:
         watched = task.watch if task and task.subsystem == subsystem.qualified_name else ()
         for kind, part in _unused(subsystem, watched):
             yield Diagnostic(

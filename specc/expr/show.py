@@ -114,5 +114,6 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.Items: lambda e: f"[{_listed(e.items)}]",
     m.FieldOf: lambda e: f"{_within(e.value, _ATOM)}.{e.name}",
     m.Component: _component,
+    m.Unknown: lambda e: f"?{e.name}",
     m.Quantifier: _quantifier,
 }

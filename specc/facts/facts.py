@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from specc.facts.bindings import Bound, bound_elements
@@ -12,6 +12,7 @@ from specc.facts.connections import Connections
 from specc.facts.presence import Presence, find_presence
 from specc.facts.reading import Readings
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
+from specc.facts.vague import has_vague_ways, is_vague, row_is_vague
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.fsm import Cause, State, Transition
 from specc.model.system import Subsystem, System
@@ -28,11 +29,21 @@ class Decided:
 
 
 class Facts:
-    """Answers about a system; a subsystem that is `broken` has errors and is not asked about."""
+    """Answers about a system.
 
-    def __init__(self, system: System, broken: frozenset[str] = frozenset()) -> None:
+    A subsystem that is `broken` is not asked about. One that is `faulty` has unknowns in it; what
+    is said of it holds whatever they are.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        broken: frozenset[str] = frozenset(),
+        faulty: frozenset[str] = frozenset(),
+    ) -> None:
         self.system = system
         self.broken = broken
+        self.faulty = faulty
         self.connections = Connections(system)
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in broken)
         self._constants = {c.name: c.value for c in system.constants}
@@ -61,11 +72,50 @@ class Facts:
         return tuple(s for s in self.subsystems if not self.prover(s).contradiction())
 
     def decided(self) -> Iterator[Decided]:
-        """The verdicts about every state and cause of every subsystem."""
+        """The verdicts about every state and cause of every subsystem.
+
+        A cause that may be anything is left out, and so are rows that may be.
+        """
         for subsystem in self.consistent_subsystems:
             for state in subsystem.states:
                 for cause in CAUSES:
-                    yield Decided(state, cause, self.verdict(subsystem, state.name, cause))
+                    if subsystem.qualified_name in self.faulty:
+                        yield from self._decided_in_part(subsystem, state, cause)
+                    else:
+                        yield Decided(state, cause, self.verdict(subsystem, state.name, cause))
+
+    def _decided_in_part(
+        self, subsystem: Subsystem, state: State, cause: Cause
+    ) -> Iterator[Decided]:
+        if is_vague(state.behaviour, cause):
+            return
+        verdict = self.verdict(subsystem, state.name, cause)
+        if any(row_is_vague(row) for row in verdict.rows):
+            verdict = self._known_rows(subsystem).prove_rows(state.name, cause)
+            verdict = replace(verdict, decision=replace(verdict.decision, gap=None))
+            if not verdict.rows:
+                return
+        yield Decided(state, cause, verdict)
+
+    def _known_rows(self, subsystem: Subsystem) -> Prover:
+        """The prover of a subsystem without its unknown rows."""
+        name = f"{subsystem.qualified_name} without unknown rows"
+        if name not in self._provers:
+            rows = tuple(row for row in subsystem.transitions if not row_is_vague(row))
+            always = self.connections.always_present(subsystem)
+            known = replace(subsystem, transitions=rows)
+            self._provers[name] = Prover(known, self._constants, always)
+        return self._provers[name]
+
+    @cached_property
+    def followed_subsystems(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems of which it is known on what way a state is entered."""
+        return tuple(s for s in self.consistent_subsystems if not has_vague_ways(s))
+
+    @cached_property
+    def whole_subsystems(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems that have no unknowns."""
+        return tuple(s for s in self.consistent_subsystems if s.qualified_name not in self.faulty)
 
     def verdict(
         self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
@@ -96,7 +146,7 @@ class Facts:
         """Where the inputs of a subsystem surely have values."""
         name = subsystem.qualified_name
         if name not in self._presence:
-            arrivals = self.connections.arrivals(subsystem, self.broken)
+            arrivals = self.connections.arrivals(subsystem, self.broken | self.faulty)
             self._presence[name] = find_presence(subsystem, self.steps(subsystem), arrivals)
         return self._presence[name]
 

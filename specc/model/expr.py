@@ -198,10 +198,20 @@ class Quantifier(Node):
     body: Expr
 
 
+@dataclass(frozen=True, slots=True)
+class Unknown(Node):
+    """What a text means that is missing or has an error in it: some value, nobody knows which.
+
+    Only conditions and assignments are unknown, each as a whole; nothing is generated from one.
+    """
+
+    name: str
+
+
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Input | MemoryRef | LetRef | ConstantRef
     | FileRef | Bound | Clock | Fresh | Present | Call | Builtin | Unary | Binary | Compare | Among
-    | Logic | Choice | Items | FieldOf | Component | Quantifier
+    | Logic | Choice | Items | FieldOf | Component | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())

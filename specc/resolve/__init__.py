@@ -17,10 +17,15 @@ __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """The system, and the qualified names of subsystems and devices with errors in them."""
+    """The system, and the qualified names of subsystems and devices with errors in them.
+
+    What is `broken` lacks parts that others refer to. What is `faulty` is whole, but has
+    unknowns in it: conditions, assignments or behaviours with errors in their texts.
+    """
 
     system: System
     broken: frozenset[str]
+    faulty: frozenset[str]
 
 
 def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
@@ -57,7 +62,7 @@ def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
         plant,
         task,
     )
-    return Resolved(system, frozenset(resolver.broken))
+    return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
 
 
 def _agents(

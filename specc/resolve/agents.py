@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
+from specc.diagnostics import Diagnostic
 from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers, resolve_elements
 from specc.resolve.context import Findings, Where, trace_of
@@ -36,6 +37,7 @@ class AgentResolver:
     findings: Findings
     names: tuple[str, ...]
     broken: set[str] = field(default_factory=set)
+    faulty: set[str] = field(default_factory=set)
     instances: list[Definitions] = field(default_factory=list)
 
     def resolve(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
@@ -127,8 +129,9 @@ class AgentResolver:
         report_strangers(described, here, kind, peers, around, self.names, self.findings)
         rate = self._rate(definition, where, described, here)
         resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
-        if len(self.findings.diagnostics) > before:
-            self.broken.add(resolved.qualified_name)
+        if found := self.findings.diagnostics[before:]:
+            inner = all(_only_inside(finding, here) for finding in found)
+            (self.faulty if inner else self.broken).add(resolved.qualified_name)
         return replace(resolved, title=definition.title or resolved.title, place=where.key)
 
     def _inside(
@@ -219,3 +222,18 @@ class AgentResolver:
             where["use"].place,
             help=f"the file needs `{what}:` at its top",
         )
+
+
+_INNER = frozenset(("memory", "let", "conditions", "functions", "behaviours", "states"))
+
+
+def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
+    """Whether an error leaves the buffers and the graph of states of the subsystem known.
+
+    A row with an unknown condition is known to exist; one with an unknown state is not.
+    """
+    place, depth = finding.primary, len(subsystem.route)
+    if place.file != subsystem.file or place.route[:depth] != subsystem.route:
+        return False
+    part = place.route[depth] if len(place.route) > depth else ""
+    return part in _INNER or (part == "transitions" and finding.code == "E0212")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from specc.expr import Scope
-from specc.model.expr import FALSE, TRUE, Expr
+from specc.model.expr import FALSE, TRUE, Expr, Unknown
 from specc.model.fsm import (
     Assignment,
     Axiom,
@@ -23,6 +23,9 @@ from specc.model.types import Bool, Type
 from specc.resolve.context import Where, trace_of
 from specc.resolve.expressions import Expressions
 from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, SubsystemDef
+
+
+BOOL = Bool()
 
 
 @dataclass(slots=True)
@@ -52,7 +55,7 @@ class MachineResolver:
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
 
     def resolve(self) -> Machine:
-        """The machine; what has errors is left out or replaced, after reporting."""
+        """The machine; what has errors is unknown in it or left out, after reporting."""
         self._resolve_conditions()
         self._resolve_functions()
         self._resolve_behaviours()
@@ -76,13 +79,12 @@ class MachineResolver:
                 at = self.where["conditions"][kind][name]
                 when = self.expressions.value(at.scalar("when"), item.when, self.scope, Bool())
                 if when is None:
-                    self.expressions.broken.add(name)
-                    when = TRUE
+                    when = _nobody_knows(at)
                 self._conditions[kind, name] = Condition(
                     name, kind, when, item.title, trace_of(item), at.key
                 )
 
-    def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition | None:
+    def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition:
         fixed: dict[str, Expr] = {"always": TRUE, "never": FALSE}
         if (kind, name) in self._conditions:
             return self._conditions[kind, name]
@@ -90,7 +92,7 @@ class MachineResolver:
             return Condition(name, kind, fixed[name], "", Trace(), where.place)
         known = [n for k, n in self._conditions if k == kind] + list(fixed)
         self.expressions.findings.unknown("E0212", f"{kind} condition", name, known, where.place)
-        return None
+        return Condition(name, kind, _nobody_knows(where), "", Trace(), where.place)
 
     def _resolve_functions(self) -> None:
         for name, item in self.definition.functions.items():
@@ -118,7 +120,7 @@ class MachineResolver:
             return None
         value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_)
         if value is None:
-            return None
+            value = _nobody_knows(at, type_)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
     def _target(self, target: str, at: Where) -> tuple[str, str, Type | None]:
@@ -157,26 +159,24 @@ class MachineResolver:
                     )
             terminal = self._condition("terminal", item.terminal, at["terminal"])
             error = self._condition("error", item.error, at["error"])
-            if terminal and error:
-                self._behaviours[name] = Behaviour(
-                    name, tuple(functions), terminal, error, item.title, trace_of(item), at.key
-                )
-            else:
-                self.expressions.broken.add(name)
+            self._behaviours[name] = Behaviour(
+                name, tuple(functions), terminal, error, item.title, trace_of(item), at.key
+            )
 
     def _states(self) -> tuple[State, ...]:
         states = []
         for name, item in self.definition.states.items():
             at = self.where["states"][name]
             behaviour = self._behaviours.get(item.behaviour)
-            if behaviour:
-                states.append(State(name, behaviour, item.title, trace_of(item), at.key))
-            elif item.behaviour not in self.expressions.broken:
-                place = at.scalar("behaviour").place
-                self.expressions.findings.unknown(
-                    "E0216", "behaviour", item.behaviour, self._behaviours, place
-                )
+            if behaviour is None:
+                behaviour = self._unknown_behaviour(item.behaviour, at.scalar("behaviour"))
+            states.append(State(name, behaviour, item.title, trace_of(item), at.key))
         return tuple(states)
+
+    def _unknown_behaviour(self, name: str, where: Where) -> Behaviour:
+        known = self._behaviours
+        self.expressions.findings.unknown("E0216", "behaviour", name, known, where.place)
+        return vague_behaviour(name, where)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows = []
@@ -185,7 +185,7 @@ class MachineResolver:
             known = self._is_state(item.source, at.cell("from", 0))
             known &= self._is_state(item.target, at.cell("to", 3))
             condition = self._condition("initial", item.when, at.cell("when", 2))
-            if known and condition:
+            if known:
                 rows.append(
                     Transition(
                         item.source, item.cause, condition, item.target, trace_of(item), at.place
@@ -209,3 +209,17 @@ class MachineResolver:
             if that:
                 axioms.append(Axiom(that, item.because, at["that"].place))
         return tuple(axioms)
+
+
+def vague_behaviour(name: str, where: Where) -> Behaviour:
+    """A behaviour of which nothing is known but its name."""
+    ends: tuple[ConditionKind, ConditionKind] = ("terminal", "error")
+    terminal, error = (
+        Condition(name, kind, _nobody_knows(where[kind]), "", Trace(), where.place) for kind in ends
+    )
+    return Behaviour(name, (), terminal, error, "", Trace(), where.place)
+
+
+def _nobody_knows(where: Where, type_: Type = BOOL) -> Unknown:
+    """A value of its own for every place, so that no two of them are taken for the same."""
+    return Unknown("/".join(map(str, where.route)), type=type_)
