@@ -29,6 +29,9 @@ NO_SPEC = {
     "E0090": "about the output of `specc build`",
     "E0091": "about the output of `specc build`",
     "E0092": "about the output of `specc build`",
+    **dict.fromkeys(
+        (code for code in all_codes() if code[1:3] == "08"), "about the input of `specc import`"
+    ),
     "W0901": "comments are judged after compiling; see tests/policy",
     "E0902": "comments are judged after compiling; see tests/policy",
     "E0903": "comments are judged after compiling; see tests/policy",

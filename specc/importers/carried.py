@@ -1,0 +1,86 @@
+"""What an import gives: a specification and the list of what is not, or not quite, in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from specc.diagnostics import Diagnostic
+from specc.importers.markup import Element
+from specc.importers.yaml import Data, to_yaml
+from specc.source import Place, Sources
+
+_WIDTH = 98
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """The text of a specification, empty where an error kept it from being made."""
+
+    text: str
+    diagnostics: tuple[Diagnostic, ...]
+    sources: Sources
+
+
+@dataclass(slots=True)
+class Notes:
+    """Findings about the files that are imported, in the order in which they were made."""
+
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def error(self, code: str, message: str, place: Place, help: str) -> None:
+        """Something without which there is no specification."""
+        self.diagnostics.append(Diagnostic(code, message, place, help=help))
+
+    def lost(self, message: str, place: Place, help: str = "") -> None:
+        """Something that the specification does not have."""
+        self.diagnostics.append(Diagnostic("W0801", message, place, help=help))
+
+    def changed(self, message: str, place: Place, help: str = "") -> None:
+        """Something that the specification has in another form, or that was assumed."""
+        self.diagnostics.append(Diagnostic("W0802", message, place, help=help))
+
+    @property
+    def failed(self) -> bool:
+        """Whether no specification can be made."""
+        return any(item.severity == "error" for item in self.diagnostics)
+
+    def leftovers(self, root: Element, reasons: Mapping[tuple[str, str], str]) -> None:
+        """Report what nobody took from a document, once for each kind of element or attribute.
+
+        `reasons` says why, by tag and attribute; the attribute is "" for an element.
+        """
+        groups: dict[tuple[str, str], list[Element]] = {}
+        for element, attribute in root.untaken():
+            groups.setdefault((element.tag, attribute), []).append(element)
+        for (tag, attribute), elements in groups.items():
+            first = elements[0]
+            what = f"attribute `{attribute}` of <{tag}>" if attribute else f"<{tag}>"
+            times = f" ({len(elements)} times, first here)" if len(elements) > 1 else ""
+            reason = reasons.get((tag, attribute), "it has no counterpart that is known")
+            place = first.value_place(attribute) if attribute else first.place
+            self.lost(f"{what} is not carried over{times}: {reason}", place)
+
+
+def document(
+    command: str, parts: Iterable[str], notes: Notes, sources: Sources, data: Mapping[str, Data]
+) -> str:
+    """The text of a specification with what was lost or changed at its head."""
+    lines = [f"Made by `{command}`.", *parts]
+    if notes.diagnostics:
+        lines.append("What the files say otherwise, or what is assumed:")
+    spans = [(sources.span(item.primary), item) for item in notes.diagnostics]
+    for span, item in sorted(spans, key=lambda pair: (pair[0].file, pair[0].line, pair[0].col)):
+        name = span.file.replace("\\", "/").rsplit("/", 1)[-1]
+        lines.append(f"- {item.code} {name}:{span.line}: {item.message}")
+    return "".join(f"# {line}\n" for text in lines for line in _wrapped(text)) + to_yaml(data)
+
+
+def _wrapped(text: str) -> list[str]:
+    clean = "".join(c if c.isprintable() else "?" for c in text)
+    lines, words = [""], clean.split(" ")
+    for word in words:
+        if lines[-1] and len(lines[-1]) + len(word) + 1 > _WIDTH:
+            lines.append("  " if text.startswith("- ") else "")
+        lines[-1] += word if not lines[-1].strip() else f" {word}"
+    return lines

@@ -1,0 +1,224 @@
+"""Flat state charts as specifications."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from specc.expr.evaluate import Environment, evaluate
+from specc.importers import Imported, import_scxml
+from specc.model.expr import Expr
+from specc.model.system import Subsystem
+from specc.pipeline import Result, build
+from tests.importers.conftest import FILES, Workshop
+
+DOOR = str(FILES / "door.scxml")
+Codes = Callable[[Imported | Result], list[str]]
+
+
+def chart(result: Result) -> Subsystem:
+    assert result.system is not None
+    return result.system.subsystems[0]
+
+
+def rows(subsystem: Subsystem) -> list[tuple[str, str]]:
+    return [(r.source, r.target) for r in subsystem.transitions]
+
+
+def test_a_chart_validates_and_builds(workshop: Workshop) -> None:
+    made = import_scxml(DOOR)
+    found = workshop.compile(made)
+    assert found.diagnostics == ()
+    assert rows(chart(found)) == [
+        ("closed", "opening"),
+        ("closed", "refused"),
+        ("closed", "broken"),
+        ("opening", "wide_open"),
+        ("opening", "broken"),
+        ("wide_open", "closed"),
+        ("wide_open", "wide_open"),
+        ("refused", "closed"),
+    ]
+    assert build(str(workshop.folder / "made.yaml")).files
+
+
+def test_events_are_one_queue_and_guards_are_inputs(workshop: Workshop) -> None:
+    door = chart(workshop.compile(import_scxml(DOOR)))
+    port = door.port("x", "outside")
+    assert port is not None
+    event, *guards = port.elements
+    assert event.name == "event"
+    assert event.type.members == ("open", "error", "close", "error_lock", "any_other")
+    assert [(g.name, g.title) for g in guards] == [
+        ("locked", "locked"), ("guard_count_3", "count < 3"), ("atEnd", "atEnd"),
+    ]  # fmt: skip
+
+
+def test_what_is_not_carried_over_is_told() -> None:
+    made = import_scxml(DOOR)
+    told = " | ".join(d.message for d in made.diagnostics)
+    for words in (
+        "10 ms is assumed",
+        "`datamodel` of <scxml> is not",
+        "<datamodel> is not",
+        "<onentry> is not",
+        "guard `count < 3` is the input `guard_count_3`",
+        "state `wide-open` is called `wide_open`",
+        "event `error.lock` is called `error_lock`",
+        "without a target enters `wide-open` again",
+        "the chart stops in `broken`",
+        "one period after",
+    ):
+        assert words in told, words
+    assert {d.code for d in made.diagnostics} == {"W0801", "W0802"}
+
+
+def test_period_and_name_can_be_given(workshop: Workshop) -> None:
+    made = import_scxml(DOOR, name="gate", period=Fraction("0.02"))
+    found = workshop.compile(made)
+    assert chart(found).qualified_name == "gate.c"
+    assert chart(found).rate_hz == 50
+    assert not any("is assumed" in d.message for d in made.diagnostics)
+
+
+def test_a_chart_without_events_or_without_transitions(workshop: Workshop, codes: Codes) -> None:
+    timer = workshop.scxml('<scxml><state id="a"><transition target="a"/></state></scxml>')
+    # It talks to nobody, which is what is wrong with it.
+    assert codes(workshop.compile(timer)) == ["E0408"]
+    alone = workshop.scxml('<scxml><final id="a"/></scxml>')
+    assert codes(workshop.compile(alone)) == ["E0408"]
+
+
+BROKEN = [
+    ('<state id="a"><state id="b"/></state>', "E0808"),
+    ('<state id="a"><parallel id="b"/></state>', "E0808"),
+    ('<state id="a"><history id="b"/></state>', "E0808"),
+    ('<parallel id="a"/>', "E0808"),
+    ('<state id="a"><transition target="a b"/></state><state id="b"/>', "E0808"),
+    ('<final id="a"><transition target="a"/></final>', "E0808"),
+    ('<state id="a"/><state id="a"/>', "E0806"),
+    ('<state id="a"><transition target="b"/></state>', "E0805"),
+    ("<state/>", "E0804"),
+    ("", "E0804"),
+]
+
+
+@pytest.mark.parametrize(("content", "code"), BROKEN)
+def test_charts_that_are_not_flat_or_not_whole(content: str, code: str, workshop: Workshop) -> None:
+    made = workshop.scxml(f"<scxml>{content}</scxml>")
+    assert made.text == ""
+    assert code in {d.code for d in made.diagnostics}
+
+
+def test_a_foreign_element_is_told(workshop: Workshop) -> None:
+    made = workshop.scxml(
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:e="urn:editor">'
+        '<state id="a"><transition event="go" target="a"/><e:spot x="1"/></state></scxml>'
+    )
+    assert any(d.message.startswith("<urn:editor:spot>") for d in made.diagnostics)
+
+
+@pytest.mark.parametrize("cond", ["In('a')", "f(g(x)) > 1", "(a + b) > 2", "a =", "a && (b"])
+def test_a_guard_of_another_language_is_one_question(cond: str, workshop: Workshop) -> None:
+    escaped = cond.replace("&", "&amp;").replace(">", "&gt;")
+    made = workshop.scxml(
+        f'<scxml><state id="a"><transition event="go" cond="{escaped}" target="a"/></state></scxml>'
+    )
+    assert workshop.compile(made).diagnostics == ()
+    assert any(f"guard `{cond}`" in d.message for d in made.diagnostics)
+
+
+EVENTS = ("a", "a.b", "c")
+Move = tuple[tuple[str, ...], str, int]
+"""Event descriptors, guard and target of a transition."""
+
+
+@st.composite
+def charts(draw: st.DrawFn) -> list[list[Move]]:
+    size = draw(st.integers(1, 3))
+    descriptors = st.lists(st.sampled_from(["a", "a.b", "a.*", "c", "*"]), max_size=2).map(tuple)
+    guards = st.sampled_from(["", "p", "q", "!p", "p && q", "p || !q", "true"])
+    moves = st.tuples(descriptors, guards, st.integers(0, size - 1))
+    return [draw(st.lists(moves, max_size=4)) for _ in range(size)]
+
+
+def written(states: list[list[Move]]) -> str:
+    text = ""
+    for index, moves in enumerate(states):
+        text += f'<state id="s{index}">'
+        for events, guard, target in moves:
+            cond = guard.replace("&", "&amp;")
+            event = f' event="{" ".join(events)}"' if events else ""
+            text += f'<transition{event} cond="{cond}" target="s{target}"/>'
+        text += "</state>"
+    return f'<scxml initial="s0">{text}</scxml>'
+
+
+def taken(moves: list[Move], event: str | None, answers: dict[str, bool]) -> int | None:
+    """SCXML 3.13: transitions without events first, then the first in document order."""
+    for with_events in (False, True):
+        for events, guard, target in moves:
+            if bool(events) != with_events or not holds(guard, answers):
+                continue
+            if not with_events or (event and any(matches(d, event) for d in events)):
+                return target
+    return None
+
+
+def matches(descriptor: str, event: str) -> bool:
+    prefix = descriptor.removesuffix(".*")
+    return prefix == "*" or event == prefix or event.startswith(f"{prefix}.")
+
+
+def holds(guard: str, answers: dict[str, bool]) -> bool:
+    text = guard.replace("&&", " and ").replace("||", " or ").replace("!", " not ")
+    return not text or eval(text.replace("true", "True"), {}, dict(answers))
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(states=charts())
+def test_rows_do_what_an_interpreter_of_charts_does(
+    states: list[list[Move]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    workshop = Workshop(tmp_path_factory.mktemp("chart"))
+    found = workshop.compile(workshop.scxml(written(states)))
+    machine = chart(found)
+    assert not {"E0601", "E0602", "E0603"} & {d.code for d in found.diagnostics}
+    port = machine.port("x", "outside")
+    names = {e.name for e in port.elements} if port else set()
+    members = next((e.type.members for e in port.elements if e.name == "event"), ()) if port else ()
+    for event, p, q in product([None, *EVENTS, "z"], (False, True), (False, True)):
+        member = None if event is None else event.replace(".", "_")
+        if member is not None and member not in members:
+            # An event that is not named is one that a prefix covers, or any other.
+            covering = event.split(".")[0] if event else ""
+            member = covering if covering in members else "any_other"
+            if member not in members:
+                member = None
+        inputs = {("outside", "p"): p, ("outside", "q"): q, ("outside", "event"): member}
+        fresh = {("outside", "event")} if member is not None else set()
+        for index, moves in enumerate(states):
+            expected = taken(moves, event, {"p": p, "q": q})
+            assert run(machine, f"s{index}", inputs, fresh) == (
+                None if expected is None else f"s{expected}"
+            ), (names, event, p, q)
+
+
+def run(machine: Subsystem, state: str, inputs: dict, fresh: set) -> str | None:
+    """The state after one period, or None if the behaviour does not end."""
+
+    def true(expr: Expr) -> bool:
+        return bool(evaluate(expr, environment))
+
+    environment = Environment(inputs=inputs, fresh=fresh, present=fresh)
+    for let in machine.lets:
+        environment.lets[let.name] = evaluate(let.value, environment)
+    if not true(machine.state(state).behaviour.terminal.when):
+        return None
+    (row,) = [r for r in machine.transitions if r.source == state and true(r.condition.when)]
+    return row.target
