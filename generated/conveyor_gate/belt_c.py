@@ -94,8 +94,9 @@ class Belt(Subsystem):
     def step(self) -> int:
         """One period of the work cycle; the row of the transition taken, or -1."""
         x = self.x
-        if x.fresh_gate_go and x.fresh_gate_hold:
-            self.violated(0)
+        if self.state:
+            if x.fresh_gate_go and x.fresh_gate_hold:
+                self.violated(0)
         return self._work()
 
     def _start(self) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.subsystem import Equations, Subsystem, Transition
+from specc_runtime.subsystem import Equations, Subsystem
 
 PERIOD: Final = 0.01  # s, 100 Hz
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.subsystem import Equations, Subsystem, Transition
+from specc_runtime.subsystem import Equations, Subsystem
 
 PERIOD: Final = 0.02  # s, 50 Hz
 SEEN: Final = 0.3  # m, a parcel is in the beam when the distance is below this

@@ -226,6 +226,13 @@ class Picking(Subsystem):
         memory.I_x = 20.0
         memory.I_y = 20.0
         memory.c_l = 0.1
+        # Put together once: no behaviour changes what these are made of.
+        self._generate_grasp_X_BEp_inverse: Pose = inverse(memory.X_PG)
+        self._command_approach_V_d: Spatial = vector(0.0, 0.0, memory.V_z, 0.0, 0.0, 0.0)
+        self._command_approach_D_d: Spatial = vector(nan, nan, memory.D_z, nan, nan, nan)
+        self._command_approach_I_d: Spatial = vector(nan, nan, memory.I_z, nan, nan, nan)
+        self._command_grasp_D_d: Spatial = vector(memory.D_x, memory.D_y, nan, nan, nan, nan)
+        self._command_grasp_I_d: Spatial = vector(memory.I_x, memory.I_y, nan, nan, nan, nan)
         self.state, self._work = "S1", self._in_s1
         self._move_to_initial_pose()
         return -1
@@ -367,7 +374,7 @@ class Picking(Subsystem):
         grasp = GC(fingers, memory.X_EF)  # grasp pose
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67
         memory.X_BEg = grasp  # eq. 68
-        memory.X_BEp = grasp @ inverse(memory.X_PG)  # eq. 69
+        memory.X_BEp = grasp @ self._generate_grasp_X_BEp_inverse  # eq. 69
         memory.O_s = (O_b,)
 
     def _move_to_pregrasp_pose(self) -> None:
@@ -385,12 +392,11 @@ class Picking(Subsystem):
     def _move_to_grasp_pose(self) -> None:
         """Move to grasp pose, eq. 74; Table 11."""
         y = self.y
-        memory = self.memory
         y.m_b = ("u", "u", "g", "u", "u", "u")  # eq. 76
         y.m_F_d = UNUSED_6  # eq. 77
-        y.m_V_d = vector(0.0, 0.0, memory.V_z, 0.0, 0.0, 0.0)  # eq. 78
-        y.m_D_d = vector(nan, nan, memory.D_z, nan, nan, nan)  # eq. 79
-        y.m_I_d = vector(nan, nan, memory.I_z, nan, nan, nan)  # eq. 80
+        y.m_V_d = self._command_approach_V_d  # eq. 78
+        y.m_D_d = self._command_approach_D_d  # eq. 79
+        y.m_I_d = self._command_approach_I_d  # eq. 80
 
     def _close_the_gripper(self) -> None:
         """Close the gripper, eq. 81; Table 12."""
@@ -399,6 +405,6 @@ class Picking(Subsystem):
         y.m_b = ("c", "c", "u", "u", "u", "u")  # eq. 83
         y.m_F_d = COMMAND_GRASP_F_D  # eq. 84
         y.m_V_d = COMMAND_GRASP_V_D  # eq. 85
-        y.m_D_d = vector(memory.D_x, memory.D_y, nan, nan, nan, nan)  # eq. 86
-        y.m_I_d = vector(memory.I_x, memory.I_y, nan, nan, nan, nan)  # eq. 87
+        y.m_D_d = self._command_grasp_D_d  # eq. 86
+        y.m_I_d = self._command_grasp_I_d  # eq. 87
         y.g_d_d = memory.d_o  # eq. 88

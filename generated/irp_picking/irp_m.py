@@ -154,8 +154,9 @@ class Manipulator(Subsystem):
     def step(self) -> int:
         """One period of the work cycle; the row of the transition taken, or -1."""
         x = self.x
-        if x.fresh_c_T_d and x.fresh_c_b:
-            self.violated(0)
+        if self.state:
+            if x.fresh_c_T_d and x.fresh_c_b:
+                self.violated(0)
         return self._work()
 
     def _start(self) -> int:
