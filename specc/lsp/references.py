@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from specc.lsp.links import Links
 from specc.lsp.mentions import Mention, guesses, mentions
@@ -141,17 +141,17 @@ class _Reader:
             yield Reference(place, symbol)
 
     def _named(
-        self, place: Place, owner: Route, kinds: tuple[Kind, ...], name: str, guess: bool = False
+        self, place: Place, owner: Route, kinds: tuple[Kind, ...], name: str
     ) -> Iterator[Reference]:
         symbol = lookup(self.files, self.path, owner, kinds, name)
         if symbol is not None:
-            yield Reference(place, symbol, guess=guess, type=symbol.type)
+            yield Reference(place, symbol, type=symbol.type)
 
     def _all(
-        self, route: Route, owner: Route, found: Iterable[Mention], guess: bool = False
+        self, route: Route, owner: Route, mentioned: Iterable[Mention], guess: bool = False
     ) -> Iterator[Reference]:
         variables: dict[str, Symbol] = {}
-        for mention in found:
+        for mention in mentioned:
             place = Place(self.path, route, "value", mention.start, mention.end)
             if mention.kinds == ("variable",):
                 yield self._variable(place, owner, mention, variables)
@@ -159,7 +159,8 @@ class _Reader:
                 peer = (*owner, *mention.name.split("."))
                 yield from self._linked(place, self.links.peers, peer)
             else:
-                yield from self._named(place, owner, mention.kinds, mention.name, guess)
+                for found in self._named(place, owner, mention.kinds, mention.name):
+                    yield replace(found, guess=guess, type=mention.type or found.type)
 
     def _variable(
         self, place: Place, owner: Route, mention: Mention, known: dict[str, Symbol]

@@ -1,0 +1,54 @@
+"""Offsets, positions and what happens to them while a text is edited."""
+
+import random
+
+import pytest
+
+from specc.lsp.positions import Columns, Position
+from specc.lsp.shift import shift
+from specc.source import SourceFile
+
+TEXT = "a: 1\r\nβ: '🦾 x'\n\n𝔹𝔹: ok\rlast"
+SOURCE = SourceFile("file", TEXT)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
+def test_positions_read_back(encoding: str) -> None:
+    columns = Columns(encoding)
+    for offset in range(len(TEXT) + 1):
+        if TEXT[offset - 1 : offset + 1] == "\r\n":
+            continue
+        assert columns.offset_at(SOURCE, columns.position_at(SOURCE, offset)) == offset
+
+
+@pytest.mark.parametrize(("encoding", "character"), [("utf-8", 10), ("utf-16", 7), ("utf-32", 6)])
+def test_columns_count_code_units(encoding: str, character: int) -> None:
+    where = Columns(encoding).position_at(SOURCE, TEXT.index("x"))
+    assert where == Position(1, character)
+
+
+def test_positions_beyond_the_text_are_held_inside() -> None:
+    columns = Columns()
+    assert columns.offset_at(SOURCE, Position(0, 99)) == 4
+    assert columns.offset_at(SOURCE, Position(1, 99)) == TEXT.index("\n\n")
+    assert columns.offset_at(SOURCE, Position(99, 0)) == len(TEXT)
+    # Between the two halves of a surrogate pair is inside the character.
+    assert columns.offset_at(SOURCE, Position(3, 1)) == TEXT.index("𝔹")
+
+
+def test_shift_keeps_what_was_not_edited() -> None:
+    rng = random.Random(5)
+    for _ in range(300):
+        old = "".join(rng.choices("ab\n", k=rng.randrange(30)))
+        start = rng.randint(0, len(old))
+        end = rng.randint(start, len(old))
+        new = old[:start] + "".join(rng.choices("ab", k=rng.randrange(4))) + old[end:]
+        moved = shift(old, new)
+        for offset, char in enumerate(old):
+            there = moved.to_new(offset)
+            if offset < start:
+                assert there == offset
+            elif there is not None and there != moved.start:
+                assert new[there] == char
+        assert moved.to_new(len(old)) in (len(new), moved.start)
+        assert moved.to_old(len(new)) == len(old)
