@@ -22,8 +22,8 @@ class TooLarge(Exception):
     def __init__(self, subsystem: str = "") -> None:
         where = f"{subsystem}: " if subsystem else ""
         super().__init__(
-            f"{where}one period evaluates more than {LARGEST} terms; lets that choose between lets "
-            "multiply, so give some of them to an operator"
+            f"{where}one period evaluates more than {LARGEST} terms, or terms too deep inside each "
+            "other; lets that choose between lets multiply, so make an operator of some"
         )
 
 

@@ -32,7 +32,7 @@ def subsystem_plan(
     """What the module of a subsystem contains; raises `TooLarge`."""
     try:
         return _subsystem_plan(system, subsystem, proofs, types, class_name)
-    except TooLarge:
+    except (TooLarge, RecursionError):
         raise TooLarge(subsystem.qualified_name) from None
 
 

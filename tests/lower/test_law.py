@@ -190,7 +190,7 @@ def rows_of(source: str, first: m.Expr, second: m.Expr) -> Iterator[Transition]:
     )
     for cause in ("terminal", "error"):
         for test, target in zip(tests, ("a", "b", "a"), strict=True):
-            yield Transition(source, cause, condition("r", test), target, NO_TRACE, HERE)  # type: ignore[arg-type]
+            yield Transition(source, cause, condition("r", test), target, NO_TRACE, HERE)
 
 
 @st.composite

@@ -1,0 +1,63 @@
+"""Names: safe, distinct, and of a pair independent of the other pairs' order."""
+
+from __future__ import annotations
+
+import keyword
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from specc.lower.names import Names, class_name, identifier, joined
+
+texts = st.sampled_from(["a", "b", "a_b", "b_c", "c", "_", "__", "class", "l", "", "é"]) | st.text()
+
+
+@given(st.text())
+def test_identifiers_are_ascii_and_no_keywords(text: str) -> None:
+    name = identifier(text)
+    assert name.isidentifier()
+    assert name.isascii()
+    assert not keyword.iskeyword(name)
+    assert not name.startswith("_")
+    assert identifier(name) == name
+
+
+@given(st.lists(st.text(max_size=4)))
+def test_new_names_differ(wanted: list[str]) -> None:
+    names = Names(["taken"])
+    found = [names.new(text) for text in [*wanted, "taken"]]
+    assert len({*found, "taken"}) == len(found) + 1
+
+
+def test_good_names_stay_as_they_are() -> None:
+    for name in ("T_d", "X_BE", "m", "q1", "rdot_p"):
+        assert identifier(name) == Names().new(name) == name
+
+
+@given(st.lists(st.tuples(texts, texts), unique=True), st.randoms(use_true_random=False))
+def test_names_of_pairs_are_distinct(pairs: list[tuple[str, str]], random) -> None:
+    names = joined(pairs)
+    assert names.keys() == set(pairs)
+    assert len(set(names.values())) == len(pairs)
+
+
+def test_names_of_pairs_do_not_depend_on_order() -> None:
+    pairs = [("a", "b_c"), ("a_b", "c"), ("c", "T_d")]
+    expected = {("a", "b_c"): "a__b_c", ("a_b", "c"): "a_b__c", ("c", "T_d"): "c_T_d"}
+    assert joined(pairs) == joined(pairs[::-1]) == expected
+
+
+def test_flags_keep_their_names_apart_from_elements() -> None:
+    pairs = [("fresh", "c_a"), ("c", "a")]
+    names = joined(pairs, {"fresh_c_a"})
+    assert names["c", "a"] == "c_a"
+    assert names["fresh", "c_a"] != "fresh_c_a"
+
+
+def test_classes_are_named_after_short_titles() -> None:
+    assert class_name("Manipulator", "irp m") == "Manipulator"
+    assert class_name("Object recognition", "irp k") == "ObjectRecognition"
+    assert class_name("Two-finger gripper", "irp g") == "TwoFingerGripper"
+    assert class_name("", "irp m") == "IrpM"
+    assert class_name("A title that goes on and on", "irp m") == "IrpM"
+    assert class_name('"); import os', "robot_2 c") == "Robot2C"
