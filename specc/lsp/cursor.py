@@ -87,7 +87,9 @@ def _scan(line: str, stack: list[str], quote: str) -> str:
     at = 0
     while found := _TOKEN.search(line, at):
         at, char = found.end(), found.group()
-        if quote:
+        if quote == "'" and line.startswith("''", at - 1):
+            at += 1
+        elif quote:
             escaped = quote == '"' and (at - 1 - len(line[: at - 1].rstrip("\\"))) % 2
             quote = "" if char == quote and not escaped else quote
         elif char == "#":

@@ -39,7 +39,7 @@ _VISIBLE: dict[Form, tuple[Kind, ...]] = {
     "initial": _CONSTANTS,
     "full": ("memory", "let", *_CONSTANTS),
 }
-_TYPES = {
+TYPE_WORDS = {
     "bool": "",
     "int": "",
     "real": "real[m/s]",
@@ -55,6 +55,7 @@ _TYPES = {
     "list": "list[pose[B, E]]",
     "frame": "",
 }
+"""The types of the language, with how those that take something are spelt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +104,9 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
         frames = around not in ("", "list", "vector")
         yield from _of_kind(index, symbols, ("frame",) if frames else ("type",), word)
         if not frames:
-            yield from (Item(label, "type", usage, word=word) for label, usage in _TYPES.items())
+            yield from (
+                Item(label, "type", usage, word=word) for label, usage in TYPE_WORDS.items()
+            )
 
 
 def _elements(index: Index, path: str, owner: Route, peer: str, word: str) -> Iterator[Item]:

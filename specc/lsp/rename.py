@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from specc.expr import RESERVED
+from specc.lsp.expression_completion import TYPE_WORDS
 from specc.lsp.index import Index, Occurrence
 from specc.lsp.project import Project
 from specc.lsp.structure import Kind, split
@@ -90,6 +91,8 @@ def _check_name(symbol: Symbol, new: str) -> None:
         raise RenameError(f"`{new}` is a word of the language")
     if symbol.kind == "type" and new in UNITS:
         raise RenameError(f"`{new}` is a unit")
+    if symbol.kind == "type" and new in TYPE_WORDS:
+        raise RenameError(f"`{new}` is a word of the language")
 
 
 def _check_free(index: Index, symbol: Symbol, path: str, occurrence: Occurrence, new: str) -> None:

@@ -1,0 +1,136 @@
+"""What is proposed at a cursor, in texts as they are while somebody types."""
+
+from pathlib import Path
+
+import pytest
+
+from specc.lsp import answers
+from specc.lsp.cursor import Cursor, cursors
+from specc.lsp.project import Project
+from tests.editor.workspace import LIBRARY, SYSTEM, opened, place
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, str, str]:
+    return opened(tmp_path_factory.mktemp("workspace"))
+
+
+def labels(project: Project, path: str, text: str, old: str, new: str) -> set[str]:
+    """Labels of the proposals at the `|` of `new`, typed in place of `old`."""
+    assert text.count(old) == 1, f"{old} stands {text.count(old)} times"
+    before, after = new.split("|")
+    start = text.index(old)
+    project.put(path, text[:start] + before + after + text[start + len(old) :])
+    project.analyse(path)
+    try:
+        found = answers.completions(project, path, start + len(before))
+    finally:
+        project.put(path, text)
+        project.analyse(path)
+    return {completion.item.label for completion in found}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "there", "absent"),
+    [
+        # expressions
+        ('"near(q_p,', '"near(|', "q_p T_c limit DK near elapsed x", "S0 E"),
+        ('"near(q_p,', '"near(q_|', "q_p", "always"),
+        ('"near(q_p,', '"near(x.|', "c E", "q_p m"),
+        ('"near(q_p,', '"near(x.c.|', "q_d mode", "q_m X_c"),
+        ("grip.width <", "grip.w| <", "width force", "q_p"),
+        ("GR()}\n        let", "GR().|}\n        let", "width force", "q_p"),
+        ("grip.width < 0.1[m]", "grip.width < 0.1[|", "m rad N", "q_p"),
+        ("x.c.mode in {go}", "x.c.mode in {|}", "go halt", ""),
+        ("init: x.E.q_m, title: prev", "init: |, title: prev", "limit DK", "grip T_c elapsed"),
+        ('"0.5[rad]"', '"|"', "DK", "q_p x"),
+        # names in the structure
+        ("functions: [hold]", "functions: [|]", "hold move", "idle"),
+        (
+            "functions: [hold], terminal: always",
+            "functions: [hold], terminal: |",
+            "always never reached",
+            "going",
+        ),
+        ("{S0: idle, S1: motion}", "{S0: |", "idle motion", "hold"),
+        (
+            "initial_state: S0\n        transitions:\n",
+            "initial_state: |\n        transitions:\n",
+            "S0 S1",
+            "idle",
+        ),
+        ("[S0, terminal, going, S1]", "[S0, |", "terminal error", "S0"),
+        ("[S0, terminal, going, S1]", "[S0, terminal, |", "going resting always", "reached"),
+        ("when: always, to: S0}", "when: always, to: |", "S0 S1", "always"),
+        ("cause: terminal, when", "cause: |, when", "terminal error", "S0"),
+        # types
+        ("mode: Mode}\n          E", "mode: |}\n          E", "Mode Joints pose vector", "B q_p"),
+        ('X_c: "pose[B, E]"}\n          E', 'X_c: "pose[|', "B E", "Mode"),
+        # keys
+        (
+            "        initial_state: S0\n        transitions:\n",
+            "        |\n        transitions:\n",
+            "initial_state title assume",
+            "states S0",
+        ),
+        (
+            "hold: {title: stay, y.E",
+            "hold: {title: stay, |, y.E",
+            "q_p grip y.E.q_d y.c.X_c eq",
+            "x.c.q_d T_c title",
+        ),
+        ('with: {tolerance: "0.001[m]"}', "with: {|}", "tolerance", "limit"),
+        ("frames: {B", "|\nframes: {B", "title plant task", "rate"),
+    ],
+)
+def test_proposes(
+    old: str, new: str, there: str, absent: str, workspace: tuple[Project, str, str]
+) -> None:
+    project, system, _ = workspace
+    found = labels(project, system, SYSTEM, old, new)
+    assert set(there.split()) <= found
+    assert not set(absent.split()) & found
+
+
+def test_proposes_parameters_of_a_reused_file(workspace: tuple[Project, str, str]) -> None:
+    project, _, library = workspace
+    offset = place(LIBRARY, 'x.E.d_m, |tolerance)", still')
+    project.put(library, LIBRARY)
+    found = {c.item.label for c in answers.completions(project, library, offset)}
+    assert {"tolerance", "d_p"} <= found
+    assert "limit" not in found
+
+
+def test_a_proposal_replaces_what_was_begun(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    text = SYSTEM.replace("near(q_p,", "near(q_p, li")
+    project.put(system, text)
+    offset = place(text, "near(q_p, li|")
+    (limit,) = (c for c in answers.completions(project, system, offset) if c.item.label == "limit")
+    assert text[offset - limit.replaces : offset] == "li"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", Cursor((), True, "")),
+        ("spe", Cursor((), True, "spe")),
+        ("specc: 1\nsub", Cursor((), True, "sub", ("specc",))),
+        ("a:\n  b: {c: [1, {d: x", Cursor(("a", "b", "c", 1, "d"), False, "x")),
+        ('a: {b: "x, [y', Cursor(("a", "b"), False, "x, [y")),
+        ("a: 'it''s ", Cursor(("a",), False, "it's ")),
+        ('a: "q\\" ', Cursor(("a",), False, 'q" ')),
+        ("a: >-\n  one 'two\n  three", Cursor(("a",), False, "one 'two three")),
+        ("a: it's [fine\nb: ", Cursor(("b",), False, "")),
+        ("# it's [not\nb: c", Cursor(("b",), False, "c")),
+        ("a: [b] # {\nc: d", Cursor(("c",), False, "d")),
+        ("a:\n  - [x, y]\n  - [z, ", Cursor(("a", 1, 1), False, "")),
+    ],
+)
+def test_finds_the_cursor_in_unfinished_text(text: str, expected: Cursor) -> None:
+    assert expected in cursors(text, len(text))
+
+
+@pytest.mark.parametrize("text", ["a: 1 # comment", "a: 'x' ", "a: [1] ", "}{", "\ta: b"])
+def test_finds_no_cursor_where_nothing_can_be_written(text: str) -> None:
+    assert [c for c in cursors(text, len(text)) if not c.is_key] == []
