@@ -50,7 +50,8 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
     resolved = resolve(file, loader.load, findings)
-    checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty)
+    sound = not any(finding.severity == "error" for finding in findings.diagnostics)
+    checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
     return Result(resolved.system, proofs, (*findings.diagnostics, *checked), loader.sources)
 
 

@@ -13,9 +13,14 @@ from specc.checks import (
     bindings_known,
     buffers_match,
     causes_have_rows,
+    conditions_vary,
+    definitions_used,
     devices_bound,
     devices_owned,
     devices_used,
+    elements_read,
+    elements_written,
+    memory_read,
     model_names_known,
     model_readable,
     names_distinct,
@@ -27,12 +32,15 @@ from specc.checks import (
     presence_in_functions,
     presence_in_memory,
     rates_meet,
+    readers_fast_enough,
     rows_can_apply,
     rows_complete,
     rows_exclusive,
     rows_proved,
     sensors_in_time,
     sizes_match,
+    states_end,
+    states_left,
     states_reached,
     subsystems_distinct,
 )
@@ -50,6 +58,7 @@ CHECKS: tuple[Check, ...] = (
     devices_used.check,
     agent_kind.check,
     rates_meet.check,
+    readers_fast_enough.check,
     # plant
     model_readable.check,
     bindings_known.check,
@@ -67,9 +76,12 @@ CHECKS: tuple[Check, ...] = (
     rows_complete.check,
     rows_exclusive.check,
     causes_have_rows.check,
+    conditions_vary.check,
     rows_can_apply.check,
+    states_end.check,
     rows_proved.check,
     states_reached.check,
+    states_left.check,
     axioms_needed.check,
     parts_used.check,
     # presence
@@ -79,15 +91,31 @@ CHECKS: tuple[Check, ...] = (
     presence_in_axioms.check,
 )
 
+USES: tuple[Check, ...] = (
+    definitions_used.check,
+    elements_read.check,
+    elements_written.check,
+    memory_read.check,
+)
+"""What is not used is said once nothing is wrong: what has errors counts as using nothing."""
+
 
 def run_checks(
-    system: System, broken: frozenset[str] = frozenset(), faulty: frozenset[str] = frozenset()
+    system: System,
+    broken: frozenset[str] = frozenset(),
+    faulty: frozenset[str] = frozenset(),
+    *,
+    sound: bool = True,
 ) -> tuple[list[Diagnostic], Proofs]:
     """All findings about a system, and what was proved on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
-    `faulty` those with unknowns in them, about which less is said.
+    `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
+    anything else was wrong before.
     """
     facts = Facts(system, broken, faulty)
     found = [finding for check in CHECKS for finding in check(system, facts)]
+    sound = sound and not broken and not faulty
+    if sound and not any(finding.severity == "error" for finding in found):
+        found += [finding for check in USES for finding in check(system, facts)]
     return found, Proofs(facts)

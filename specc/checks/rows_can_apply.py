@@ -11,10 +11,17 @@ from specc.model.system import System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """W0604 where the cause never occurs, W0605 where the condition never holds then."""
+    """W0604 where the cause never occurs, W0605 where the condition never holds then.
+
+    A condition that never holds at all is `conditions_vary`'s matter.
+    """
     for decided in facts.decided():
         decision, state = decided.verdict.decision, decided.state
-        words = ending(state.behaviour, decided.cause)
+        behaviour = state.behaviour
+        ended = behaviour.terminal if decided.cause == "terminal" else behaviour.error
+        if facts.settled(decided.subsystem, ended) is False:
+            continue
+        words = ending(behaviour, decided.cause)
         for row, possible in zip(decided.verdict.rows, decision.satisfiable, strict=True):
             if not decision.possible:
                 yield Diagnostic(
@@ -22,10 +29,10 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     f"state `{state.name}` never ends {words}",
                     row.place,
                     "never taken",
-                    (Related(state.behaviour.place, f"behaviour `{state.behaviour.name}`"),),
+                    (Related(behaviour.place, f"behaviour `{behaviour.name}`"),),
                     "delete the row, or change the condition",
                 )
-            elif not possible:
+            elif not possible and facts.settled(decided.subsystem, row.condition) is None:
                 yield Diagnostic(
                     "W0605",
                     f"`{row.condition.name}` never holds when state `{state.name}` ends {words}",

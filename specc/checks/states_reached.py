@@ -6,50 +6,65 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
-from specc.model.fsm import State, Transition
+from specc.facts.graph import components
+from specc.model.fsm import Transition
 from specc.model.system import Subsystem, System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """W0607, once for unreached states that hang together."""
+    """W0607, once for states that hang together, at those from which the others are reached."""
     for subsystem in facts.consistent_subsystems:
         reached = facts.reached(subsystem)
-        for group in _groups(subsystem, reached):
-            yield _finding(subsystem, group, reached)
+        left = [s.name for s in subsystem.states if s.name not in reached]
+        if left:
+            yield from _findings(subsystem, left, reached)
 
 
-def _groups(subsystem: Subsystem, reached: frozenset[str]) -> list[list[State]]:
-    """The unreached states, those together that rows connect."""
-    left = [s for s in subsystem.states if s.name not in reached]
-    groups: list[list[State]] = []
-    while left:
-        names, size = {left[0].name}, 0
-        while len(names) > size:
-            size = len(names)
-            for row in subsystem.transitions:
-                if {row.source, row.target} & names:
-                    names |= {row.source, row.target} - reached
-        groups.append([s for s in left if s.name in names])
-        left = [s for s in left if s.name not in names]
-    return groups
+def _findings(
+    subsystem: Subsystem, left: list[str], reached: frozenset[str]
+) -> Iterator[Diagnostic]:
+    """Of the components of the unreached states, those that no other one leads to."""
+    edges = [(row.source, row.target) for row in subsystem.transitions]
+    told: set[str] = set()
+    for part in components(left, edges):
+        dead = [r for r in subsystem.transitions if r.target in part.states and r.source in reached]
+        if (part.entered and not dead) or told.issuperset(part.states):
+            continue
+        steps = [step for step in edges if step[1] not in reached]
+        behind = [n for n in left if n in _from(part.states[0], steps) - told]
+        told.update(behind)
+        yield _finding(subsystem, part.states, behind, dead)
 
 
-def _finding(subsystem: Subsystem, group: list[State], reached: frozenset[str]) -> Diagnostic:
-    names = [state.name for state in group]
-    dead = [r for r in subsystem.transitions if r.target in names and r.source in reached]
-    what = "state " if len(names) == 1 else "states "
+def _from(start: str, edges: list[tuple[str, str]]) -> set[str]:
+    targets: dict[str, list[str]] = {}
+    for source, target in edges:
+        targets.setdefault(source, []).append(target)
+    found, open_ = {start}, [start]
+    while open_:
+        new = [t for t in targets.get(open_.pop(), ()) if t not in found]
+        found.update(new)
+        open_ += new
+    return found
+
+
+def _finding(
+    subsystem: Subsystem, first: tuple[str, ...], group: list[str], dead: list[Transition]
+) -> Diagnostic:
+    named = ", ".join(f"`{name}`" for name in group)
+    through = f", `{first[0]}` would have to be entered first" if len(group) > 1 else ""
     return Diagnostic(
         "W0607",
-        f"{what}{', '.join(f'`{n}`' for n in names)} cannot be reached from "
+        f"{'state' if len(group) == 1 else 'states'} {named} cannot be reached from "
         f"`{subsystem.initial_state}`",
-        group[0].place,
-        "never entered",
+        subsystem.state(first[0]).place,
+        f"never entered{through}",
         tuple(Related(row.place, "this row can never be taken") for row in dead),
-        _way_out(names, dead),
+        _way_out(first[0], dead),
     )
 
 
-def _way_out(names: list[str], dead: list[Transition]) -> str:
+def _way_out(name: str, dead: list[Transition]) -> str:
     if dead:
         return "make the condition of the row possible, or delete what is not needed"
-    return f"add a row that leads to `{names[0]}`, or delete what is not needed"
+    return f"add a row that leads to `{name}`, or delete what is not needed"

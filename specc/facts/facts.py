@@ -11,10 +11,12 @@ from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
 from specc.facts.presence import Presence, find_presence
 from specc.facts.reading import Readings
+from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
 from specc.facts.vague import has_vague_ways, is_vague, row_is_vague
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.fsm import Cause, State, Transition
+from specc.model.expr import Truth
+from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
 from specc.proof import Prover, RowVerdict
 
@@ -23,6 +25,7 @@ from specc.proof import Prover, RowVerdict
 class Decided:
     """The verdict about the rows of one state and cause."""
 
+    subsystem: Subsystem
     state: State
     cause: Cause
     verdict: RowVerdict
@@ -82,7 +85,9 @@ class Facts:
                     if subsystem.qualified_name in self.faulty:
                         yield from self._decided_in_part(subsystem, state, cause)
                     else:
-                        yield Decided(state, cause, self.verdict(subsystem, state.name, cause))
+                        yield Decided(
+                            subsystem, state, cause, self.verdict(subsystem, state.name, cause)
+                        )
 
     def _decided_in_part(
         self, subsystem: Subsystem, state: State, cause: Cause
@@ -95,7 +100,7 @@ class Facts:
             verdict = replace(verdict, decision=replace(verdict.decision, gap=None))
             if not verdict.rows:
                 return
-        yield Decided(state, cause, verdict)
+        yield Decided(subsystem, state, cause, verdict)
 
     def _known_rows(self, subsystem: Subsystem) -> Prover:
         """The prover of a subsystem without its unknown rows."""
@@ -116,6 +121,16 @@ class Facts:
     def whole_subsystems(self) -> tuple[Subsystem, ...]:
         """The consistent subsystems that have no unknowns."""
         return tuple(s for s in self.consistent_subsystems if s.qualified_name not in self.faulty)
+
+    def settled(self, subsystem: Subsystem, condition: Condition) -> bool | None:
+        """The truth value of a condition that ought to have two; None if it has.
+
+        What is said to be `True` or `False` is meant, and a parameter may well settle a condition.
+        """
+        parameters = {constant.name for constant in subsystem.constants}
+        if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
+            return None
+        return self.prover(subsystem).constant(condition.when)
 
     def verdict(
         self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None

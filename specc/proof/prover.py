@@ -72,6 +72,14 @@ class Prover:
         """Whether all conditions can hold together; None if the question is too large."""
         return self._can_hold([self._formula(c) for c in conditions])
 
+    def constant(self, condition: Expr) -> bool | None:
+        """The truth value of a condition that has only one; None for others and if unknown."""
+        formula = self._formula(condition)
+        if self._can_hold([formula]) is False:
+            return False
+        negated = self._translator.make.negation(formula)
+        return True if self._can_hold([negated]) is False else None
+
     def implies(self, context: Iterable[Expr], fact: Expr) -> bool | None:
         """Whether the fact holds whenever the context does; None if the question is too large."""
         negated = self._translator.make.negation(self._formula(fact))

@@ -16,6 +16,7 @@ DOORS = {
     "jinja2": {"specc.emit"},
     "lsprotocol": {"specc.lsp"},
     "mujoco": {"specc_runtime.plants.mujoco"},
+    "networkx": {"specc.facts.graph"},
     "numpy": {"specc_runtime"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},

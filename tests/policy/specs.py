@@ -20,9 +20,11 @@ agents:
       m:
         rate: 10 Hz
         x: {c: {d: real}}
-        behaviours: {idle: {terminal: never}}
+        conditions: {terminal: {commanded: fresh(x.c.d)}}
+        behaviours: {idle: {terminal: commanded}}
         states: {S0: idle}
         initial_state: S0
+        transitions: [[S0, terminal, always, S0]]
 """
 
 
