@@ -182,14 +182,13 @@ class Flows:
     def _rows(self, state: str, cause: Cause, facts: Facts) -> Rows:
         is_proved = self._proofs.is_proved(self._subsystem.qualified_name, state, cause)
         rows = []
-        for index, transition in enumerate(self._subsystem.transitions):
-            if (transition.source, transition.cause) == (state, cause):
-                test = shortened(self._table, self._table.of(transition.condition.when), facts)
-                same = transition.target == state
-                enter = self._enter(transition.target, index, is_entry=True, is_same_state=same)
-                rows.append(Row(test, transition, enter))
-                if is_proved:
-                    facts = learn(self._table, facts, test, False)
+        for index, transition in self._subsystem.rows(state, cause):
+            test = shortened(self._table, self._table.of(transition.condition.when), facts)
+            same = transition.target == state
+            enter = self._enter(transition.target, index, is_entry=True, is_same_state=same)
+            rows.append(Row(test, transition, enter))
+            if is_proved:
+                facts = learn(self._table, facts, test, False)
         is_proved = is_proved or (len(rows) == 1 and rows[0].test is self._table.truth(True))
         if is_proved:
             rows = _possible(rows)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Literal
 
 from specc.model.expr import Expr
-from specc.model.fsm import Axiom, Behaviour, Condition, Function, State, Transition
+from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
 from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.source import Place
@@ -87,7 +88,7 @@ class Let:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Subsystem:
     """A control subsystem, virtual effector or virtual receptor."""
 
@@ -123,7 +124,24 @@ class Subsystem:
         return next(item for item in self.lets if item.name == name)
 
     def state(self, name: str) -> State:
-        return next(s for s in self.states if s.name == name)
+        """The state of that name; raises KeyError."""
+        return self._states[name]
+
+    def rows(self, state: str, cause: Cause) -> tuple[tuple[int, Transition], ...]:
+        """The rows of a state and cause, with their index in the transition table."""
+        return self._rows.get((state, cause), ())
+
+    @cached_property
+    def _states(self) -> dict[str, State]:
+        return {state.name: state for state in self.states}
+
+    @cached_property
+    def _rows(self) -> dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]]:
+        found: dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]] = {}
+        for index, row in enumerate(self.transitions):
+            key = (row.source, row.cause)
+            found[key] = (*found.get(key, ()), (index, row))
+        return found
 
 
 @dataclass(frozen=True, slots=True)
