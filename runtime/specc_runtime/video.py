@@ -14,12 +14,12 @@ from specc_runtime.options import UsageError
 from specc_runtime.values import Rgb
 
 CAMERA = "overview"
-SIZE_PX = (960, 720)
+SIZE_PX = (640, 480)
 FRAMES_PER_S = 25.0
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-_LINE_PX = 24
+_LINE_PX = 20
 _MARGIN_PX = 8
-_SCALE = 0.6
+_SCALE = 0.5
 
 
 class Video:
