@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Command, Diagnostic, stops
 from specc.model.system import System
 from specc.resolve import Findings, resolve
 from specc.resolve.loader import Loader
@@ -24,8 +24,12 @@ class Result:
     @property
     def ok(self) -> bool:
         """Whether code can be generated."""
-        errors = any(finding.severity == "error" for finding in self.diagnostics)
-        return self.system is not None and not errors
+        return self.can("build")
+
+    def can(self, command: Command) -> bool:
+        """Whether nothing is wrong or missing that a command needs."""
+        stopped = any(stops(finding.code, command) for finding in self.diagnostics)
+        return self.system is not None and not stopped
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +54,18 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
     resolved = resolve(file, loader.load, findings)
-    sound = not any(finding.severity == "error" for finding in findings.diagnostics)
+    sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
     return Result(resolved.system, proofs, (*findings.diagnostics, *checked), loader.sources)
+
+
+def read_spec(path: str) -> Result:
+    """Read, shape and resolve the specification at `path`; nothing is proved of it."""
+    loader = Loader(Findings())
+    file = loader.load(path)
+    resolved = resolve(file, loader.load, loader.findings) if file is not None else None
+    diagnostics = tuple(loader.findings.diagnostics)
+    return Result(resolved.system if resolved else None, None, diagnostics, loader.sources)
 
 
 def build(path: str) -> Build:

@@ -17,6 +17,7 @@ from specc.checks import (
     definitions_used,
     devices_bound,
     devices_owned,
+    devices_simulated,
     devices_used,
     elements_read,
     elements_written,
@@ -44,7 +45,7 @@ from specc.checks import (
     states_reached,
     subsystems_distinct,
 )
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Diagnostic, stops
 from specc.facts import Facts, Proofs
 from specc.model.system import System
 
@@ -62,6 +63,7 @@ CHECKS: tuple[Check, ...] = (
     # plant
     model_readable.check,
     bindings_known.check,
+    devices_simulated.check,
     devices_bound.check,
     bindings_fit.check,
     model_names_known.check,
@@ -116,6 +118,6 @@ def run_checks(
     facts = Facts(system, broken, faulty)
     found = [finding for check in CHECKS for finding in check(system, facts)]
     sound = sound and not broken and not faulty
-    if sound and not any(finding.severity == "error" for finding in found):
+    if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(system, facts)]
     return found, Proofs(facts)

@@ -20,7 +20,7 @@ _MEANING = {
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0407 and E0408; an agent with a broken subsystem may have more than is known."""
-    unsure = {name.split(".")[0] for name in facts.broken}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.faulty}
     for agent in system.agents:
         if agent.name in unsure or not agent.subsystems:
             continue

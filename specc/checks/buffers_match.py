@@ -11,7 +11,7 @@ from specc.source import Place
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0403, E0404 and E0405, for connections with subsystems and with devices."""
+    """O0403, E0404 and E0405, for connections with subsystems and with devices."""
     for subsystem in facts.subsystems:
         for port in subsystem.ports:
             device = facts.connections.devices.get(port.other_end)
@@ -35,7 +35,7 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
         verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
         name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
         yield Diagnostic(
-            "E0403",
+            "O0403",
             f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
             port.place,
             "this end has no other",
@@ -98,7 +98,7 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
         if elements and not any(p.direction == direction for _, p in ends):
             names = ", ".join(f"`{e.name}`" for e in elements)
             yield Diagnostic(
-                "E0403",
+                "O0403",
                 message,
                 device.place,
                 f"{names}: without another end",

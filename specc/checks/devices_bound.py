@@ -10,7 +10,7 @@ from specc.model.system import System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0504."""
+    """O0502."""
     if system.plant is None:
         return
     bound = {(b.device, b.element) for b in system.plant.bindings}
@@ -18,7 +18,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         for element in (*device.x, *device.y):
             if (device.qualified_name, element.name) not in bound:
                 yield Diagnostic(
-                    "E0504",
+                    "O0502",
                     f"nothing in the plant stands behind `{device.qualified_name}.{element.name}`",
                     element.place,
                     related=(Related(system.plant.place, "the plant"),),

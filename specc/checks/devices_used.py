@@ -10,14 +10,14 @@ from specc.model.system import System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """W0410; nothing is said of an agent with a broken subsystem, which may use the device."""
+    """O0404; nothing is said of an agent with a broken subsystem, which may use the device."""
     used = {port.other_end for s in system.subsystems for port in s.ports}
     unsure = {name.split(".")[0] for name in facts.broken}
     for device in system.devices:
         if device.qualified_name not in used and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
             yield Diagnostic(
-                "W0410",
+                "O0404",
                 f"no subsystem uses the real {kind} `{device.name}`",
                 device.place,
                 help=f"add a virtual {kind} `{device.name}`, or delete the device",

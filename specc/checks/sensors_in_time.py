@@ -15,7 +15,7 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
-    if facts.broken or not facts.subsystems:
+    if facts.broken or facts.faulty or not facts.subsystems:
         return
     tick = base_tick(1 / s.rate_hz for s in facts.subsystems)
     for bound in facts.bindings:

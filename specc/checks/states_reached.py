@@ -13,7 +13,7 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0607, once for states that hang together, at those from which the others are reached."""
-    for subsystem in facts.consistent_subsystems:
+    for subsystem in facts.finished_subsystems:
         reached = facts.reached(subsystem)
         left = [s.name for s in subsystem.states if s.name not in reached]
         if left:

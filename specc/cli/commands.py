@@ -34,14 +34,16 @@ def build(options: Namespace) -> int:
     from specc.cli.inspect import judged
 
     findings: list[Finding] = []
+    stopped = False
     for path in options.specs:
         built = pipeline.build(path)
         found, refused = judged(path, built.result, _overrides(options))
         findings += found
+        stopped |= not built.result.ok
         if built.result.ok and not refused:
             put = output.stale if options.check else output.write
             findings += resolve(put(Path(options.out, built.system), built.files), Sources())
-    return _publish(report(findings, options.specs), options.format)
+    return _publish(report(findings, options.specs), options.format) or int(stopped)
 
 
 def run(options: Namespace) -> int:
@@ -54,8 +56,8 @@ def run(options: Namespace) -> int:
 
     built = pipeline.build(options.spec)
     findings, refused = judged(options.spec, built.result, _overrides(options))
-    if refused or not built.result.ok:
-        return _publish(report(findings, [options.spec]), "text")
+    if refused or not built.result.can("run"):
+        return _publish(report(findings, [options.spec]), "text") or 1
     with TemporaryDirectory(prefix="specc-") as scratch:
         directory = Path(scratch, "generated", built.system)
         findings += resolve(output.write(directory, built.files), Sources())

@@ -121,7 +121,9 @@ def _add_policy(parser: argparse.ArgumentParser) -> None:
         "--ignore", metavar="CODES", type=_warnings, help=f"do not warn of: {codes}"
     )
     parser.add_argument(
-        "--strict", action=argparse.BooleanOptionalAction, help="count warnings as errors"
+        "--strict",
+        action=argparse.BooleanOptionalAction,
+        help="count warnings and open points as errors",
     )
 
 
@@ -151,8 +153,8 @@ def _codes(text: str) -> tuple[str, ...]:
 def _warnings(text: str) -> tuple[str, ...]:
     codes = _codes(text)
     for code in codes:
-        if code.startswith("E"):
-            raise argparse.ArgumentTypeError(f"{code} is an error and cannot be ignored")
+        if not code.startswith("W"):
+            raise argparse.ArgumentTypeError(f"{code} is no warning and cannot be ignored")
     return codes
 
 

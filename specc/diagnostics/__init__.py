@@ -1,13 +1,25 @@
 """Findings about a specification: their value, their codes and the ways to print them."""
 
 from specc.diagnostics.diagnostic import (
+    Command,
     Diagnostic,
     Edit,
     Fix,
     Related,
     Severity,
     severity_of,
+    stops,
 )
 from specc.diagnostics.nearest import nearest
 
-__all__ = ["Diagnostic", "Edit", "Fix", "Related", "Severity", "nearest", "severity_of"]
+__all__ = [
+    "Command",
+    "Diagnostic",
+    "Edit",
+    "Fix",
+    "Related",
+    "Severity",
+    "nearest",
+    "severity_of",
+    "stops",
+]

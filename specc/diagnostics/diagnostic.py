@@ -5,7 +5,11 @@ from typing import Literal
 
 from specc.source import Place
 
-Severity = Literal["error", "warning"]
+Severity = Literal["error", "warning", "open"]
+Command = Literal["build", "run"]
+
+_FOR_RUNS = frozenset(("O0501", "O0502"))
+_FOR_NOTHING = frozenset(("O0404", "O0503"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +40,7 @@ class Fix:
 class Diagnostic:
     """A finding; `code` is an entry of the registry and `label` stands at the caret.
 
-    `promoted` makes a warning count as an error, as `--strict` asks for.
+    `promoted` makes a warning or an open point count as an error, as `--strict` asks for.
     """
 
     code: str
@@ -55,5 +59,17 @@ class Diagnostic:
 
 
 def severity_of(code: str) -> Severity:
-    """Severity that the first letter of a code stands for: E is an error, W a warning."""
-    return "warning" if code.startswith("W") else "error"
+    """Severity that the first letter of a code stands for: error, warning, open point."""
+    match code[:1]:
+        case "W":
+            return "warning"
+        case "O":
+            return "open"
+    return "error"
+
+
+def stops(code: str, command: Command) -> bool:
+    """Whether a command needs what a finding says is wrong or not there yet."""
+    if severity_of(code) != "open":
+        return severity_of(code) == "error"
+    return code not in _FOR_NOTHING and (command == "run" or code not in _FOR_RUNS)

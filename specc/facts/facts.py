@@ -54,6 +54,7 @@ class Facts:
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
+        self._dead_ends: dict[str, tuple[State, ...]] = {}
         self._readings: dict[str, Readings] = {}
 
     def prover(self, subsystem: Subsystem) -> Prover:
@@ -118,9 +119,34 @@ class Facts:
         return tuple(s for s in self.consistent_subsystems if not has_vague_ways(s))
 
     @cached_property
+    def finished_subsystems(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems with rows for all states that end."""
+        return tuple(s for s in self.consistent_subsystems if not self.dead_ends(s))
+
+    @cached_property
     def whole_subsystems(self) -> tuple[Subsystem, ...]:
-        """The consistent subsystems that have no unknowns."""
-        return tuple(s for s in self.consistent_subsystems if s.qualified_name not in self.faulty)
+        """The consistent subsystems that have no unknowns, and rows for all states that end."""
+        return tuple(
+            s
+            for s in self.consistent_subsystems
+            if s.qualified_name not in self.faulty and not self.dead_ends(s)
+        )
+
+    def dead_ends(self, subsystem: Subsystem) -> tuple[State, ...]:
+        """States that may end although the table has no row at all for them."""
+        name = subsystem.qualified_name
+        if name not in self._dead_ends:
+            sources = {row.source for row in subsystem.transitions}
+            self._dead_ends[name] = tuple(
+                state
+                for state in subsystem.states
+                if state.name not in sources
+                and any(
+                    self.prover(subsystem).prove_rows(state.name, cause).decision.possible
+                    for cause in CAUSES
+                )
+            )
+        return self._dead_ends[name]
 
     def settled(self, subsystem: Subsystem, condition: Condition) -> bool | None:
         """The truth value of a condition that ought to have two; None if it has.

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest
 from specc.diagnostics.registry import all_codes
 from specc.read.comments import Comment, comments_of
 from specc.source import Place, SourceFile
@@ -97,8 +97,8 @@ def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
         hint = f"did you mean {' or '.join(close)}?" if close else _FORM
         what = f"no finding has the code {entry.code}" if entry.code else "no code is given"
         return Diagnostic("E0903", what, entry.place, help=hint)
-    if severity_of(entry.code) == "error":
-        message = f"{entry.code} is an error and cannot be ignored"
+    if severity_of(entry.code) != "warning":
+        message = f"{entry.code} is no warning and cannot be ignored"
         return Diagnostic("E0904", message, entry.place, help="mend what it is about")
     if not entry.reason:
         hint = f"say why: `# specc: ignore[{entry.code}] because ...`"

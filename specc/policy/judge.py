@@ -31,12 +31,12 @@ class Judged:
 def judge(diagnostics: Iterable[Diagnostic], sources: Sources, settings: Settings) -> Judged:
     """Apply ignore comments, then settings.
 
-    Errors always pass: code cannot be generated from a specification that has one. A comment
-    counts as used also if the settings would hold the finding back too. While there are errors,
+    Errors and open points always pass. A comment
+    counts as used also if the settings would hold the finding back too. While there are any,
     not everything has been checked, and no comment is called unused.
     """
     found = list(dict.fromkeys(diagnostics))
-    complete = all(finding.severity != "error" for finding in found)
+    complete = all(finding.severity == "warning" for finding in found)
     ignores, faults = _all_ignores(sources)
     kept, used = _commented(found, ignores, sources)
     left = [finding for finding in kept if settings.shows(finding)]
@@ -46,7 +46,7 @@ def judge(diagnostics: Iterable[Diagnostic], sources: Sources, settings: Setting
         rest += [unused(source, entry) for source, entry in ignores if entry.place not in used]
     left += [finding for finding in rest if settings.shows(finding)]
     if settings.strict:
-        left = [replace(finding, promoted=finding.code.startswith("W")) for finding in left]
+        left = [replace(finding, promoted=not finding.code.startswith("E")) for finding in left]
     return Judged(tuple(left), ignored, frozenset(used))
 
 

@@ -39,7 +39,7 @@ class Settings:
 
     def shows(self, finding: Diagnostic) -> bool:
         """Whether a finding is reported; errors always are."""
-        if finding.code.startswith("E"):
+        if not finding.code.startswith("W"):
             return True
         selected = not self.select or finding.code.startswith(self.select)
         return selected and not finding.code.startswith(self.ignore or ("-",))
@@ -152,8 +152,8 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
     for code in value if key in ("select", "ignore") else ():
         if wrong := code_fault(code):
             return Diagnostic("E0905", wrong, place)
-        if key == "ignore" and code.startswith("E"):
-            message = f"{code} is an error and cannot be ignored"
+        if key == "ignore" and not code.startswith("W"):
+            message = f"{code} is no warning and cannot be ignored"
             return Diagnostic("E0904", message, place, help="mend what it is about")
     return None
 

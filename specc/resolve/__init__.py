@@ -38,6 +38,10 @@ def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
             top.place,
             help="add `system: a_name`; a file with `subsystem:` or `agent:` is used by a system",
         )
+    elif not spec.agents:
+        findings.report(
+            "O0401", "the system has no agents yet", top["system"].key, help="add `agents:`"
+        )
     library = Library(load, os.path.dirname(file.path) or ".", findings)
     definitions = library.definitions(file)
     agents, resolver = _agents(file, library, definitions, findings)
@@ -47,7 +51,9 @@ def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
         model = path.replace(os.sep, "/")
         plant = resolve_plant(spec.plant, top["plant"], model, findings, definitions)
     if spec.task is not None:
-        task = resolve_task(spec.task, top["task"], agents, findings)
+        task = resolve_task(
+            spec.task, top["task"], agents, findings, resolver.broken | resolver.faulty
+        )
     known = [definitions, *resolver.instances]
     system = System(
         spec.system or "",

@@ -49,7 +49,7 @@ class AgentResolver:
             message = f"agent `{name}` has no control subsystem"
             help_text = "every agent has exactly one (2.1): add `control:`"
             self.broken.add(f"{name}.c")
-            self.findings.report("E0402", message, where.key, help=help_text)
+            self.findings.report("O0402", message, where.key, help=help_text)
         else:
             peers = peers_of_control(name, definition, self.names)
             subsystems.append(
@@ -112,7 +112,7 @@ class AgentResolver:
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
-        before = len(self.findings.diagnostics)
+        before, withheld = len(self.findings.diagnostics), self.findings.withheld
         described, inside, here = definition, at, where
         if definition.use is not None:
             used = reuse(
@@ -132,6 +132,8 @@ class AgentResolver:
         if found := self.findings.diagnostics[before:]:
             inner = all(_only_inside(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
+        elif self.findings.withheld > withheld:
+            self.faulty.add(resolved.qualified_name)
         return replace(resolved, title=definition.title or resolved.title, place=where.key)
 
     def _inside(
@@ -176,18 +178,17 @@ class AgentResolver:
     ) -> Fraction:
         text, at = (user.rate, where) if user.rate is not None else (described.rate, here)
         if text is None:
-            message = "the subsystem has no rate"
-            self.findings.report("E0102", message, where.key, help="add e.g. `rate: 100 Hz`")
+            message = "the subsystem has no rate yet"
+            self.findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
             return Fraction(1)
         return rate_of(text, at["rate"], self.findings) or Fraction(1)
 
     def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
         if definition.initial_state in definition.states:
             return definition.initial_state
-        if definition.initial_state is None:
-            message = "the subsystem has no initial state"
-            help_text = "add `initial_state:` with the state of the first period"
-            self.findings.report("E0102", message, where.key, help=help_text)
+        if definition.initial_state is None or not definition.states:
+            code, message, help_text = _unstarted(definition)
+            self.findings.report(code, message, where.key, help=help_text)
         else:
             place = where["initial_state"].place
             self.findings.unknown(
@@ -232,8 +233,22 @@ def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
 
     A row with an unknown condition is known to exist; one with an unknown state is not.
     """
+    if finding.code == "O0601":
+        return True
     place, depth = finding.primary, len(subsystem.route)
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:
         return False
     part = place.route[depth] if len(place.route) > depth else ""
     return part in _INNER or (part == "transitions" and finding.code == "E0212")
+
+
+def _unstarted(definition: SubsystemDef) -> tuple[str, str, str]:
+    """What comes next in a subsystem that has no initial state: code, message, help."""
+    if definition.states:
+        help_text = "add `initial_state:` with the state of the first period"
+        return "O0602", "the subsystem has no initial state yet", help_text
+    if definition.behaviours:
+        help_text = "add `states:`, each with a behaviour"
+        return "O0604", "the subsystem has no states yet", help_text
+    help_text = "add `behaviours:`, then `states:` that execute them"
+    return "O0603", "the subsystem has no behaviours yet", help_text

@@ -53,6 +53,8 @@ def _ports(
         for peer, elements in buffers.items():
             at = where[direction][peer]
             found = resolve_elements(elements, at, expressions)
+            if elements and not found:
+                expressions.broken.add(peer)
             ports.append(Port(peer, direction, found, ends.get(peer, ""), at.key))
     return tuple(ports)
 
@@ -85,7 +87,11 @@ def _memory(
         at = where["memory"][name]
         type_ = expressions.type(at["type"], item.type)
         init = None
-        if type_ is not None:
+        if item.init is None:
+            message = f"memory element `{name}` has no initial value"
+            help_text = "add `init:`, the value in the first period"
+            expressions.findings.report("O0203", message, at.key, help=help_text)
+        elif type_ is not None:
             init = expressions.value(at["init"], item.init, scope, type_)
         if type_ is None or init is None:
             expressions.broken.add(name)

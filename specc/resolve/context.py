@@ -62,11 +62,13 @@ class Meaning:
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    `meanings` has every expression that was read, for editors.
+    `meanings` has every expression that was read, for editors. `withheld` counts errors that only
+    follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     meanings: list[Meaning] = field(default_factory=list)
+    withheld: int = 0
 
     def report(
         self,

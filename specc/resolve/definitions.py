@@ -30,6 +30,8 @@ class Definitions:
     operators: dict[str, Operator] = field(default_factory=dict)
     places: dict[str, Place] = field(default_factory=dict)
     """Kind and name (`type Mode`) -> where it is defined."""
+    broken: set[str] = field(default_factory=set)
+    """Names whose own definition has an error."""
 
     def names(self, *, variables: bool = False) -> TypeNames:
         """What type texts may name; with `variables`, undeclared frames are variables."""
@@ -46,6 +48,7 @@ class Definitions:
 
     def absorb(self, other: Definitions, findings: Findings) -> None:
         """Take in the definitions of a file that this one uses."""
+        self.broken |= other.broken
         for label, place in other.places.items():
             kind, name = label.split(" ", 1)
             if self.claim(kind, name, place, findings):

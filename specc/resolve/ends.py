@@ -77,7 +77,7 @@ def _broken_rule(
     if peer in devices and kind == "control" and peer not in around.real_receptors:
         return (
             "a control subsystem does not drive real effectors itself",
-            "let a virtual effector do it",
+            f"let a virtual effector `{peer}` do it",
         )
     if peer in devices and kind != "control":
         return (

@@ -59,8 +59,10 @@ class Expressions:
             return None
 
     def _report(self, where: Where, text: str, error: ExprError) -> None:
-        named = text[error.start : error.end]
-        if error.code.startswith("E02") and named.rsplit(".", 1)[-1] in self.broken:
+        named = text[error.start : error.end].rsplit(".", 1)[-1]
+        known = named in self.broken or named in self.definitions.broken
+        if error.code.startswith("E02") and known:
+            self.findings.withheld += 1
             return
         self.findings.expression_error(where, error)
 

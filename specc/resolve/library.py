@@ -110,13 +110,18 @@ class Library:
                 signature = parse_signature(definition.signature, own.names(variables=True))
             except ExprError as error:
                 self.findings.expression_error(where["signature"], error)
+                own.broken.add(name)
                 continue
+            if definition.python is None:
+                message = f"operator `{name}` has no Python function yet"
+                help_text = "add `python: package.module:function`"
+                self.findings.report("O0201", message, where.key, help=help_text)
             parameters, result = signature
             own.operators[name] = Operator(
                 name,
                 parameters,
                 result,
-                definition.python,
+                definition.python or "",
                 definition.title,
                 trace_of(definition),
                 where.key,
@@ -131,7 +136,7 @@ class Library:
             scope = constant_scope(own)
             value = expressions.value(where.scalar("is"), definition.value, scope, None)
             if value is None:
-                expressions.broken.add(name)
+                own.broken.add(name)
             else:
                 own.constants[name] = Constant(name, value, definition.title, where.key)
 

@@ -24,7 +24,6 @@ from specc.resolve.context import Where, trace_of
 from specc.resolve.expressions import Expressions
 from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, SubsystemDef
 
-
 BOOL = Bool()
 
 
@@ -77,12 +76,22 @@ class MachineResolver:
         for kind, conditions in kinds:
             for name, item in conditions.items():
                 at = self.where["conditions"][kind][name]
-                when = self.expressions.value(at.scalar("when"), item.when, self.scope, Bool())
+                when = self._when(kind, name, item, at)
                 if when is None:
                     when = _nobody_knows(at)
                 self._conditions[kind, name] = Condition(
                     name, kind, when, item.title, trace_of(item), at.key
                 )
+
+    def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Expr | None:
+        if item.when is not None:
+            return self.expressions.value(at.scalar("when"), item.when, self.scope, BOOL)
+        message = f"nothing says when {kind} condition `{name}` holds"
+        self._open("O0202", message, at, "add `when:` with a Boolean expression")
+        return None
+
+    def _open(self, code: str, message: str, where: Where, help_text: str) -> None:
+        self.expressions.findings.report(code, message, where.key, help=help_text)
 
     def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition:
         fixed: dict[str, Expr] = {"always": TRUE, "never": FALSE}
@@ -103,10 +112,8 @@ class MachineResolver:
                 if (assignment := self._assignment(target, value, at[target]))
             ]
             if not item.__pydantic_extra__:
-                message = f"function `{name}` assigns nothing"
-                self.expressions.findings.report(
-                    "E0213", message, at.key, help="add a target, e.g. `y.c.T_c: ...`"
-                )
+                message = f"function `{name}` assigns nothing yet"
+                self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
             self._functions[name] = self._function(name, item, tuple(found), at)
 
     def _function(
@@ -157,26 +164,41 @@ class MachineResolver:
                     self.expressions.findings.unknown(
                         "E0215", "function", used, self._functions, place
                     )
-            terminal = self._condition("terminal", item.terminal, at["terminal"])
+            terminal = self._terminal(name, item.terminal, at)
             error = self._condition("error", item.error, at["error"])
             self._behaviours[name] = Behaviour(
                 name, tuple(functions), terminal, error, item.title, trace_of(item), at.key
             )
 
+    def _terminal(self, behaviour: str, name: str | None, at: Where) -> Condition:
+        if name is not None:
+            return self._condition("terminal", name, at["terminal"])
+        message = f"nothing says when behaviour `{behaviour}` ends"
+        self._open("O0606", message, at, "add `terminal:` with a condition, `always` or `never`")
+        return vague_behaviour(behaviour, at).terminal
+
     def _states(self) -> tuple[State, ...]:
         states = []
+        if self.definition.states and not self.definition.behaviours:
+            message = "the subsystem has no behaviours yet"
+            self._open("O0603", message, self.where["states"], "add `behaviours:`")
         for name, item in self.definition.states.items():
             at = self.where["states"][name]
-            behaviour = self._behaviours.get(item.behaviour)
+            behaviour = self._behaviours.get(item.behaviour or "")
             if behaviour is None:
-                behaviour = self._unknown_behaviour(item.behaviour, at.scalar("behaviour"))
+                behaviour = self._unknown_behaviour(name, item.behaviour, at)
             states.append(State(name, behaviour, item.title, trace_of(item), at.key))
         return tuple(states)
 
-    def _unknown_behaviour(self, name: str, where: Where) -> Behaviour:
+    def _unknown_behaviour(self, state: str, name: str | None, at: Where) -> Behaviour:
         known = self._behaviours
-        self.expressions.findings.unknown("E0216", "behaviour", name, known, where.place)
-        return vague_behaviour(name, where)
+        if name is None:
+            message = f"state `{state}` has no behaviour yet"
+            self._open("O0607", message, at, "add `behaviour:`, the name of one")
+        elif known:
+            place = at.scalar("behaviour").place
+            self.expressions.findings.unknown("E0216", "behaviour", name, known, place)
+        return vague_behaviour(name or state, at)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows = []
@@ -196,6 +218,8 @@ class MachineResolver:
     def _is_state(self, name: str, where: Where) -> bool:
         if name in self.definition.states:
             return True
+        if not self.definition.states:
+            return False
         known = self.definition.states
         self.expressions.findings.unknown("E0217", "state", name, known, where.place)
         return False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from specc.expr import Scope
 from specc.model.expr import Number
 from specc.model.system import Agent, Binding, Plant, Task
@@ -72,24 +74,19 @@ def _noise(
 
 
 def resolve_task(
-    definition: TaskDef, where: Where, agents: tuple[Agent, ...], findings: Findings
-) -> Task | None:
-    """The task, or None after reporting what it names in vain."""
-    subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
-    cycle, at = definition.cycle, where["cycle"]
-    subsystem = subsystems.get(cycle.of)
-    if subsystem is None:
-        findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
-        return None
-    states = [s.name for s in subsystem.states]
-    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
-        if name not in states:
-            findings.unknown("E0217", "state", name, states, at[key].place)
-    memory = [m.name for m in subsystem.memory]
-    for index, name in enumerate(definition.watch):
-        if name not in memory:
-            place = where["watch"][index].place
-            findings.unknown("E0201", "memory element", name, memory, place)
+    definition: TaskDef,
+    where: Where,
+    agents: tuple[Agent, ...],
+    findings: Findings,
+    broken: Container[str],
+) -> Task:
+    """The task; what it names in vain is reported.
+
+    What is not in a subsystem that is `broken` may be missing only because of its errors.
+    """
+    cycle = definition.cycle
+    if cycle.of not in broken:
+        _report_names(definition, where, agents, findings)
     return Task(
         cycle.of,
         cycle.source,
@@ -99,3 +96,23 @@ def resolve_task(
         tuple(definition.watch),
         where.key,
     )
+
+
+def _report_names(
+    definition: TaskDef, where: Where, agents: tuple[Agent, ...], findings: Findings
+) -> None:
+    subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
+    cycle, at = definition.cycle, where["cycle"]
+    subsystem = subsystems.get(cycle.of)
+    if subsystem is None:
+        findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
+        return
+    states = [s.name for s in subsystem.states]
+    for name, key in ((cycle.source, "from"), (cycle.target, "to")):
+        if name not in states:
+            findings.unknown("E0217", "state", name, states, at[key].place)
+    memory = [m.name for m in subsystem.memory]
+    for index, name in enumerate(definition.watch):
+        if name not in memory:
+            place = where["watch"][index].place
+            findings.unknown("E0201", "memory element", name, memory, place)

@@ -40,7 +40,7 @@ class OperatorDef(Traced):
     signature: str = Field(
         description="Parameters and result: `(q: vector[6, rad]) -> pose[B, E]`."
     )
-    python: PythonPath
+    python: PythonPath | None = None
 
 
 class DeviceDef(Traced):

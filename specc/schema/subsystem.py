@@ -38,7 +38,7 @@ class MemoryDef(Traced):
     """A value that a subsystem keeps from period to period."""
 
     type: TypeText
-    init: ExprText = Field(description="Value in the first period.")
+    init: ExprText | None = Field(None, description="Value in the first period.")
 
 
 class LetDef(Traced):
@@ -50,7 +50,7 @@ class LetDef(Traced):
 class ConditionDef(Traced):
     """A named condition."""
 
-    when: ExprText = Field(description="A Boolean expression, e.g. `fresh(x.c.T_d)`.")
+    when: ExprText | None = Field(None, description="A Boolean expression, e.g. `fresh(x.c.T_d)`.")
 
 
 class AssignmentDef(Traced):
@@ -72,7 +72,9 @@ _Conditions = dict[str, Annotated[ConditionDef, short_form("when", ConditionDef)
 class ConditionsDef(Strict):
     """The conditions of a subsystem by their use."""
 
-    initial: _Conditions = Field(default={}, description="Conditions of rows of the transition table.")
+    initial: _Conditions = Field(
+        default={}, description="Conditions of rows of the transition table."
+    )
     terminal: _Conditions = Field(default={}, description="Conditions that end a behaviour.")
     error: _Conditions = Field(default={}, description="Conditions that abort a behaviour.")
 
@@ -81,14 +83,14 @@ class BehaviourDef(Traced):
     """Transition functions, repeated every period until a condition holds."""
 
     functions: list[str] = Field([], description="Transition functions of every period.")
-    terminal: str = Field(description="A terminal condition, `always` or `never`.")
+    terminal: str | None = Field(None, description="A terminal condition, `always` or `never`.")
     error: str = Field("never", description="An error condition, or `never`.")
 
 
 class StateDef(Traced):
     """A state of the subsystem's machine."""
 
-    behaviour: str = Field(description="The behaviour that runs in this state.")
+    behaviour: str | None = Field(None, description="The behaviour that runs in this state.")
 
 
 class TransitionDef(Traced):

@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Command, Diagnostic, stops
 from specc.read import read_file
 from specc.source import Place, Sources
 
@@ -20,7 +20,10 @@ class FakeResult:
 
     @property
     def ok(self) -> bool:
-        return all(finding.severity != "error" for finding in self.diagnostics)
+        return self.can("build")
+
+    def can(self, command: Command) -> bool:
+        return not any(stops(finding.code, command) for finding in self.diagnostics)
 
 
 @dataclass
@@ -30,9 +33,17 @@ class FakeBuild:
     files: dict[str, str]
 
 
+FINDINGS = (
+    ("E0101", "wrong"),
+    ("W0001", "odd"),
+    ("O0601", "rateless"),
+    ("O0501", "plantless"),
+)
+
+
 @dataclass
 class FakePipeline:
-    """Refuses the key `wrong`, warns of `odd`; the output lists the keys."""
+    """Refuses the key `wrong`, warns of `odd`, finds two keys open; the output lists the keys."""
 
     fault: BaseException | None = None
     built: list[str] = field(default_factory=list)
@@ -42,7 +53,7 @@ class FakePipeline:
             raise self.fault
         document = read_file(path)
         found = list(document.diagnostics)
-        for code, key in (("E0101", "wrong"), ("W0001", "odd")):
+        for code, key in FINDINGS:
             if key in (document.data or {}):
                 found.append(Diagnostic(code, f"key {key}", Place(path, (key,), "key")))
         return FakeResult(found, Sources([document.source]))

@@ -16,11 +16,11 @@ PAGE = Path(__file__).parents[2] / "docs/diagnostics.md"
 
 @pytest.mark.parametrize("code", all_codes().values(), ids=lambda code: code.id)
 def test_every_entry_is_complete(code: Code) -> None:
-    assert re.fullmatch(r"[EW]\d{4}", code.id)
+    assert re.fullmatch(r"[EWO]\d{4}", code.id)
     assert not code.title.endswith(".")
     assert code.explanation.endswith(".")
     assert code.failing.strip() != code.passing.strip()
-    assert code.severity == ("error" if code.id.startswith("E") else "warning")
+    assert code.severity == {"E": "error", "W": "warning", "O": "open"}[code.id[0]]
 
 
 def test_ids_are_in_order_and_listed() -> None:

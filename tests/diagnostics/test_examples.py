@@ -11,7 +11,7 @@ from specc.diagnostics.registry import all_codes
 from tests.diagnostics.splice import said_about, whole, workspace
 
 CODES = tuple(all_codes().values())
-FOUND = re.compile(r"^(?:error|warning)\[([EW]\d{4})\]", re.MULTILINE)
+FOUND = re.compile(r"^(?:error|warning|open)\[([EWO]\d{4})\]", re.MULTILINE)
 
 
 def codes_found(

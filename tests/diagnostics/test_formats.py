@@ -42,6 +42,7 @@ def test_json_has_every_part_of_a_finding(found: Report) -> None:
         "files": ["specs/a b.yaml", "clean.yaml"],
         "errors": 2,
         "warnings": 1,
+        "open_points": 0,
     }
     codes = [item["code"] for item in data["diagnostics"]]
     assert codes == ["E9999", "E0101", "W0001"]

@@ -24,7 +24,7 @@ def test_validate_says_what_the_tutorial_shows(step: Step) -> None:
 
 def test_what_the_mistakes_lead_to() -> None:
     first_words = [step.shown.partition(":")[0] for step in STEPS]
-    assert first_words == ["error[E0402]", "1 file checked", "error[E0601]", "error[E0602]"]
+    assert first_words == ["open[O0402]", "1 file checked", "error[E0601]", "error[E0602]"]
 
 
 def test_shown_code_is_generated(tmp_path: Path) -> None:

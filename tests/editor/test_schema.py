@@ -58,7 +58,7 @@ def test_specifications_fit_the_schema(path: Path) -> None:
     ("old", "new", "refused"),
     [
         ("memory: {d: {", "memory: {d: {tpye: bool, ", "subsystem/memory/d"),
-        (", init: 0", "", "subsystem/memory/d"),
+        (", init: 0", ", int: 0", "subsystem/memory/d"),
         ("rate: 10 Hz", "rats: 10 Hz", "subsystem"),
         ("specc: 1", "specc: 2", "specc"),
         ("S0: idle", "S0: {behavior: idle}", "subsystem/states/S0"),

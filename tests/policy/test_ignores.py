@@ -59,15 +59,15 @@ def test_errors_cannot_be_ignored(tmp_path: Path) -> None:
 
 
 def test_an_unused_comment_is_found_with_its_repair(tmp_path: Path) -> None:
-    why = " # specc: ignore[W0611, W0410] because"
+    why = " # specc: ignore[W0611, W0414] because"
     verdict = judged(write(tmp_path / "a.yaml", why, why))
     assert codes(verdict) == ["W0901", "W0901"]
-    assert all("W0410" in finding.message for finding in verdict.diagnostics)
+    assert all("W0414" in finding.message for finding in verdict.diagnostics)
     assert all(finding.fix is not None for finding in verdict.diagnostics)
 
 
 def test_nothing_is_called_unused_while_there_are_errors(tmp_path: Path) -> None:
-    path = write(tmp_path / "a.yaml", "", " # specc: ignore[W0410] because")
+    path = write(tmp_path / "a.yaml", "", " # specc: ignore[W0414] because")
     assert "W0901" in codes(judged(path))
     path.write_text(path.read_text().replace("S0: work}", "S0: wrk}"))
     assert "W0901" not in codes(judged(path))

@@ -67,14 +67,6 @@ CODES = (
         "subsystem",
     ),
     Code(
-        "E0213",
-        "function without a target",
-        "A transition function assigns nothing, so that executing it has no effect.",
-        "functions: {wait: {eq: 14}}\nbehaviours: {idle: {functions: [hold, sense, wait]}}\n",
-        "functions: {sense: {eq: 14, y.c.q: 0}}\nbehaviours: {idle: {functions: [hold, sense]}}\n",
-        "subsystem",
-    ),
-    Code(
         "E0214",
         "unknown target",
         "A function assigns something that is neither an element of an output buffer "

@@ -16,6 +16,10 @@ _CALLED = (
     "behaviours: {idle: {terminal: called}}\n"
     "transitions:\n"
 )
+_FAILING = (
+    "conditions: {error: {stopped: fresh(x.c.v)}}\n"
+    "behaviours: {idle: {terminal: always, error: stopped}}\ntransitions:\n"
+)
 _STATES = "states: {S0: idle, S1: idle}\ninitial_state: S0\ntransitions:\n"
 _ASSUME = "assume:\n  - {that: fresh(x.c.v), because: both are sent in every period}\n"
 
@@ -57,9 +61,9 @@ CODES = (
         "E0603",
         "cause without rows",
         "The terminal or the error condition of a state can hold, but the transition table has no "
-        "row for that: there would be no next state.",
-        "behaviours: {idle: {terminal: always}}\ntransitions: []\n",
-        "behaviours: {idle: {terminal: always}}\ntransitions:\n  - [S0, terminal, always, S0]\n",
+        "row for that, although it has rows for the other: there would be no next state.",
+        f"{_FAILING}  - [S0, terminal, always, S0]\n",
+        f"{_FAILING}  - [S0, terminal, always, S0]\n  - [S0, error, always, S0]\n",
         "subsystem",
     ),
     Code(

@@ -42,15 +42,6 @@ CODES = (
         "file",
     ),
     Code(
-        "E0504",
-        "element without a binding",
-        "A specification with a plant says for every element of every device what stands behind "
-        "it. Without that, a run could not begin.",
-        _plant(_ARM + _EYE),
-        _plant(_ARM + _WRIST + _EYE),
-        "file",
-    ),
-    Code(
         "E0505",
         "binding of the wrong kind",
         "An element that a device accepts moves actuators; one that it reports is measured by "

@@ -21,24 +21,6 @@ CODES = (
         "agent",
     ),
     Code(
-        "E0402",
-        "agent without a control subsystem",
-        "Every agent has exactly one control subsystem; it is what makes the others an agent "
-        "(2.1).",
-        f"agents:\n  two:\n{_EFFECTOR}",
-        f"agents:\n  two:\n{_EFFECTOR}{_CONTROL}",
-        "file",
-    ),
-    Code(
-        "E0403",
-        "buffer without another end",
-        "A buffer is one end of a connection. The subsystem or device at the other end has no "
-        "buffer that faces this one, so nothing would ever arrive, or nobody would ever read it.",
-        _GRIPPER,
-        f"{_GRIPPER}control: {{x: {{g: {{closed: bool}}}}}}\n",
-        "agent",
-    ),
-    Code(
         "E0404",
         "element missing at one end",
         "Connected buffers have exactly the same structure (section 3). One end has an element "
@@ -94,15 +76,6 @@ CODES = (
         "the periods. Rates that hardly go together make it longer than 100000 base ticks.",
         "virtual_receptors: {k: {rate: 29.97 Hz}}\n",
         "virtual_receptors: {k: {rate: 25 Hz}}\n",
-        "agent",
-    ),
-    Code(
-        "W0410",
-        "device that nobody uses",
-        "No subsystem has a buffer to or from this device. A virtual effector or receptor uses "
-        "the device of its own name, or those that it lists under `uses:`.",
-        _EYE,
-        f"{_EYE}virtual_receptors:\n  eye: {{x: {{R: {{d: int}}}}, {_IDLE}}}\n",
         "agent",
     ),
     Code(

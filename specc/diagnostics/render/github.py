@@ -3,6 +3,7 @@
 from specc.diagnostics.render.visible import visible, visible_lines
 from specc.diagnostics.report import Finding, Report
 
+_LEVELS = {"error": "error", "warning": "warning", "open": "notice"}
 _DATA = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
 _PROPERTY = {**_DATA, **str.maketrans({":": "%3A", ",": "%2C"})}
 
@@ -25,4 +26,4 @@ def _command(finding: Finding) -> str:
         f"{key}={visible(str(value)).translate(_PROPERTY)}" for key, value in properties.items()
     )
     text = f"{found.message}\n{found.help}" if found.help else found.message
-    return f"::{found.severity} {pairs}::{visible_lines(text).translate(_DATA)}"
+    return f"::{_LEVELS[found.severity]} {pairs}::{visible_lines(text).translate(_DATA)}"

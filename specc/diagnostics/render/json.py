@@ -1,10 +1,11 @@
 """A report as JSON, for programs.
 
 The object has `version` (1; it changes when a member changes its meaning or goes), `summary`
-(`files`, `errors`, `warnings`) and `diagnostics`, each with `code`, `severity`, `message`,
-`label`, `help`, `route` (keys and indices in the file), `location` and `related` (a list of
-`message` and `location`). A location has `file` (relative to the working directory when below
-it), `line`, `column`, `end_line` and `end_column`, counted from 1 in characters, end exclusive.
+(`files`, `errors`, `warnings`, `open_points`) and `diagnostics`, each with `code`, `severity`
+(`error`, `warning` or `open`), `message`, `label`, `help`, `route` (keys and indices in the
+file), `location` and `related` (a list of `message` and `location`). A location has `file`
+(relative to the working directory when below it), `line`, `column`, `end_line` and `end_column`,
+counted from 1 in characters, end exclusive.
 """
 
 import json
@@ -27,6 +28,7 @@ def _report(report: Report) -> dict[str, Any]:
             "files": list(report.checked),
             "errors": report.count("error"),
             "warnings": report.count("warning"),
+            "open_points": report.count("open"),
         },
         "diagnostics": [_finding(finding) for finding in report.findings],
     }

@@ -6,7 +6,7 @@ from specc.diagnostics.diagnostic import Severity
 from specc.diagnostics.render.visible import visible, visible_lines
 from specc.diagnostics.report import Finding, Report
 
-_SEVERITIES: tuple[Severity, Severity] = ("error", "warning")
+_SEVERITIES: tuple[Severity, ...] = ("error", "warning", "open")
 
 
 def render(report: Report) -> str:
@@ -24,7 +24,7 @@ def render(report: Report) -> str:
 
 def _case(file: str, report: Report) -> str:
     head = f'<testcase classname="specc" name={quoteattr(visible(file))}'
-    errors, warnings = (
+    errors, warnings, points = (
         [item for item in _of(report, severity) if item.primary.span.file == file]
         for severity in _SEVERITIES
     )
@@ -33,8 +33,8 @@ def _case(file: str, report: Report) -> str:
         message = quoteattr(visible(errors[0].diagnostic.message))
         body += f"<failure type={quoteattr(errors[0].diagnostic.code)} message={message}>"
         body += f"{_lines(errors)}</failure>\n"
-    if warnings:
-        body += f"<system-out>{_lines(warnings)}</system-out>\n"
+    if warnings or points:
+        body += f"<system-out>{_lines([*warnings, *points])}</system-out>\n"
     return f"{head}>\n{body}</testcase>\n" if body else f"{head}/>\n"
 
 

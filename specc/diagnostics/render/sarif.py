@@ -8,6 +8,7 @@ from specc import __version__
 from specc.diagnostics.registry import all_codes
 from specc.diagnostics.report import Finding, Report, Spot
 
+_LEVELS = {"error": "error", "warning": "warning", "open": "note"}
 _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
@@ -31,7 +32,7 @@ def _rule(code: str) -> dict[str, Any]:
         "id": code,
         "shortDescription": {"text": entry.title},
         "fullDescription": {"text": entry.explanation},
-        "defaultConfiguration": {"level": entry.severity},
+        "defaultConfiguration": {"level": _LEVELS[entry.severity]},
     }
 
 
@@ -41,7 +42,7 @@ def _result(finding: Finding, rules: list[str]) -> dict[str, Any]:
     return {
         "ruleId": found.code,
         "ruleIndex": rules.index(found.code),
-        "level": found.severity,
+        "level": _LEVELS[found.severity],
         "message": {"text": text},
         "locations": [_location(finding.primary)],
         "relatedLocations": [

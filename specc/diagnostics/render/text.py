@@ -7,7 +7,13 @@ from specc.diagnostics.render.visible import visible
 from specc.diagnostics.report import Finding, Report, Spot
 
 _RESET = "\x1b[0m"
-_COLOURS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "note": "\x1b[1;34m", "bold": "\x1b[1m"}
+_COLOURS = {
+    "error": "\x1b[1;31m",
+    "warning": "\x1b[1;33m",
+    "open": "\x1b[1;36m",
+    "note": "\x1b[1;34m",
+    "bold": "\x1b[1m",
+}
 
 
 def render(report: Report, colour: bool = False) -> str:
@@ -62,6 +68,8 @@ def _summary(report: Report) -> str:
     errors, warnings = report.count("error"), report.count("warning")
     checked = _plural(len(report.checked), "file")
     counts = [_plural(errors, "error"), _plural(warnings, "warning")]
+    if points := report.count("open"):
+        counts.append(_plural(points, "open point"))
     if report.ignored:
         counts.append(f"{report.ignored} ignored")
     return f"{checked} checked: {', '.join(counts)}"
