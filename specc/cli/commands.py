@@ -90,6 +90,13 @@ def explain(options: Namespace) -> int:
     return 0
 
 
+def diff(options: Namespace) -> int:
+    """Say how two specifications differ in meaning."""
+    from specc.cli.differing import run_diff
+
+    return run_diff(options)
+
+
 def import_(options: Namespace) -> int:
     """Make a specification of files of another tool."""
     from specc.cli.importing import run_import

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from specc import __version__
+from specc.cli.differing import add_diff
 from specc.cli.importing import add_import
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
@@ -94,6 +95,7 @@ def _parser() -> argparse.ArgumentParser:
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
     explain.add_argument("--page", action="store_true", help="print docs/diagnostics.md")
 
+    add_diff(commands)
     add_import(commands)
 
     commands.add_parser("schema", help="print the JSON Schema of specifications")

@@ -1,0 +1,169 @@
+"""What a comparison says: differences of meaning, and changes that leave the meaning as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Generic, Literal, Protocol, TypeVar
+
+from specc.model.trace import Trace
+from specc.proof.verdict import Facts
+
+Change = Literal["added", "removed", "changed"]
+
+Thing = TypeVar("Thing")
+
+
+class Described(Protocol):
+    """A part of a specification with its words and its place in the paper."""
+
+    @property
+    def title(self) -> str:
+        """What it is."""
+
+    @property
+    def trace(self) -> Trace:
+        """Where it comes from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """How two conditions relate: facts under which only one holds, or why that is not known."""
+
+    same: bool
+    only_old: Facts = ()
+    only_new: Facts = ()
+    unknown: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One change.
+
+    `where` is the qualified name of an agent, subsystem or device, "" for the system; `part` says
+    what kind of thing changed, `name` which one, `aspect` what about it. `old` and `new` are texts.
+    """
+
+    where: str
+    part: str
+    name: str
+    change: Change
+    aspect: str = ""
+    old: str = ""
+    new: str = ""
+    note: str = ""
+    only_old: Facts = ()
+    """For conditions: facts under which only the old one holds."""
+    only_new: Facts = ()
+    """For conditions: facts under which only the new one holds."""
+    semantic: bool = True
+    """Whether agents, or what is known of them, behave differently."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """All changes between two systems, in an order that does not depend on their files."""
+
+    changes: tuple[Difference, ...]
+
+    @property
+    def differences(self) -> tuple[Difference, ...]:
+        """The changes of meaning."""
+        return tuple(change for change in self.changes if change.semantic)
+
+    @property
+    def remarks(self) -> tuple[Difference, ...]:
+        """The changes that leave the meaning as it is."""
+        return tuple(change for change in self.changes if not change.semantic)
+
+
+@dataclass(slots=True)
+class Book:
+    """Takes down the changes of one agent, subsystem or device, or of the system."""
+
+    where: str = ""
+    changes: list[Difference] = field(default_factory=list)
+
+    def added(self, part: str, name: str, text: str = "", *, semantic: bool = True) -> None:
+        """Something that only the new system has."""
+        change = Difference(self.where, part, name, "added", new=text, semantic=semantic)
+        self.changes.append(change)
+
+    def removed(self, part: str, name: str, text: str = "", *, semantic: bool = True) -> None:
+        """Something that only the old system has."""
+        change = Difference(self.where, part, name, "removed", old=text, semantic=semantic)
+        self.changes.append(change)
+
+    def changed(
+        self, part: str, name: str, aspect: str, old: object, new: object, *, semantic: bool = True
+    ) -> None:
+        """An aspect of something; nothing is taken down where it is the same."""
+        if old != new:
+            texts = str(old), str(new)
+            change = Difference(
+                self.where, part, name, "changed", aspect, *texts, semantic=semantic
+            )
+            self.changes.append(change)
+
+    def remark(self, part: str, name: str, aspect: str, old: object, new: object) -> None:
+        """An aspect that has no influence on what an agent does."""
+        self.changed(part, name, aspect, old, new, semantic=False)
+
+    def words(self, part: str, name: str, old: Described, new: Described) -> None:
+        """Title and trace, which have no influence on what an agent does."""
+        self.remark(part, name, "title", old.title, new.title)
+        self.remark(part, name, "trace", old.trace, new.trace)
+
+    def equality(
+        self, part: str, name: str, aspect: str, texts: tuple[str, str], same: bool
+    ) -> None:
+        """Two expressions that have, or have not, the same value."""
+        self.verdict(part, name, Verdict(same), texts, aspect, "the same value")
+
+    def verdict(
+        self,
+        part: str,
+        name: str,
+        verdict: Verdict,
+        texts: tuple[str, str],
+        aspect: str,
+        equal: str = "proved equal",
+    ) -> None:
+        """How two conditions relate; nothing if neither their texts nor their meanings differ."""
+        same_text = texts[0] == texts[1]
+        if verdict.same and same_text:
+            return
+        note = f"not proved equal: {verdict.unknown}" if verdict.unknown else ""
+        if verdict.same:
+            note = equal
+        elif same_text and not note:
+            note = "the text is the same; what it refers to has changed"
+        if verdict.same and aspect == "meaning":
+            aspect = "text"
+        change = Difference(
+            self.where, part, name, "changed", aspect, *texts, note,
+            verdict.only_old, verdict.only_new, not verdict.same,
+        )  # fmt: skip
+        self.changes.append(change)
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs(Generic[Thing]):
+    """Things of two systems by their names, in alphabetical order."""
+
+    removed: dict[str, Thing]
+    both: dict[str, tuple[Thing, Thing]]
+    added: dict[str, Thing]
+
+
+def paired(
+    old: Iterable[Thing], new: Iterable[Thing], name: Callable[[Thing], str]
+) -> Pairs[Thing]:
+    """The things of two systems, matched by name."""
+    before = {name(thing): thing for thing in old}
+    after = {name(thing): thing for thing in new}
+    return Pairs(
+        {key: before[key] for key in sorted(before.keys() - after.keys())},
+        {key: (before[key], after[key]) for key in sorted(before.keys() & after.keys())},
+        {key: after[key] for key in sorted(after.keys() - before.keys())},
+    )
