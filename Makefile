@@ -36,6 +36,7 @@ check: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/specc fmt --check specs
 	$(BIN)/specc build --check $(SPECS)
 
 build: $(READY)

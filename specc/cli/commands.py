@@ -66,6 +66,15 @@ def run(options: Namespace) -> int:
         return launch(_runtime_arguments(directory, options))
 
 
+def fmt(options: Namespace) -> int:
+    """Put files into the canonical layout."""
+    from specc.cli.fmt import run
+
+    findings, files, differs = run(options)
+    code = _publish(report(findings, files), "text") if findings else 0
+    return code or int(differs and options.check)
+
+
 def explain(options: Namespace) -> int:
     """Print the entry of a code, or the list of all codes."""
     from specc.diagnostics.registry import all_codes

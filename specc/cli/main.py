@@ -91,6 +91,11 @@ def _parser() -> argparse.ArgumentParser:
     _add_policy(run)
     _add_run(run)
 
+    fmt = commands.add_parser("fmt", help="put specifications into the canonical layout")
+    fmt.add_argument("files", metavar="FILE", nargs="+", help="file, directory or pattern")
+    fmt.add_argument("--check", action="store_true", help="write nothing; 1 if a file would change")
+    fmt.add_argument("--diff", action="store_true", help="print what would change, write nothing")
+
     explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
     explain.add_argument("--page", action="store_true", help="print docs/diagnostics.md")

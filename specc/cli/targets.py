@@ -32,16 +32,16 @@ class Targets:
     faults: tuple[Diagnostic, ...]
 
 
-def targets(arguments: Iterable[str]) -> Targets:
+def targets(arguments: Iterable[str], systems_only: bool = True) -> Targets:
     """Files that the arguments mean.
 
     A file is taken as it is. In a directory, and among what a pattern matches, only files with
-    `specc:` and `system:` are meant, less those that the settings exclude.
+    `specc:` and, if `systems_only`, with `system:` are meant, less those that the settings exclude.
     """
     files: dict[str, str] = {}
     faults = []
     for argument in arguments:
-        found = list(_files(argument))
+        found = list(_files(argument, systems_only))
         if not found:
             what = "directory has no specification" if os.path.isdir(argument) else ""
             message = f"this {what}" if what else "no specification matches this pattern"
@@ -60,17 +60,17 @@ def is_part(path: str) -> bool:
     return _PART.search(text) is not None and _SYSTEM.search(text) is None
 
 
-def _files(argument: str) -> Iterator[str]:
+def _files(argument: str, systems_only: bool) -> Iterator[str]:
     if os.path.isdir(argument):
-        yield from _specifications(Path(argument).rglob("*"), argument)
+        yield from _specifications(Path(argument).rglob("*"), argument, systems_only)
     elif not os.path.lexists(argument) and _MAGIC.search(argument):
         matches = map(Path, glob.iglob(argument, recursive=True))
-        yield from _specifications(matches, _fixed_part(argument))
+        yield from _specifications(matches, _fixed_part(argument), systems_only)
     else:
         yield argument
 
 
-def _specifications(paths: Iterable[Path], root: str) -> Iterator[str]:
+def _specifications(paths: Iterable[Path], root: str, systems_only: bool) -> Iterator[str]:
     settings = settings_for(root).settings
     hidden = re.compile(r"(?:^|/)\.[^./]")
     for path in sorted(paths):
@@ -78,7 +78,7 @@ def _specifications(paths: Iterable[Path], root: str) -> Iterator[str]:
         if path.suffix not in _SUFFIXES or hidden.search(below) or settings.excludes(path):
             continue
         text = _content(str(path))
-        if _VERSION.search(text) and _SYSTEM.search(text):
+        if _VERSION.search(text) and (_SYSTEM.search(text) or not systems_only):
             yield str(path)
 
 

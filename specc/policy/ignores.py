@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from specc.diagnostics import Diagnostic, Edit, Fix, nearest
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
 from specc.diagnostics.registry import all_codes
 from specc.read.comments import Comment, comments_of
 from specc.source import Place, SourceFile

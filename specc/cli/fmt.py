@@ -1,0 +1,63 @@
+"""`specc fmt`: the canonical layout of files, written, compared or shown as a difference."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from argparse import Namespace
+from collections.abc import Iterator
+
+from specc.cli.rewrite import rewrite
+from specc.cli.targets import targets
+from specc.diagnostics import Diagnostic
+from specc.diagnostics.report import Finding, resolve, shown_path
+from specc.read import read_file
+from specc.source import Place, Sources
+
+
+def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
+    """Format files: findings about those that cannot be, the others, and whether any differs."""
+    meant = targets(options.files, systems_only=False)
+    findings = resolve(meant.faults, Sources())
+    changed, files = [], [*meant.systems, *meant.parts]
+    for path in files:
+        document = read_file(path)
+        if not document.ok:
+            findings += resolve(document.diagnostics, Sources([document.source]))
+            continue
+        old = document.source.text
+        new = _formatted(old)
+        if new == old:
+            continue
+        changed.append(path)
+        if options.diff:
+            sys.stdout.writelines(_difference(path, old, new))
+        if not (options.check or options.diff):
+            try:
+                rewrite(path, new)
+            except OSError as error:
+                message = f"the file cannot be written: {(error.strerror or '').lower()}"
+                findings += resolve([Diagnostic("E0090", message, Place(path))], Sources())
+    _summarise(changed, len(files), options.check or options.diff)
+    return findings, files, bool(changed)
+
+
+def _formatted(text: str) -> str:
+    from specc.fmt import formatted
+
+    return formatted(text)
+
+
+def _difference(path: str, old: str, new: str) -> Iterator[str]:
+    name = shown_path(path)
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    for line in difflib.unified_diff(before, after, f"{name} (now)", f"{name} (formatted)"):
+        yield line if line.endswith("\n") else f"{line}\n"
+
+
+def _summarise(changed: list[str], files: int, only_looked: bool) -> None:
+    what = "would be formatted" if only_looked else "formatted"
+    for path in changed:
+        print(f"{what}: {shown_path(path)}", file=sys.stderr)
+    same = files - len(changed)
+    print(f"{len(changed)} of {files} {what}, {same} left as they are", file=sys.stderr)

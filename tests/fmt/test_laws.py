@@ -1,0 +1,130 @@
+"""For every file the layout keeps data and comments, and is its own layout."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from specc.fmt import formatted
+from specc.fmt.tree import parse
+from specc.read import read_file, read_text
+from specc.read.comments import comments_of
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted([*ROOT.glob("specs/**/*.yaml"), *ROOT.glob("tests/cases/**/*.yaml")])
+TEXTS = [document.source.text for document in map(read_file, map(str, FILES)) if document.ok]
+
+
+def words(text: str) -> str:
+    """The letters of all comments, in an order that does not depend on the layout."""
+    found = comments_of(read_text("a.yaml", text).source)
+    return "".join(sorted("".join("".join(comment.text for comment in found).split())))
+
+
+def hold(text: str) -> None:
+    new = formatted(text)
+    before, after = read_text("a.yaml", text), read_text("a.yaml", new)
+    assert before.ok and after.ok
+    assert before.data == after.data
+    assert words(text) == words(new)
+    assert formatted(new) == new
+    assert all(line == line.rstrip() for line in new.splitlines())
+
+
+@pytest.mark.parametrize("text", TEXTS, ids=range(len(TEXTS)))
+def test_laws_hold_for_every_committed_file(text: str) -> None:
+    hold(text)
+
+
+scalars = st.one_of(
+    st.integers(-9, 9),
+    st.booleans(),
+    st.none(),
+    st.text(st.sampled_from("ab:# ,[]{}'\"\\-?&*!|>%@`~=<.\n\t1é\x07"), max_size=6),
+    st.sampled_from(["null", "true", "0x1", "1e3", "---", "...", "<<", "a: b", "- a", "off"]),
+)
+names = st.one_of(
+    st.sampled_from(["specc", "types", "title", "transitions", "subsystem", "x", "eq", "type"]),
+    st.text(st.sampled_from("ab.:# ,[{'\"-"), min_size=1, max_size=4),
+)
+data = st.recursive(
+    scalars,
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(names, inner, max_size=4)),
+    max_leaves=12,
+)
+
+
+def written(value: Any, draw: Any, depth: int, flow: bool) -> str:
+    """A YAML text of a value, in styles that `draw` chooses, with comments in between."""
+    from specc.fmt.scalars import quoted
+
+    if not isinstance(value, (dict, list)) or not value:
+        if isinstance(value, str):
+            return quoted(value)
+        return (
+            {None: "null", True: "true", False: "false"}.get(value, str(value))
+            if not isinstance(value, (dict, list))
+            else ("{}" if isinstance(value, dict) else "[]")
+        )
+    items = value.items() if isinstance(value, dict) else ((None, item) for item in value)
+    if flow or draw(st.integers(0, 2)) == 0:
+        separator = draw(st.sampled_from([", ", ",", ",\n" + " " * 40, ", # inner\n" + " " * 40]))
+        parts = [
+            ("" if key is None else f"{quoted(key)}: ") + written(item, draw, depth, True)
+            for key, item in items
+        ]
+        joined = separator.join(parts)
+        return f"{{{joined}}}" if isinstance(value, dict) else f"[{joined}]"
+    indent = " " * depth
+    lines = ""
+    for key, item in items:
+        lines += draw(st.sampled_from(["", "", "\n", f"{indent}# above\n", f"\n{indent}# above\n"]))
+        text = written(item, draw, depth + draw(st.integers(1, 3)), False)
+        head = "-" if key is None else f"{quoted(key)}:"
+        beside = draw(st.sampled_from(["", "", " # beside"]))
+        if text.startswith("\n"):
+            lines += f"{indent}{head}{beside}{text}"
+        else:
+            lines += f"{indent}{head} {text}{beside}\n"
+    lines += draw(st.sampled_from(["", "", f"{indent}# below\n", "# far below\n"]))
+    return "\n" + lines
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.dictionaries(names, data, min_size=1, max_size=4), st.data())
+def test_laws_hold_for_any_style(value: dict[str, Any], chosen: st.DataObject) -> None:
+    text = written(value, chosen.draw, 0, False)
+    assert read_text("a.yaml", text).data == value
+    hold(text)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(TEXTS), st.data())
+def test_laws_hold_with_comments_anywhere(text: str, chosen: st.DataObject) -> None:
+    lines = text.split("\n")
+    for _ in range(chosen.draw(st.integers(1, 4))):
+        at = chosen.draw(st.integers(0, len(lines) - 1))
+        if chosen.draw(st.booleans()):
+            lines[at] += " # beside"
+        else:
+            lines.insert(at, " " * chosen.draw(st.integers(0, 14)) + "# alone")
+    new = "\n".join(lines)
+    document = read_text("a.yaml", new)
+    # Inside a scalar the words are no comment; they may break it.
+    if document.ok and document.data is not None:
+        hold(new)
+
+
+@given(st.text(max_size=30))
+@example("a: 'x'\n")
+def test_quoted_texts_mean_what_they_say(value: str) -> None:
+    document = read_text("a.yaml", "a: 1\n")
+    assert document.ok
+    from specc.fmt.scalars import quoted
+
+    if not any(0xD800 <= ord(char) < 0xE000 for char in value):
+        root, scalars = parse(f"a: {quoted(value)}\n")
+        assert scalars[1].text == value
+        assert root.start == 0

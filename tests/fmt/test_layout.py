@@ -1,0 +1,101 @@
+"""The canonical layout, rule by rule."""
+
+import pytest
+
+from specc.fmt import formatted
+
+RULES = {
+    "keys in order": (
+        "system: demo\nspecc: 1\ntypes: {A: {title: t, type: real}}\n",
+        "specc: 1\nsystem: demo\ntypes: {A: {type: real, title: t}}\n",
+    ),
+    "unknown keys last, names as they stand": (
+        "odd: 1\nframes: {E: end, B: base}\nspecc: 1\n",
+        "specc: 1\nframes: {E: end, B: base}\nodd: 1\n",
+    ),
+    "two blanks deep": (
+        "agents:\n    irp:\n        kind: C\n    list:\n    - 1\n",
+        "agents:\n  irp:\n    kind: C\n  list:\n    - 1\n",
+    ),
+    "quotes only where needed": (
+        "frames:\n  A: 'plain [x], y'\n  B: {a: 'x, y', \"b\": 'z'}\n  C: 'a: b'\n  D: \"1\"\n"
+        '  E: "it\'s"\n  F: \'say "x"\'\n  G: "true"\n  H: \'\'\n  I: "a\\tb"\n  J: \'#\'\n',
+        'frames:\n  A: plain [x], y\n  B: {a: "x, y", b: z}\n  C: "a: b"\n  D: "1"\n'
+        '  E: it\'s\n  F: say "x"\n  G: "true"\n  H: ""\n  I: "a\\tb"\n  J: "#"\n',
+    ),
+    "numbers as they are written": ("a: 0x1F\nb: 1.50\n", "a: 0x1F\nb: 1.50\n"),
+    "blanks inside braces": ("a: { b:  1 ,c: [ 1,2 ] }\n", "a: {b: 1, c: [1, 2]}\n"),
+    "braces over several lines are joined": ("a: {b: 1,\n  c: 2}\n", "a: {b: 1, c: 2}\n"),
+    "braces with a comment become a block": (
+        "a: {b: 1, # one\n  c: [2, 3]}\n",
+        "a:\n  b: 1 # one\n  c: [2, 3]\n",
+    ),
+    "long and deep braces become a block": (
+        "a: {b: {c: {d: %s}}}\n" % ("x" * 90),
+        "a:\n  b: {c: {d: %s}}\n" % ("x" * 90),
+    ),
+    "long rows of names stay": ("a: {b: %s}\n" % ("x" * 110), "a: {b: %s}\n" % ("x" * 110)),
+    "comments stay with their keys": (
+        "# about system\nsystem: demo # beside\n# about specc\nspecc: 1\n# at the end\n",
+        "# about specc\nspecc: 1\n# about system\nsystem: demo # beside\n# at the end\n",
+    ),
+    "comments at the end of a block": (
+        "agents:\n  a:\n    kind: C\n    # inner\n  # outer\n\n  # next\n  b: {}\n",
+        "agents:\n  a:\n    kind: C\n    # inner\n  # outer\n\n  # next\n  b: {}\n",
+    ),
+    "one empty line at most": ("\n\nspecc: 1\n\n\n\nsystem: a\n\n", "specc: 1\n\nsystem: a\n"),
+    "folded text moves as it is": (
+        "agents:\n    a:\n     title: >-  # why\n         one\n           two\n\n         three\n",
+        "agents:\n  a:\n    title: >- # why\n      one\n        two\n\n      three\n",
+    ),
+    "text over several lines is joined": ("title: one\n  two\n", "title: one two\n"),
+    "anchors and aliases": (
+        "system:   &n demo\ntitle: *n\nspecc: 1\n",
+        "system: &n demo\ntitle: *n\nspecc: 1\n",
+    ),
+    "lists in lists": (
+        "a:\n- - 1\n  - 2\n-\n  b: 1\n  c: 2\n",
+        "a:\n  - - 1\n    - 2\n  - b: 1\n    c: 2\n",
+    ),
+    "windows line ends": ("specc: 1\r\nsystem: a\r\n", "specc: 1\nsystem: a\n"),
+    "json": ('{"specc": 1, "system": "demo"}\n', "specc: 1\nsystem: demo\n"),
+    "comments in empty braces": ("a: [ # one\n  # two\n  ]\nb: 1\n", "a: [] # one\n# two\nb: 1\n"),
+    "document marks go": ("--- # top\nspecc: 1\n...\n", "# top\nspecc: 1\n"),
+}
+TABLE = """\
+subsystem:
+  transitions:
+    # state  cause      when  next
+    - [S0, terminal, always, S10]
+    # a comment
+    - [S10, error, lost, S0] # beside
+    - {from: S1, cause: error, when: lost, to: S0}
+"""
+ALIGNED = """\
+subsystem:
+  transitions:
+    #  state  cause     when    next
+    - [S0,    terminal, always, S10]
+    # a comment
+    - [S10,   error,    lost,   S0] # beside
+    - {from: S1, cause: error, when: lost, to: S0}
+"""
+
+
+@pytest.mark.parametrize(("old", "new"), RULES.values(), ids=RULES)
+def test_rule(old: str, new: str) -> None:
+    assert formatted(old) == new
+    assert formatted(new) == new
+
+
+def test_tables_are_aligned_with_their_headers() -> None:
+    assert formatted(TABLE) == ALIGNED
+    assert formatted(ALIGNED) == ALIGNED
+    assert "[S10, error,    lost,   S0]" in formatted(
+        TABLE.replace("# state  cause", "# state cause")
+    )
+
+
+def test_aliases_stay_behind_their_anchors() -> None:
+    text = "title: &t demo\nsystem: *t\nspecc: 1\n"
+    assert formatted(text).index("&t") < formatted(text).index("*t")
