@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -185,4 +186,6 @@ def _files_at(view: View, path: str, at: int) -> Iterator[Stretch]:
     for route, _, node in values(top) if top else ():
         role = role_of(route)
         if role and role.form == "path" and node.scalar and node.start <= at <= node.end:
-            yield Stretch(beside(path, node.scalar), 0, 0)
+            file = beside(path, node.scalar)
+            if os.path.isfile(file):
+                yield Stretch(file, 0, 0)

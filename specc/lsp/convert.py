@@ -13,6 +13,11 @@ from specc.lsp.positions import Columns, Position
 from specc.lsp.project import Project
 from specc.lsp.rename import Edit
 
+_SEVERITIES = {
+    "error": lsp.DiagnosticSeverity.Error,
+    "warning": lsp.DiagnosticSeverity.Warning,
+    "open": lsp.DiagnosticSeverity.Information,
+}
 _KINDS = {
     "key": lsp.CompletionItemKind.Property,
     "value": lsp.CompletionItemKind.Value,
@@ -75,11 +80,10 @@ def diagnostics(texts: Texts, notes: Iterable[Note]) -> list[lsp.Diagnostic]:
 
 def _diagnostic(texts: Texts, note: Note) -> lsp.Diagnostic:
     found = note.diagnostic
-    error = found.severity == "error"
     return lsp.Diagnostic(
         range=range_of(texts, note.where),
         message=f"{found.message}\n{found.help}" if found.help else found.message,
-        severity=lsp.DiagnosticSeverity.Error if error else lsp.DiagnosticSeverity.Warning,
+        severity=_SEVERITIES[found.severity],
         code=found.code,
         source="specc",
         related_information=[

@@ -72,8 +72,8 @@ def wait_for(client: Client, uri: str, *words: str) -> None:
 
 
 def test_says_what_is_wrong(client: Client, folder: Path) -> None:
-    uri = client.open(folder / "missing.yaml", TEXT.replace(", init: 0", ""))
-    wait_for(client, uri, "init")
+    uri = client.open(folder / "missing.yaml", TEXT.replace('type: "real[m]", ', ""))
+    wait_for(client, uri, "type")
     client.change(uri, TEXT.replace("rate:", "rats:"))
     wait_for(client, uri, "rats")
     client.change(uri, TEXT.replace("terminal", "finished"))
