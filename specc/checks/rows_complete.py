@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain, count
 
 from specc.diagnostics import Diagnostic, Related
-from specc.facts import Facts
+from specc.expr import show
+from specc.facts import Decided, Facts
 from specc.facts.words import ending, situation
 from specc.model.system import System
+from specc.proof import Witness
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -25,5 +28,19 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     Related(row.place, f"asks `{row.condition.name}`")
                     for row in decided.verdict.rows
                 ),
-                "add a row for this, or say under `assume:` why it cannot be",
+                _way_out(decided, gap),
             )
+
+
+def _way_out(decided: Decided, gap: Witness) -> str:
+    taken = {condition.name for condition in decided.subsystem.conditions}
+    name = next(n for n in chain(("otherwise",), _numbered()) if n not in taken)
+    assert gap.repair is not None  # there are rows
+    return (
+        f"add the row `[{decided.state.name}, {decided.cause}, {name}, ...]` with the initial "
+        f'condition `{name}: "{show(gap.repair)}"`, or say under `assume:` why it cannot be'
+    )
+
+
+def _numbered() -> Iterator[str]:
+    return (f"otherwise_{number}" for number in count(2))

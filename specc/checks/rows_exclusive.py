@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
+from specc.expr import show
 from specc.facts import Facts
 from specc.facts.words import ending, situation
+from specc.model.fsm import Transition
 from specc.model.system import System
+from specc.proof import Witness
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -23,5 +26,14 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 second.place,
                 f"applies when it ended {ending(state.behaviour, decided.cause)}",
                 (Related(first.place, "and so does this row"),),
-                "make one condition exclude the other, or say under `assume:` why it cannot be",
+                _way_out(overlap, decided.verdict.rows),
             )
+
+
+def _way_out(overlap: Witness, rows: tuple[Transition, ...]) -> str:
+    other = "or say under `assume:` why it cannot be"
+    if overlap.repair is None or overlap.repaired is None:
+        return f"delete one of the two rows, {other}"
+    which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"
+    asked = rows[overlap.repaired].condition.name
+    return f'let {which} ask for "{show(overlap.repair)}" instead of `{asked}`, {other}'

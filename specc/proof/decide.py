@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.relevance import components, conjuncts, related, variables_of
+from specc.proof.repair import condition_for
 from specc.proof.table import Table, TooLargeError
 from specc.proof.variables import Arrival
 from specc.proof.verdict import Decision, InputName, Witness
@@ -92,9 +93,11 @@ def _gap(
     left = context
     for bits in holding:
         left &= ~bits
-    return (
-        Witness(describe(table, left, context, frozenset(atoms_of(conditions)))) if left else None
-    )
+    if not left:
+        return None
+    asked = frozenset(atoms_of(conditions))
+    repair = condition_for(table, left, context, asked)
+    return Witness(describe(table, left, context, asked), repair=repair)
 
 
 def _overlap(
@@ -107,6 +110,10 @@ def _overlap(
             first = next(i for i in range(index) if holding[i] & bits)
             asked = frozenset(atoms_of((conditions[first], conditions[index])))
             facts = describe(table, bits & holding[first], context, asked)
+            for one, other in ((index, first), (first, index)):
+                if rest := holding[one] & ~holding[other]:
+                    repair = condition_for(table, rest, context, asked)
+                    return Witness(facts, (first, index), repair, one)
             return Witness(facts, (first, index))
         seen |= bits
     return None

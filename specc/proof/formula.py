@@ -6,21 +6,27 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from specc.expr import show
+from specc.model.expr import Expr
 from specc.proof.variables import Variable
 
 
 @dataclass(frozen=True, slots=True)
 class Atom:
-    """A question about the value of a variable; `text` is how the specification asks it.
+    """A question about the value of a variable; `expr` is how the specification asks it.
 
-    `text_holds` says for which answer the text is true: `x > 1` stands for the atom x <= 1 with
-    False.
+    `text_holds` says for which answer that is true: `x > 1` stands for the atom x <= 1 with False.
     """
 
     variable: Variable
     test: Any
-    text: str = field(compare=False, default="")
+    expr: Expr | None = field(compare=False, default=None)
     text_holds: bool = field(compare=False, default=True)
+
+    @property
+    def text(self) -> str:
+        """The question in the language."""
+        return "" if self.expr is None else show(self.expr)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 
 from specc.model.expr import Expr
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof.decide import Question, can_hold
 from specc.proof.formula import Formula
+from specc.proof.repair import none_of, only
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
 
@@ -66,7 +68,7 @@ class Prover:
         if key not in self._decisions:
             facts = [self._translator.present(*name) for name in sorted(known)]
             self._decisions[key] = question.decide(facts)
-        return RowVerdict(rows, self._decisions[key])
+        return RowVerdict(rows, _with_repairs(self._decisions[key], rows))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""
@@ -108,3 +110,18 @@ class Prover:
 
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
         return can_hold([*formulas, *self._axioms])
+
+
+def _with_repairs(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
+    """The decision with a repair in terms of the other conditions where none is short."""
+    gap, overlap = decision.gap, decision.overlap
+    if gap and gap.repair is None and rows:
+        gap = replace(gap, repair=none_of([row.condition.when for row in rows]))
+    if overlap and overlap.repair is None and overlap.repaired is not None:
+        one = overlap.repaired
+        (other,) = (index for index in overlap.holding if index != one)
+        pair = rows[one].condition.when, rows[other].condition.when
+        overlap = replace(overlap, repair=only(*pair))
+    if (gap, overlap) == (decision.gap, decision.overlap):
+        return decision
+    return replace(decision, gap=gap, overlap=overlap)

@@ -62,6 +62,10 @@ class Table:
                     self._bits[part] = self._compute(part)
         return self._bits[formula]
 
+    def bits_of(self, atom: Atom) -> int:
+        """The combinations in which the answer to the question of an atom is yes."""
+        return self._atoms[atom]
+
     def where(self, column: Column, answer: int) -> int:
         """The combinations with one answer of a column."""
         return self._repeated(column, ((1 << column.stride) - 1) << (answer * column.stride))

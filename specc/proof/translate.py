@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection as Names
 from collections.abc import Mapping
 
-from specc.expr import show
 from specc.model.expr import (
     Among,
     Builtin,
@@ -17,6 +16,7 @@ from specc.model.expr import (
     Compare,
     Expr,
     Fresh,
+    Input,
     LetRef,
     Logic,
     Present,
@@ -65,8 +65,8 @@ class Translator:
 
     def present(self, peer: str, element: str) -> Formula:
         """The formula that an input element has a value."""
-        text = f"present(x.{peer}.{element})"
-        return self.make.atom(Atom(self.arrival(peer, element), "present", text))
+        asked = Present(Input(peer, element, type=Bool()), type=Bool())
+        return self.make.atom(Atom(self.arrival(peer, element), "present", asked))
 
     def _bool(self, expr: Expr, bound: Depths) -> Formula:
         key = (self._numbering.number(expr, bound), len(bound))
@@ -115,7 +115,7 @@ class Translator:
 
     def _ask(self, variable: Variable, test: object, expr: Expr, holds: bool = True) -> Formula:
         """`expr` as a question about a variable: true when the answer is `holds`."""
-        formula = self.make.atom(Atom(variable, test, show(expr), holds))
+        formula = self.make.atom(Atom(variable, test, expr, holds))
         return formula if holds else self.make.negation(formula)
 
     def _compare(self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths) -> Formula:
@@ -153,10 +153,10 @@ class Translator:
         if known_x is not None:
             a, x, known_y = b, y, known_x
         if isinstance(a.type, Enum) and known_y is not None:
-            variable = EnumItem(x, a.type.members, show(a))
+            variable = EnumItem(x, a.type.members, a)
             return self._ask(variable, frozenset((known_y,)), whole, holds)
         if isinstance(a.type, Enum):
-            items = EnumItem(x, a.type.members, show(a)), EnumItem(y, a.type.members, show(b))
+            items = EnumItem(x, a.type.members, a), EnumItem(y, a.type.members, b)
             return self._same_item(items, holds)
         if known_y is not None:
             return self._ask(Label(x), known_y, whole, holds)
@@ -183,7 +183,7 @@ class Translator:
         enum = item.type
         if known is not None or not isinstance(enum, Enum) or members >= set(enum.members):
             return self.make.constant(known is None or known in members)
-        return self._ask(EnumItem(number, enum.members, show(item)), members, whole)
+        return self._ask(EnumItem(number, enum.members, item), members, whole)
 
     def _quantifier(self, whole: Quantifier, bound: Depths) -> Formula:
         """`any(body)`; `all(body)` says that there is no item for which the body is false."""

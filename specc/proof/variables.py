@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from specc.expr import show
+from specc.model.expr import Expr
+
 Answers = tuple[bool, ...]
 """Answers to the questions about one variable, in the order of the questions."""
 
@@ -31,7 +34,12 @@ class EnumItem:
 
     of: Number
     members: tuple[str, ...]
-    text: str = field(compare=False, default="")
+    expr: Expr | None = field(compare=False, default=None)
+
+    @property
+    def text(self) -> str:
+        """The item in the language."""
+        return "" if self.expr is None else show(self.expr)
 
     def answers(self, tests: Sequence[frozenset[str]]) -> list[Answers]:
         """One for every member that the questions tell apart."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from specc.model.expr import Expr
 from specc.model.fsm import Transition
 
 InputName = tuple[str, str]
@@ -18,10 +19,14 @@ class Witness:
     """A situation in which not exactly one of several conditions holds.
 
     `facts` leave out what does not matter; `holding` are indices of conditions that all hold.
+    `repair` is what a new condition, or instead of it the condition of index `repaired`, could ask;
+    it is None where one of two equal conditions has to go.
     """
 
     facts: Facts
     holding: tuple[int, ...] = ()
+    repair: Expr | None = None
+    repaired: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
