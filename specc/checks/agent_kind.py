@@ -20,9 +20,8 @@ _MEANING = {
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0407 and E0408; an agent with a broken subsystem may have more than is known."""
-    unsure = {name.split(".")[0] for name in facts.broken | facts.faulty}
     for agent in system.agents:
-        if agent.name in unsure or not agent.subsystems:
+        if _is_unsure(agent, facts):
             continue
         kind = _derived(agent, system)
         if kind == "C":
@@ -42,6 +41,15 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 f"it has {has}",
                 help=f"write `kind: {kind}`, or change the structure",
             )
+
+
+def _is_unsure(agent: Agent, facts: Facts) -> bool:
+    """Whether parts are unknown that may add letters: whom it talks to, subsystems left out."""
+    known = {subsystem.qualified_name for subsystem in agent.subsystems}
+    control = f"{agent.name}.c"
+    lost = {n for n in facts.broken if n.startswith(f"{agent.name}.") and n not in known}
+    devices = {device.qualified_name for device in agent.devices}
+    return control not in known or control in facts.broken or bool(lost - devices)
 
 
 def _derived(agent: Agent, system: System) -> str:
