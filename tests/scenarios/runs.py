@@ -4,29 +4,49 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
+SPECS = ROOT / "specs"
+FLAGSHIP = SPECS / "irp_picking.yaml"
+
+Change = tuple[str, str]
+"""A text of the flagship and what stands in its place."""
 
 
 @cache
 def run(spec: Path, *options: str) -> tuple[int, dict[str, Any]]:
     """Exit code and report of `specc run`; the same run is made once in a test session."""
-    report = _scratch() / f"{spec.stem}{'_'.join(options).replace('/', '_')}.json"
-    command = [sys.executable, "-m", "specc", "run", str(spec), "--report", str(report), *options]
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600)
-    assert report.exists(), done.stderr
-    return done.returncode, json.loads(report.read_text())
+    with TemporaryDirectory(prefix="specc-run-") as scratch:
+        report = Path(scratch) / "report.json"
+        command = [sys.executable, "-m", "specc", "run", str(spec), "--report", str(report)]
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run(
+            [*command, *options], capture_output=True, text=True, env=environment, timeout=600
+        )
+        assert report.exists(), done.stderr
+        return done.returncode, json.loads(report.read_text())
 
 
-@cache
-def _scratch() -> Path:
-    import tempfile
+def copy_companions(folder: Path) -> None:
+    """Put the files that the flagship names, and nothing else, below `folder`."""
+    for name in ("lib", "plants", "objects"):
+        shutil.copytree(SPECS / name, folder / name)
 
-    return Path(tempfile.mkdtemp(prefix="specc-runs-"))
+
+def variant(folder: Path, *changes: Change) -> Path:
+    """A copy of the flagship in a new `folder`, changed in texts that occur exactly once."""
+    copy_companions(folder)
+    text = FLAGSHIP.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = folder / FLAGSHIP.name
+    path.write_text(text, encoding="utf-8")
+    return path

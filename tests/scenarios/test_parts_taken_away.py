@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,8 @@ import pytest
 
 from specc.pipeline import compile_spec
 from specc.read import read_file
+from tests.scenarios.runs import FLAGSHIP, copy_companions
 
-SPECS = Path(__file__).parents[2] / "specs"
 Route = tuple[str | int, ...]
 SUBSYSTEMS = (
     ("control",),
@@ -26,7 +25,7 @@ MEMBERS = ("memory", "let", "functions", "behaviours", "states")
 
 
 def flagship() -> Any:
-    return read_file(str(SPECS / "irp_picking.yaml"), ("from", "cause", "when", "to")).data
+    return read_file(str(FLAGSHIP), ("from", "cause", "when", "to")).data
 
 
 def at(data: Any, route: Route) -> Any:
@@ -66,8 +65,7 @@ def _of_subsystem(subsystem: Any, here: Route) -> Iterator[Route]:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("specs")
-    for name in ("lib", "plants", "objects"):
-        shutil.copytree(SPECS / name, path / name)
+    copy_companions(path)
     return path
 
 

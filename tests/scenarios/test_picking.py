@@ -18,6 +18,22 @@ def test_a_cycle_picks_an_object(seed: str) -> None:
     assert cycle["lift_height_m"] >= 0.15
     assert cycle["finger_clearance_m"] > 0.0
     assert cycle["max_force_N"] <= 20.0
+    assert cycle["position_error_mm"] <= 3.0
+    assert cycle["rotation_error_deg"] <= 3.0
+
+
+def test_a_dropped_object_is_found_and_picked_again() -> None:
+    """The second cycle begins with the objects as the first one left them."""
+    _, single = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
+    code, report = run(FLAGSHIP, "--seed", "0", "--cycles", "2")
+    first, second = report["cycles"]
+    assert code == 0
+    assert report["faults"] == []
+    assert first == single["cycles"][0]
+    assert second["picked"]
+    assert second["position_error_mm"] <= 3.0
+    taken = report["subsystems"]["irp.c"]["transitions_taken"]
+    assert set(taken.values()) == {2}
 
 
 def test_same_seed_same_records_with_and_without_worker() -> None:
