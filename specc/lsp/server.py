@@ -75,14 +75,17 @@ class SpecServer(LanguageServer):
         pause = PAUSE_S if self._took_s < QUICK_S else min(self._took_s, LONGEST_PAUSE_S)
         self._timer = asyncio.get_running_loop().call_later(pause, self._analyse)
 
+    def _folders(self) -> tuple[str, ...]:
+        """The folders of the client; older ones have a single root instead."""
+        folders = [uris.to_fs_path(uri) for uri in self.workspace.folders]
+        return tuple(filter(None, folders or [self.workspace.root_path]))
+
     def _analyse(self) -> None:
         """Analyse what has changed and tell the client; a fault of ours must not end the server."""
         changed, self._changed = self._changed, {}
         started = time.perf_counter()
         try:
-            self.project.folders = tuple(
-                path for uri in self.workspace.folders if (path := uris.to_fs_path(uri))
-            )
+            self.project.folders = self._folders()
             for path, search in changed.items():
                 if self.project.is_specification(path):
                     for root in self.project.roots(path, search):
