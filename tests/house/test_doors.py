@@ -21,7 +21,7 @@ DOORS = {
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},
     "pygls": {"specc.lsp.server"},
-    "rich": {"specc.output", "specc_runtime.progress"},
+    "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
 }
 
