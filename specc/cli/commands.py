@@ -75,6 +75,27 @@ def fmt(options: Namespace) -> int:
     return code or int(differs and options.check)
 
 
+def status(options: Namespace) -> int:
+    """Print how far a specification has come along the procedure of section 3."""
+    from specc import pipeline
+    from specc.cli.procedure import progress
+    from specc.cli.status import as_json, as_text
+
+    result = pipeline.compile_spec(options.spec)
+    if result.system is None:
+        return _publish(report(resolve(result.diagnostics, result.sources), [options.spec]), "text")
+    shown = as_json if options.format == "json" else as_text
+    sys.stdout.write(shown(result.system.name, progress(result.system, result.diagnostics)))
+    return 0
+
+
+def init(options: Namespace) -> int:
+    """Start a specification from a skeleton."""
+    from specc.cli.skeletons import start
+
+    return start(options.directory, options.skeleton)
+
+
 def explain(options: Namespace) -> int:
     """Print the entry of a code, or the list of all codes."""
     from specc.diagnostics.registry import all_codes

@@ -96,6 +96,16 @@ def _parser() -> argparse.ArgumentParser:
     fmt.add_argument("--check", action="store_true", help="write nothing; 1 if a file would change")
     fmt.add_argument("--diff", action="store_true", help="print what would change, write nothing")
 
+    status = commands.add_parser("status", help="show which steps of the design are done")
+    status.add_argument("spec", metavar="SPEC")
+    status.add_argument("--format", choices=("text", "json"), default="text")
+
+    init = commands.add_parser("init", help="start a specification that runs at once")
+    init.add_argument("directory", metavar="DIRECTORY", nargs="?", default=".")
+    init.add_argument(
+        "--skeleton", metavar="NAME", default="joint", help="joint (default), sense-act, two-agents"
+    )
+
     explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
     explain.add_argument("--page", action="store_true", help="print docs/diagnostics.md")

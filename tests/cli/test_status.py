@@ -1,0 +1,72 @@
+"""`specc status`: the procedure of section 3, step by step."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from specc.cli import main
+
+STAGES = (
+    ("specc: 1\nsystem: demo\n", "structure", "open"),
+    ("agents:\n  a:\n    title: arm\n", "control", "open"),
+    ("    control:\n      title: decides\n", "buffers", "open"),
+    ("      x: {b: {n: int}}\n", "role", "open"),
+    ("      rate: 10 Hz\n", "fsm", "open"),
+    ("      behaviours: {w: {terminal: never}}\n", "fsm", "open"),
+    ("      states: {S0: w}\n", "fsm", "open"),
+    ("      initial_state: S1\n", "fsm", "wrong"),
+)
+OTHER = """\
+  b:
+    control:
+      title: counts
+      rate: 10 Hz
+      y: {a: {n: int}}
+      functions: {count: {y.a.n: 1}}
+      behaviours: {w: {functions: [count], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+"""
+
+
+def status(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, str]]:
+    """State of each step of each part."""
+    assert main(["status", str(path), "--format", "json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["version"] == 1
+    return {
+        part["of"]: {step["name"]: step["state"] for step in part["steps"]}
+        for part in data["parts"]
+    }
+
+
+@pytest.mark.parametrize("count", range(1, len(STAGES) + 1))
+def test_the_next_step_is_shown(
+    count: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "demo.yaml"
+    text = "".join(stage[0] for stage in STAGES[:count])
+    path.write_text(text + (OTHER if count > 1 else ""), encoding="utf-8")
+    found = status(path, capsys)
+    _, step, state = STAGES[count - 1]
+    assert state in {steps[step] for steps in found.values() if step in steps}
+    if count > 2:
+        assert set(found["b.c"].values()) <= {"done"} | ({"open"} if count < 4 else set())
+
+
+def test_text_says_what_comes_next(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "demo.yaml"
+    path.write_text("".join(stage[0] for stage in STAGES[:4]) + OTHER, encoding="utf-8")
+    assert main(["status", str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == ["system  scenario  structure", "demo    open      done"]
+    table = [line.split() for line in lines if line.startswith(("subsystem", "a.c", "b.c"))]
+    assert table[0][1:] == ["buffers", "role", "fsm", "behaviours", "ends"]
+    assert table[1] == ["a.c", "done", "open", "open", "open", "open"]
+    assert table[2] == ["b.c", "done", "done", "done", "done", "done"]
+    assert "  a.c, role: add e.g. `rate: 100 Hz`" in lines
+
+
+def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
+    assert main(["status", str(tmp_path / "none.yaml")]) == 2
