@@ -20,9 +20,9 @@ from specc_runtime.builtins import (
     vector,
 )
 from specc_runtime.operators.grasping import grasp_pose as GC
-from specc_runtime.operators.grasping import graspable as GR
 from specc_runtime.operators.grasping import left_right_grasp as LR
 from specc_runtime.operators.kinematics import direct_kinematics as DK
+from specc_runtime.operators.scene import graspable_objects as GO
 from specc_runtime.operators.scene import select_object as SO
 from specc_runtime.operators.scene import transform_objects as TO
 from specc_runtime.operators.scene import update_scene as US
@@ -138,9 +138,11 @@ class Picking:
         return -1
 
     def _in_s2(self) -> int:
-        if any(GR(o) for o in self.memory.O_c):  # eq. 53
+        memory = self.memory
+        graspable = GO(memory.O_c, memory.X_EF, memory.X_PG, Q_START)
+        if graspable:  # eq. 53
             self.state, self._work = "S3", self._in_s3
-            self._generate_grasp_parameters()
+            self._generate_grasp_parameters(graspable)
             return 1
         self._recognise_objects()
         return -1
@@ -214,9 +216,9 @@ class Picking:
         if x.fresh_k_O_c:
             memory.O_c = US(memory.O_c, TO(memory.X_BK, x.k_O_c))  # eq. 64
 
-    def _generate_grasp_parameters(self) -> None:
+    def _generate_grasp_parameters(self, graspable: tuple[Object, ...]) -> None:
         memory = self.memory
-        selected = SO(memory.O_c)
+        selected = SO(graspable)
         fingers = LR(selected)
         grasp = GC(fingers, memory.X_EF)
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67

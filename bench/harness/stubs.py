@@ -51,10 +51,14 @@ def _is_near(value: Any, *_: Any) -> bool:
     return value is NEAR
 
 
+def _those_near(values: Any, *_: Any) -> tuple[Any, ...]:
+    return tuple(value for value in values if value is NEAR)
+
+
 _STUBS: dict[str, Callable[..., Any]] = {
     "DK": _first, "MJ": _first, "MD": _first, "DM": _first,
     "TO": _second, "US": _second,
-    "GR": _is_near, "near_pose": _is_near,
+    "GO": _those_near, "near_pose": _is_near,
 }  # fmt: skip
 _REPLACED = ("specc_runtime.operators.", "specc_runtime.builtins")
 

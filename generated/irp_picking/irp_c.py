@@ -21,9 +21,9 @@ from specc_runtime.builtins import (
     vector,
 )
 from specc_runtime.operators.grasping import grasp_pose as GC
-from specc_runtime.operators.grasping import graspable as GR
 from specc_runtime.operators.grasping import left_right_grasp as LR
 from specc_runtime.operators.kinematics import direct_kinematics as DK
+from specc_runtime.operators.scene import graspable_objects as GO
 from specc_runtime.operators.scene import select_object as SO
 from specc_runtime.operators.scene import transform_objects as TO
 from specc_runtime.operators.scene import update_scene as US
@@ -36,6 +36,9 @@ from .types import Mode
 PERIOD: Final = 0.01  # s, 100 Hz
 POSITION_TOLERANCE: Final = 0.001  # m, when two positions are equal
 ROTATION_TOLERANCE: Final = 0.01  # rad, when two orientations are equal
+Q_S: Final = vector(
+    0.0, -1.570796, 0.0, 0.0, 4.712389, -1.570796
+)  # rad, joints in the initial pose
 FINGER_TOLERANCE: Final = 0.001  # m, when two distances between fingers are equal
 GRASP_TOLERANCE: Final = 0.003  # m, when the grasp pose is reached
 CONTACT_FORCE: Final = 2.0  # N, a force along Z is detected; below z_V z_D, see docs/errata.md
@@ -47,9 +50,6 @@ INITIAL_X_BK: Final = read_only(
 )  # pose[B, K]
 INITIAL_X_PG: Final = read_only(translation(0.0, 0.0, 0.2))  # pose[E, E]
 IDENTITY: Final = identity()
-Q_S: Final = vector(
-    0.0, -1.570796, 0.0, 0.0, 4.712389, -1.570796
-)  # rad, joints in the initial pose
 
 
 class Inputs:
@@ -255,9 +255,10 @@ class Picking(Subsystem):
         """Recognise objects in the scene, Table 9."""
         memory = self.memory
         # error never: no_error, eq. 60
-        if any(GR(o) for o in memory.O_c):  # objects_recognised, eq. 53
+        O_g = GO(memory.O_c, memory.X_EF, memory.X_PG, Q_S)  # objects that the gripper can take
+        if len(O_g) > 0:  # objects_recognised, eq. 53
             self.state, self._work = "S3", self._in_s3
-            self._generate_grasp_parameters()
+            self._generate_grasp_parameters(O_g)
             return 1
         self._recognise_objects()
         return -1
@@ -366,10 +367,10 @@ class Picking(Subsystem):
             US(memory.O_c, TO(memory.X_BK, x.k_O_c)) if x.fresh_k_O_c else memory.O_c
         )  # eq. 64; Fig. 23
 
-    def _generate_grasp_parameters(self) -> None:
+    def _generate_grasp_parameters(self, O_g: tuple[Object, ...]) -> None:
         """Generate grasp parameters, eq. 65; Fig. 24."""
         memory = self.memory
-        O_b = SO(memory.O_c)  # object with the highest confidence
+        O_b = SO(O_g)  # the one with the highest confidence
         fingers = LR(O_b)  # poses of the fingertips
         grasp = GC(fingers, memory.X_EF)  # grasp pose
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67

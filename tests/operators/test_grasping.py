@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from specc_runtime.operators.grasping import (
     LONGEST_SIDE_M,
-    Q_BEFORE,
     SQUEEZE_M,
     NotGraspable,
-    finger_distance,
     grasp_pose,
     graspable,
     left_right_grasp,
@@ -19,6 +17,14 @@ from specc_runtime.operators.vision.values import Cloud, FeatureCloud, Object
 from tests.operators.synthetic_camera import NAMES, TABLE_Z, lying_box
 
 NOTHING = np.empty((0, 3))
+AT_TIPS = np.eye(4)
+X_PG = AT_TIPS.copy()
+X_PG[2, 3] = 0.2
+Q_BEFORE = np.array([0.0, -np.pi / 2, 0.0, 0.0, 1.5 * np.pi, -np.pi / 2])
+
+
+def finger_distance(fingers):
+    return np.linalg.norm(fingers.X_Bl[:3, 3] - fingers.X_Br[:3, 3])
 
 
 def recognised(X_BO, size, label="box_0"):
@@ -65,7 +71,7 @@ def test_a_box_on_the_table_is_taken_from_above_across_a_side_that_fits(target):
 
 @pytest.mark.parametrize("target", tuple(lying_boxes(60, seed=2)))
 def test_the_arm_reaches_the_grasp_with_its_last_joint_near_the_middle(target):
-    assert graspable(target)
+    assert graspable(target, AT_TIPS, X_PG, Q_BEFORE)
     X_BE = grasp_pose(left_right_grasp(target), np.eye(4))
     q = inverse_kinematics(X_BE, Q_BEFORE)
     assert (np.array(JOINT_LOWER) <= q).all()
@@ -141,7 +147,7 @@ def test_a_box_without_a_side_that_fits_is_refused(size):
     target = recognised(X_BO, size, "trunk_2")
     with pytest.raises(NotGraspable, match=r"trunk_2.*no side"):
         left_right_grasp(target)
-    assert not graspable(target)
+    assert not graspable(target, AT_TIPS, X_PG, Q_BEFORE)
     assert LONGEST_SIDE_M < FINGERS_UPPER
 
 
@@ -149,10 +155,19 @@ def test_a_box_on_its_edge_is_refused():
     target = tilted(np.pi / 4, "x")
     with pytest.raises(NotGraspable, match="level"):
         left_right_grasp(target)
-    assert not graspable(target)
+    assert not graspable(target, AT_TIPS, X_PG, Q_BEFORE)
 
 
 @pytest.mark.parametrize(("x", "y"), [(1.5, 0.0), (0.3, -0.1)])
 def test_a_box_out_of_reach_is_not_graspable(x, y):
     box = lying_box("mnich", 0, x, y, 0.0)
-    assert not graspable(recognised(box.X_BO, box.size))
+    assert not graspable(recognised(box.X_BO, box.size), AT_TIPS, X_PG, Q_BEFORE)
+
+
+def test_the_pregrasp_pose_and_the_gripper_count_for_reach():
+    target = next(iter(lying_boxes(1, seed=6)))
+    far, long = AT_TIPS.copy(), AT_TIPS.copy()
+    far[2, 3], long[2, 3] = 1.5, 1.0
+    assert graspable(target, AT_TIPS, X_PG, Q_BEFORE)
+    assert not graspable(target, AT_TIPS, far, Q_BEFORE)
+    assert not graspable(target, long, X_PG, Q_BEFORE)

@@ -1,4 +1,4 @@
-"""TO, US and SO: laws of the memory of the scene (eq. 64) and of the choice from it (eq. 67)."""
+"""TO, US, GO and SO: laws of the memory of the scene (eq. 64) and the choice from it (eq. 67)."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from specc_runtime.operators.scene import (
     FORGOTTEN_BELOW,
+    graspable_objects,
     select_object,
     transform_objects,
     update_scene,
@@ -23,6 +24,16 @@ def thing(label, x=0.75, y=-0.25, yaw=0.0, confidence=0.03, lying=0):
     up = np.tile(box.X_BO[:3, 2], (2, 1))
     features = FeatureCloud(points, up, np.zeros((2, 128), np.float32))
     return Object(cloud, features, box.X_BO, confidence, label, box.size)
+
+
+X_PG = np.eye(4)
+X_PG[2, 3] = 0.2
+Q_BEFORE = np.array([0.0, -np.pi / 2, 0.0, 0.0, 1.5 * np.pi, -np.pi / 2])
+
+
+def best(objects):
+    """What is picked: SO of GO."""
+    return select_object(graspable_objects(objects, np.eye(4), X_PG, Q_BEFORE))
 
 
 def confidences(objects):
@@ -137,8 +148,8 @@ def test_the_most_confident_is_selected():
 
 def test_what_cannot_be_grasped_is_not_selected_while_something_can():
     far, near = thing("sen_0", x=1.4, confidence=0.9), thing("sen_1", confidence=0.01)
-    assert select_object((far, near)) is near
-    assert select_object((far,)) is far
+    assert best((far, near)) is near
+    assert graspable_objects((far,), np.eye(4), X_PG, Q_BEFORE) == ()
 
 
 def with_surface(each):
@@ -155,19 +166,19 @@ def test_what_stands_close_to_another_is_picked_later(gap, hindered):
     close = with_surface(thing("sen_0", y=-0.4, confidence=0.09))
     wall = with_surface(thing("sen_1", y=-0.4 + size[1] + gap, confidence=0.01))
     alone = with_surface(thing("sen_2", y=0.0, confidence=0.03))
-    assert select_object((close, wall, alone)) is (alone if hindered else close)
-    assert select_object((close, wall)) is close
+    assert best((close, wall, alone)) is (alone if hindered else close)
+    assert best((close, wall)) is close
 
 
 def test_a_low_neighbour_under_the_hand_does_not_hinder_but_a_tall_one_does():
     target = with_surface(thing("sen_0", y=-0.4, confidence=0.09))
     alone = with_surface(thing("sen_2", y=0.05, confidence=0.03))
     low = thing("sen_1", y=-0.4 + target.size[1] + 0.039, confidence=0.01)
-    assert select_object((target, with_surface(low), alone)) is target
+    assert best((target, with_surface(low), alone)) is target
     raised = low.X.copy()
     raised[2, 3] += 0.08
     tall = replace(low, X=raised, size=low.size + np.array([0, 0, 0.16]))
-    assert select_object((target, with_surface(tall), alone)) is alone
+    assert best((target, with_surface(tall), alone)) is alone
 
 
 def test_nothing_can_be_selected_from_nothing():

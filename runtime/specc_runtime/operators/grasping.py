@@ -6,7 +6,7 @@ F is the frame between the fingertips: z along the approach, y from the right fi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, pi
+from math import cos
 
 import numpy as np
 
@@ -24,9 +24,6 @@ MAX_SINK_M = 0.04  # irp6_grasping, the later variant
 LEVEL_RAD = 0.17
 # The upmost face of a box can be tilted by at most 0.955 rad; beyond this the arm gets too low.
 MAX_TILT_RAD = 0.6
-PREGRASP_M = 0.20
-# The arm's pose before a grasp (irp6_grasping: grasp_initial), which chooses the branch of IK.
-Q_BEFORE = np.array([0.0, -pi / 2, 0.0, 0.0, 1.5 * pi, -pi / 2])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,11 +70,6 @@ def left_right_grasp(target: Object) -> FingerPoses:
     return FingerPoses(_pose(R_BF, middle + reach), _pose(R_BF, middle - reach))
 
 
-def finger_distance(fingers: FingerPoses) -> float:
-    """d_o (eq. 67): distance in metres between the two fingertips."""
-    return float(np.linalg.norm(fingers.X_Bl[:3, 3] - fingers.X_Br[:3, 3]))
-
-
 def grasp_pose(fingers: FingerPoses, X_EF: Array) -> Array:
     """GC (eq. 68): the pose X_BE that brings F between the two fingertips."""
     middle = (fingers.X_Bl[:3, 3] + fingers.X_Br[:3, 3]) / 2
@@ -85,18 +77,20 @@ def grasp_pose(fingers: FingerPoses, X_EF: Array) -> Array:
     return X_BE
 
 
-def graspable(target: Object) -> bool:
-    """Whether LR finds a grasp that the arm reaches, as well as the pose PREGRASP_M before it.
+def graspable(target: Object, X_EF: Array, X_PG: Array, q_p: Array) -> bool:
+    """Whether LR finds a grasp that the arm reaches, and with it the pre-grasp pose (eqs 67 to 69).
 
-    E is taken to be at the fingertips (X_EF the identity); the arm starts from its initial pose.
+    Args:
+        target: a box, in B.
+        X_EF: (4, 4) centre of the gripper in the end-effector.
+        X_PG: (4, 4) grasp pose seen from the pre-grasp pose.
+        q_p: (6,) rad, joints before the motion, which choose the branch of IK.
     """
     try:
-        X_BE = grasp_pose(left_right_grasp(target), np.eye(4))
+        X_BE = grasp_pose(left_right_grasp(target), X_EF)
     except NotGraspable:
         return False
-    X_pregrasp = X_BE.copy()
-    X_pregrasp[:3, 3] -= PREGRASP_M * X_BE[:3, 2]
-    return reachable(X_BE, Q_BEFORE) and reachable(X_pregrasp, Q_BEFORE)
+    return reachable(X_BE, q_p) and reachable(X_BE @ np.linalg.inv(X_PG), q_p)
 
 
 def _side_across(target: Object, up: int) -> int:

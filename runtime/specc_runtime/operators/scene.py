@@ -1,4 +1,4 @@
-"""TO, US and SO: objects in another frame, the memory of the scene, the object to pick (4.8).
+"""TO, US, GO and SO: objects in another frame, the scene remembered, the object to pick (4.8).
 
 What is remembered and not seen again loses confidence and never outranks what is seen, so that an
 object that was picked and dropped elsewhere is not looked for where it lay.
@@ -71,20 +71,30 @@ def update_scene(O_p: Objects, O_c: Objects) -> Objects:
     return (*merged, *(old for old in faded if old.confidence >= FORGOTTEN_BELOW))
 
 
-def select_object(objects: Objects) -> Object:
-    """SO (eq. 67): the object in B with the highest confidence, of those easiest to take.
+def graspable_objects(objects: Objects, X_EF: Array, X_PG: Array, q_p: Array) -> Objects:
+    """GO: the objects in B that the arm can take, in their order (not in the paper).
 
-    Easiest are those that the arm can grasp without its hand touching others, then those that it
-    can grasp, then the rest. Raises ValueError if there is no object.
+    Those beside which the open hand has room; if there are none, all that are in reach.
+
+    Args:
+        objects: the scene, in B.
+        X_EF, X_PG, q_p: as of `grasping.graspable`.
     """
-    return max(objects, key=lambda each: (_ease(each, objects), each.confidence))
+    in_reach = tuple(each for each in objects if graspable(each, X_EF, X_PG, q_p))
+    return tuple(each for each in in_reach if _has_room(each, objects)) or in_reach
 
 
-def _ease(candidate: Object, objects: Objects) -> int:
-    if not graspable(candidate):
-        return 0
+def select_object(objects: Objects) -> Object:
+    """SO (eq. 67): the object with the highest confidence, of several the first.
+
+    Raises ValueError if there is no object.
+    """
+    return max(objects, key=lambda each: each.confidence)
+
+
+def _has_room(candidate: Object, objects: Objects) -> bool:
     X_BF = grasp_pose(left_right_grasp(candidate), np.eye(4))
-    return 2 if hand_has_room(X_BF, tuple(o for o in objects if o is not candidate)) else 1
+    return hand_has_room(X_BF, tuple(each for each in objects if each is not candidate))
 
 
 def _same_model(one: Object, other: Object) -> bool:
