@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from specc.proof.formula import Formula, atoms_of
-from specc.proof.relevance import components, conjuncts, related, variables_of
+from specc.proof.relevance import components, conjuncts, has_related_sums, related, variables_of
 from specc.proof.repair import condition_for
 from specc.proof.table import Table, TooLargeError
 from specc.proof.variables import Arrival
 from specc.proof.verdict import Decision, InputName, Witness
 from specc.proof.witness import describe
+
+Solve = Callable[[Sequence[Formula], Sequence[Formula]], Decision | None]
+"""Decides about conditions where formulas are assumed; None if it cannot."""
 
 
 class Question:
@@ -21,7 +24,10 @@ class Question:
         conditions: Sequence[Formula],
         context: Sequence[Formula],
         axioms: Sequence[Formula],
+        solve: Solve,
     ) -> None:
+        """`solve` is asked what the tables do not settle."""
+        self._solve = solve
         self._conditions = conditions
         given = conjuncts(context)
         self._assumed = given + related(conjuncts(axioms), [*conditions, *given])
@@ -36,7 +42,10 @@ class Question:
         """The answer where the facts hold as well."""
         assumed = [*self._assumed, *facts]
         try:
-            return _decision(self._conditions, assumed)
+            decision = _decision(self._conditions, assumed)
+            if decision.proved or not has_related_sums([*self._conditions, *assumed]):
+                return decision
+            return self._solve(self._conditions, assumed) or decision
         except TooLargeError as error:
             reason = str(error)
         # What the context says of other things cannot help a proof, but makes the table larger.
@@ -46,6 +55,9 @@ class Question:
             smaller = None
         if smaller is not None and smaller.proved:
             return smaller
+        solved = self._solve(self._conditions, assumed)
+        if solved is not None:
+            return solved
         return Decision(
             unknown=reason,
             satisfiable=(True,) * len(self._conditions),

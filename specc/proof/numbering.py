@@ -39,6 +39,8 @@ class Numbering:
 
     def __init__(self, lets: Mapping[str, Expr], constants: Mapping[str, Expr]) -> None:
         """`lets` and `constants` in order of dependence."""
+        self._let_values = lets
+        self._constant_values = constants
         self._numbers: dict[object, int] = {}
         self._values: dict[int, Scalar] = {}
         # By identity, with the expression itself so that no other one takes its identity.
@@ -53,6 +55,15 @@ class Numbering:
     def value(self, number: int) -> Scalar | None:
         """The value of a number that stands for a known one: a number, truth, member or text."""
         return self._values.get(number)
+
+    def looked_through(self, expr: Expr) -> Expr:
+        """What a let or a constant stands for; any other expression itself."""
+        while isinstance(expr, (LetRef, ConstantRef)):
+            names = self._let_values if isinstance(expr, LetRef) else self._constant_values
+            if expr.name not in names:
+                break
+            expr = names[expr.name]
+        return expr
 
     def number(self, expr: Expr, bound: Depths | None = None) -> int:
         """The number of `expr`; `bound` says how deep each quantifier variable was bound."""

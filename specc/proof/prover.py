@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from specc.model.expr import Expr
@@ -61,7 +61,7 @@ class Prover:
         key: object = (conditions, context, without)
         if key not in self._questions:
             axioms = [a for index, a in enumerate(self._axioms) if index != without]
-            self._questions[key] = Question(conditions, context, axioms)
+            self._questions[key] = Question(conditions, context, axioms, self._solve)
         question = self._questions[key]
         known = question.arrivals.intersection(present)
         key = (question, known)
@@ -98,6 +98,17 @@ class Prover:
             if can_hold([self._axioms[i] for i in rest]) is False:
                 core = rest
         return tuple(core)
+
+    def _solve(self, conditions: Sequence[Formula], assumed: Sequence[Formula]) -> Decision | None:
+        """What the solver says, if it is installed and answers."""
+        try:
+            from specc.proof.solver import Solver, UnsureError
+        except ImportError:
+            return None
+        try:
+            return Solver(self._translator.numbering).decide(conditions, assumed)
+        except UnsureError:
+            return None
 
     def _context(self, state: str, cause: Cause) -> tuple[Formula, ...]:
         """When a state ends by a cause: the error condition has priority (2.4)."""

@@ -47,7 +47,7 @@ class Translator:
         self.make = Formulas()
         self._lets = lets
         self._always = always_present
-        self._numbering = Numbering(lets, constants)
+        self.numbering = self._numbering = Numbering(lets, constants)
         self._comparisons = Comparisons(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
         for value in lets.values():
@@ -124,14 +124,18 @@ class Translator:
         if isinstance(left, Choice):
             return self.make.choice(
                 self._bool(left.test, bound),
-                self._compare(whole, op, left.then, right, bound),
-                self._compare(whole, op, left.otherwise, right, bound),
+                *(
+                    self._compare(_like(whole, op, a, right), op, a, right, bound)
+                    for a in (left.then, left.otherwise)
+                ),
             )
         if isinstance(right, Choice):
             return self.make.choice(
                 self._bool(right.test, bound),
-                self._compare(whole, op, left, right.then, bound),
-                self._compare(whole, op, left, right.otherwise, bound),
+                *(
+                    self._compare(_like(whole, op, left, b), op, left, b, bound)
+                    for b in (right.then, right.otherwise)
+                ),
             )
         if isinstance(left.type, (Bool, Enum, Text)):
             return self._same(whole, left, right, op == "==", bound)
@@ -196,6 +200,10 @@ class Translator:
         size = over.size if isinstance(over, Vector) else None
         number = self._numbering.number(whole.over, bound)
         return self._ask(Collection(number, size), test, whole, exists)
+
+
+def _like(whole: Expr, op: str, left: Expr, right: Expr) -> Expr:
+    return Compare(op, left, right, type=whole.type)  # type: ignore[arg-type]  # one of the six
 
 
 def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:

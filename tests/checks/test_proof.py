@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 
 import pytest
 
@@ -250,7 +251,19 @@ def test_rows_ensure_the_inputs_that_their_conditions_ask_for() -> None:
     assert ensured == (frozenset({("c", "T")}), frozenset({("c", "b")}), frozenset())
 
 
-def test_too_many_facts_are_unknown_and_say_so() -> None:
+def test_too_many_facts_are_the_solvers_matter() -> None:
+    flags = [operator(f"p{i}", X) for i in range(19)]
+    gap = prove([both(*flags), negation(both(*flags[1:]))]).decision.gap
+    assert gap
+    assert dict(gap.facts) == {
+        show(flag): "false" if flag is flags[0] else "true" for flag in flags
+    }
+
+
+def test_too_many_facts_without_a_solver_are_unknown_and_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "specc.proof.solver", None)
     flags = [operator(f"p{i}", X) for i in range(19)]
     decision = prove([both(*flags), negation(both(*flags[1:]))]).decision
     assert not decision.gap

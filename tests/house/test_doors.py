@@ -23,6 +23,7 @@ DOORS = {
     "pygls": {"specc.lsp.server"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
+    "z3": {"specc.proof.solver"},
 }
 
 

@@ -29,7 +29,10 @@ def _questions(count: int) -> str:
     text = fill(safe, 90, initial_indent=" " * 4, subsequent_indent=" " * 4)
     return (
         f"memory: {{n: {{type: int, init: 0}}}}\nlet:\n  safe: >-\n{text}\n"
-        "conditions: {initial: {go: safe and n > 0, stay: not safe or n <= 0}}\n"
+        "conditions:\n  initial:\n"
+        "    go: 'safe and any(q > 1[rad] for q in x.E.m_m)'\n"
+        "    stay: >-\n      not safe or not any(q > 1[rad] for q in x.E.m_m)\n"
+        "      and not any(q > 2[rad] for q in x.E.m_m)\n"
         "transitions:\n  - [S0, terminal, go, S0]\n  - [S0, terminal, stay, S0]\n"
     )
 
@@ -88,8 +91,9 @@ CODES = (
         "W0606",
         "rows not proved",
         "The conditions of the rows ask too many independent questions for a table of all "
-        "answers. That exactly one row applies is then checked in every run, and a run in which it "
-        "is not so ends with a fault.",
+        "answers, and the solver (installed by `specc[proof]`) does not decide them either. That "
+        "exactly one row applies is then checked in every run, and a run in which it is not so "
+        "ends with a fault.",
         _questions(24),
         _questions(3),
         "subsystem",

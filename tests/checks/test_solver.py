@@ -1,0 +1,105 @@
+"""What the solver says agrees with trying values, and it is asked only where tables end."""
+
+from __future__ import annotations
+
+import itertools
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from specc.expr import Environment, evaluate
+from specc.model.expr import Binary, Builtin, Compare, Expr, Logic, MemoryRef, Number, Unary
+from specc.model.types import Bool, Int
+from specc.proof import Prover
+from specc.proof.solver import Solver
+from tests.checks.conditions import condition, machine
+
+ROOT = Path(__file__).resolve().parents[2]
+BOOL, INT = Bool(), Int()
+A, B = (MemoryRef(name, type=INT) for name in "ab")
+VALUES = range(-7, 8)
+"""Wide enough: every threshold below is within, and sums of two of them."""
+
+
+def sums(rng: random.Random) -> Expr:
+    """A comparison of a small sum with a constant."""
+    left: Expr = rng.choice((A, B))
+    match rng.randrange(5):
+        case 0:
+            left = Binary("+", A, B, type=INT)
+        case 1:
+            left = Binary("-", A, Binary("*", Number(2, type=INT), B, type=INT), type=INT)
+        case 2:
+            left = Builtin("max", (A, B), type=INT)
+        case 3:
+            left = Builtin("abs", (A,), type=INT)
+    op = rng.choice(("<", "<=", ">", ">=", "==", "!="))
+    right = rng.choice((A, B, *(Number(n, type=INT) for n in range(-2, 3))))
+    return Compare(op, left, right, type=BOOL)
+
+
+def tree(rng: random.Random, depth: int) -> Expr:
+    if depth == 0:
+        return sums(rng)
+    parts = tree(rng, depth - 1), tree(rng, depth - 1)
+    if rng.random() < 0.25:
+        return Unary("not", parts[0], type=BOOL)
+    return Logic(rng.choice(("and", "or")), parts, type=BOOL)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_verdicts_about_sums_agree_with_trying(seed: int) -> None:
+    rng = random.Random(seed)
+    rows = [tree(rng, 1) for _ in range(2)]
+    rows.append(Unary("not", Logic("or", tuple(rows), type=BOOL), type=BOOL))
+    rows = rows[: rng.randint(2, 3)]
+    decision = Prover(machine(rows), {}).prove_rows("S", "terminal").decision
+    enabled = [
+        sum(bool(evaluate(row, Environment(memory={"a": a, "b": b}))) for row in rows)
+        for a, b in itertools.product(VALUES, repeat=2)
+    ]
+    assert (decision.gap is not None) == (0 in enabled)
+    assert (decision.overlap is not None) == any(count > 1 for count in enabled)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_solver_and_tables_agree_on_facts(seed: int) -> None:
+    rng = random.Random(3000 + seed)
+    rows = [condition(rng, 2, {}) for _ in range(2)]
+    prover = Prover(machine(rows), {})
+    told = prover.prove_rows("S", "terminal").decision
+    formulas = [prover._formula(row) for row in rows]
+    if any(type(a).__name__ == "Collection" for a in _variables(formulas)):
+        return
+    solved = Solver(prover._translator.numbering).decide(formulas, [])
+    assert (solved.gap is None, solved.overlap is None) == (told.gap is None, told.overlap is None)
+    assert solved.satisfiable == told.satisfiable
+    assert solved.ensures == told.ensures
+
+
+def _variables(formulas: list) -> set:  # type: ignore[type-arg]  # of formulas
+    from specc.proof.relevance import variables_of
+
+    return variables_of(formulas)
+
+
+def test_many_facts_are_proved() -> None:
+    facts = [MemoryRef(f"m{i}", type=BOOL) for i in range(24)]
+    both = Logic("and", tuple(facts), type=BOOL)
+    some_missing = Logic("or", tuple(Unary("not", f, type=BOOL) for f in facts), type=BOOL)
+    assert Prover(machine([both, some_missing]), {}).prove_rows("S", "terminal").proved
+
+
+def test_the_flagship_needs_no_solver() -> None:
+    program = (
+        "import sys; from specc.pipeline import compile_spec;"
+        "assert not compile_spec('specs/irp_picking.yaml').diagnostics;"
+        "print({'z3', 'networkx'} & set(sys.modules))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    assert done.stdout.strip() == "set()"
