@@ -160,9 +160,7 @@ class Flows:
     def of_state(self, state: str) -> Flow:
         """The work cycle of a state: error has priority over the terminal condition (2.4)."""
         behaviour = self._subsystem.state(state).behaviour
-        return self._check(
-            state, {}, (("error", behaviour.error), ("terminal", behaviour.terminal))
-        )
+        return self._check(state, {}, _conditions(behaviour))
 
     def _check(
         self, state: str, facts: Facts, conditions: tuple[tuple[Cause, Condition], ...]
