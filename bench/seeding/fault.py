@@ -62,7 +62,11 @@ class Fault:
 
 
 def fault(
-    name: str, codes: str, seeds: Callable[[Sheet], Iterable[Seed]], with_: str = "", **options: bool
+    name: str,
+    codes: str,
+    seeds: Callable[[Sheet], Iterable[Seed]],
+    with_: str = "",
+    **options: bool,
 ) -> Fault:
     """A class of faults; codes are separated by spaces."""
     return Fault(name, frozenset(codes.split()), seeds, frozenset(with_.split()), **options)

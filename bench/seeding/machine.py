@@ -100,22 +100,22 @@ class Machine:
 
     def uses(self, name: str) -> list[Node]:
         """Where expressions call a name."""
-        return [
-            word for _, route in self.expressions() for word in self.sheet.words(route, {name})
-        ]
+        return [word for _, route in self.expressions() for word in self.sheet.words(route, {name})]
 
     def lines_of_state(self, state: str) -> list[int]:
         """Places where what is wrong with the end of a state may be shown."""
         sheet = self.sheet
         behaviour = self.below("behaviours", self.behaviour_of(state))
         places = [sheet.key(self.below("states", state)).start, sheet.key(behaviour).start]
-        places += [sheet.at((*behaviour, cause)).start for cause in sheet.get(behaviour) if cause in KINDS]
+        places += [
+            sheet.at((*behaviour, cause)).start for cause in sheet.get(behaviour) if cause in KINDS
+        ]
         return places + [sheet.at(route).start for route, row in self.rows() if row[0] == state]
 
 
 def machines(sheet: Sheet) -> list[Machine]:
     """The subsystems that a sheet describes itself."""
-    found = [("subsystem",)] if sheet.has(("subsystem",)) else []
+    found: list[Route] = [("subsystem",)] if sheet.has(("subsystem",)) else []
     for agent in sheet.entries(("agents",)):
         found.append((*agent, "control"))
         found += sheet.entries((*agent, "virtual_effectors"))

@@ -78,7 +78,16 @@ class Sheet:
 
     def replaced(self, node: Node, text: str) -> Edit:
         """Other text in place of a value or key."""
-        return Edit(node.start, node.end, text)
+        # The text of a folded scalar ends with its line break.
+        return Edit(node.start, node.start + len(self.raw(node).rstrip()), text)
+
+    def inside(self, route: Route, start: int, end: int, text: str) -> Edit:
+        """Other text for a part of a scalar, which gets quotes where the new text needs them."""
+        node = self.at(route)
+        if self.text[node.start] in "\"'>|" or not re.search(r"[,\[\]{}]", text):
+            return Edit(start, end, text)
+        whole = self.text[node.start : start] + text + self.text[end : node.end]
+        return Edit(node.start, node.end, f'"{whole}"')
 
     def scalar(self, route: Route, key: str) -> Route:
         """Route to the text of a part in its long form, `key: text`, or in its short form."""
@@ -99,8 +108,12 @@ class Sheet:
             if index + 1 < len(siblings):
                 return Edit(start, self._extent(siblings[index + 1])[0], "")
             return Edit(self._extent(siblings[index - 1])[1] if index else start, end, "")
-        line_end = self.text.find("\n", end)
-        return Edit(self._line_start(start), len(self.text) if line_end < 0 else line_end + 1, "")
+        # The first key of an item of a list shares its line with the dash.
+        line_start, line_end = self._line_start(start), self.text.find("\n", end)
+        shared = isinstance(route[-1], str) and self.text[line_start:start].strip()
+        if shared and index + 1 < len(siblings):
+            return Edit(start, self._extent(siblings[index + 1])[0], "")
+        return Edit(line_start, len(self.text) if line_end < 0 else line_end + 1, "")
 
     def beside(self, route: Route, text: str) -> Edit:
         """The edit that puts another entry in front of the one at a route."""
@@ -130,8 +143,7 @@ class Sheet:
         return [
             Node(node.start + match.start(), node.start + match.end(), match[0])
             for match in WORD.finditer(text)
-            if match[0] in names
-            and not any(first < match.start() < last for first, last in units)
+            if match[0] in names and not any(first < match.start() < last for first, last in units)
         ]
 
     def _extent(self, route: Route) -> tuple[int, int]:
@@ -149,7 +161,7 @@ class Sheet:
 def misspelt(name: str) -> str:
     """A name as a hurried hand writes it: the last two different letters changed round."""
     for index in range(len(name) - 1, 0, -1):
-        first, second = name[index - 1 : index + 1]
+        first, second = name[index - 1], name[index]
         if first != second and (index > 1 or second.isalpha()):
             return name[: index - 1] + second + first + name[index + 1 :]
     return name * 2

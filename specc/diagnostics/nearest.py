@@ -14,4 +14,8 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
         by_folded.setdefault(candidate.casefold(), candidate)
     if len(name) > _LONGEST:
         return []
-    return [by_folded[match] for match in get_close_matches(name.casefold(), by_folded, n=MOST)]
+    folded = name.casefold()
+    # In a short name letters that changed places are half of it, and too far for the measure.
+    swapped = [one for one in by_folded if sorted(one) == sorted(folded) and one != folded]
+    close = dict.fromkeys([*swapped[:MOST], *get_close_matches(folded, by_folded, n=MOST)])
+    return [by_folded[match] for match in close][:MOST]

@@ -48,6 +48,10 @@ class Where:
         return Place(self.file, self.route, "key")
 
 
+FOLLOW_UP = ""
+"""Code of an error that is only that something has an error, which is reported at its place."""
+
+
 @dataclass(frozen=True, slots=True)
 class Meaning:
     """What a text in a file was taken for, in its scope; `expr` is None if it has an error."""
@@ -85,6 +89,9 @@ class Findings:
 
     def expression_error(self, where: Where, error: ExprError) -> None:
         """Report an error in the text at `where`, at its own offsets."""
+        if error.code == FOLLOW_UP:
+            self.withheld += 1
+            return
         place = Place(where.file, where.route, "value", error.start, error.end)
         self.diagnostics.append(Diagnostic(error.code, error.message, place, help=error.help))
 

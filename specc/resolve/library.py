@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from specc.expr import ExprError, Scope, TypeNames, parse_signature, parse_type
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type
-from specc.resolve.context import Findings, Where, trace_of
+from specc.resolve.context import FOLLOW_UP, Findings, Where, trace_of
 from specc.resolve.definitions import Definitions, MakeType
 from specc.resolve.expressions import Expressions
 from specc.schema import SpecFile
@@ -171,6 +171,7 @@ class _TypeMaker:
     definitions: Definitions
     findings: Findings
     _making: bool = False
+    _broken: bool = False
     _enum: Type | None = None
 
     def __call__(self, frames: tuple[Frame, ...]) -> Type:
@@ -208,6 +209,16 @@ class _TypeMaker:
         except ExprError as error:
             self.findings.expression_error(self.where.scalar("type"), error)
 
+    def _parsed(self, where: Where, text: str, names: TypeNames) -> Type:
+        """A type in the definition; what is wrong with it is reported here and nowhere else."""
+        if not self._broken:
+            try:
+                return parse_type(text, names)
+            except ExprError as error:
+                self.findings.expression_error(where, error)
+                self._broken = True
+        raise ExprError(f"type `{self.name}` has an error", 0, 0, code=FOLLOW_UP)
+
     def _make(self, frames: tuple[Frame, ...]) -> Type:
         definition = self.definition
         local = dict(zip(definition.frames, frames, strict=True))
@@ -219,9 +230,10 @@ class _TypeMaker:
         if definition.opaque:
             return Opaque(self.name, frames, definition.python or "")
         if definition.fields is not None:
-            fields = tuple((n, parse_type(t, names)) for n, t in definition.fields.items())
+            texts, at = definition.fields.items(), self.where["fields"]
+            fields = tuple((n, self._parsed(at[n], t, names)) for n, t in texts)
             return Record(self.name, frames, fields, definition.python or "")
-        made = parse_type(definition.type or "", names)
+        made = self._parsed(self.where.scalar("type"), definition.type or "", names)
         return Enum(self.name, made.members) if isinstance(made, Enum) else made
 
 

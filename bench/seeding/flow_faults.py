@@ -1,0 +1,69 @@
+"""Faults in what flows: values that nobody reads or writes, readers that are too slow."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.machine import Machine, machines
+from bench.seeding.sheet import Sheet
+from specc.source import Route
+
+_FRESH = re.compile(r"fresh\(x\.(\w+)\.(\w+)\)")
+
+
+def _spare_at_both_ends(sheet: Sheet) -> Iterator[Seed]:
+    """An element that both ends of a connection have and neither uses."""
+    for machine in machines(sheet):
+        control = (*machine.route[:2], "control")
+        for direction, other in ("xy", "yx"):
+            here = machine.below(direction, "c")
+            there: Route = (*control, other, machine.route[-1])
+            if machine.is_control or not (sheet.has(here) and sheet.has(there)):
+                continue
+            firsts = [sheet.entries(buffer)[0] for buffer in (here, there)]
+            edits = [sheet.beside(first, "spare: int") for first in firsts]
+            yield seed(edits, *(sheet.key(first).start for first in firsts))
+
+
+def _memory_not_read(sheet: Sheet) -> Iterator[Seed]:
+    """A second memory element that is written like the first, and never read."""
+    for machine in machines(sheet):
+        for function in machine.get("functions"):
+            for name, route in machine.targets_of(function).items():
+                memory = machine.below("memory", name)
+                if not name.startswith("y.") and sheet.one_line(memory):
+                    edits = [
+                        sheet.beside(memory, f"spare_{sheet.entry(memory)}"),
+                        sheet.beside(route, f"spare_{sheet.entry(route)}"),
+                    ]
+                    yield seed(edits, sheet.key(memory).start, sheet.key(route).start)
+
+
+def _slow_readers(sheet: Sheet) -> Iterator[Seed]:
+    """A subsystem that reacts to fresh values less often than anybody sends them."""
+    for machine in machines(sheet):
+        route = machine.below("rate")
+        asked = _asked(machine)
+        if asked and sheet.has(route):
+            node = sheet.at(route)
+            yield seed(sheet.replaced(node, "2 Hz"), node.start, *asked)
+
+
+def _asked(machine: Machine) -> list[int]:
+    """Elements that expressions ask `fresh` of."""
+    sheet = machine.sheet
+    found = []
+    for _, route in machine.expressions():
+        for peer, element in _FRESH.findall(sheet.raw(sheet.at(route))):
+            if sheet.has(machine.below("x", peer, element)) and peer != "R":
+                found.append(sheet.key(machine.below("x", peer, element)).start)
+    return found
+
+
+FAULTS = (
+    fault("element that nobody reads or writes", "W0412 W0413", _spare_at_both_ends),
+    fault("memory that is never read", "W0615", _memory_not_read, alone=True),
+    fault("reader that is too slow", "W0414", _slow_readers, "E0409 E0701 E0702"),
+)

@@ -1,0 +1,339 @@
+"""Faults in machines: rows, conditions, states, assumptions, and what has no value yet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.machine import Machine, machines
+from bench.seeding.sheet import Edit, Sheet
+from specc.source import Route
+
+_FRESH = re.compile(r"(?<!not )fresh\(x\.(\w+)\.(\w+)\)")
+_MEMBERS = re.compile(r"in \{(\w+), (\w+)")
+
+
+def _ends(machine: Machine) -> Iterator[tuple[str, str, list[tuple[Route, list[str]]]]]:
+    """Each state and cause that can occur, with its rows."""
+    for state in machine.get("states"):
+        for cause in ("terminal", "error"):
+            if machine.ends(state, cause) != "False":
+                yield state, cause, machine.rows_of(state, cause)
+
+
+def _missing_rows(sheet: Sheet) -> Iterator[Seed]:
+    """One of several rows is gone: nothing applies where it did."""
+    for machine in machines(sheet):
+        for state, _, rows in _ends(machine):
+            for route, _row in rows if len(rows) > 1 else ():
+                yield seed(sheet.removed(route), *machine.lines_of_state(state))
+
+
+def _missing_last_rows(sheet: Sheet, cause: str) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for state, its_cause, rows in _ends(machine):
+            if its_cause == cause and rows:
+                edits = [sheet.removed(route) for route, _row in rows]
+                yield seed(edits, *machine.lines_of_state(state))
+
+
+def _traps(sheet: Sheet) -> Iterator[Seed]:
+    yield from _missing_last_rows(sheet, "terminal")
+
+
+def _no_error_rows(sheet: Sheet) -> Iterator[Seed]:
+    yield from _missing_last_rows(sheet, "error")
+
+
+def _new_errors(sheet: Sheet) -> Iterator[Seed]:
+    """An error condition that could not hold now can, and no row is there for it."""
+    for machine in machines(sheet):
+        for route in machine.entries("conditions", "error"):
+            node = sheet.at(sheet.scalar(route, "when"))
+            states = [s for s in machine.get("states") if not machine.rows_of(s, "error")]
+            places = [place for state in states for place in machine.lines_of_state(state)]
+            if sheet.raw(node) == "False":
+                yield seed(sheet.replaced(node, '"elapsed > 60[s]"'), *places)
+
+
+def _overlaps(sheet: Sheet) -> Iterator[Seed]:
+    """A row for every case beside others, or the same case with two next states."""
+    for machine in machines(sheet):
+        states = list(machine.get("states"))
+        for _, _, rows in _ends(machine):
+            for route, row in rows:
+                if len(rows) > 1:
+                    places = [sheet.at(other).start for other, _row in rows]
+                    yield seed(sheet.replaced(sheet.at((*route, 2)), "always"), *places)
+                elsewhere = [state for state in states if state != row[3]]
+                for target in elsewhere[:1]:
+                    text = f"[{', '.join([*row[:3], target])}]"
+                    yield seed(sheet.beside(route, text), sheet.at(route).start)
+
+
+def _narrowed(sheet: Sheet) -> Iterator[Seed]:
+    """A case is left out of a condition: its rows no longer cover everything."""
+    for machine in machines(sheet):
+        for route in machine.entries("conditions", "initial"):
+            text = sheet.scalar(route, "when")
+            places = [*_rows_with(machine, str(route[-1])), sheet.at(text).start]
+            node = sheet.at(text)
+            if machine.text_of("initial", str(route[-1])) == "True":
+                yield seed(sheet.replaced(node, '"elapsed > 1[s]"'), *places)
+                continue
+            for found in _MEMBERS.finditer(sheet.raw(node)):
+                yield seed(
+                    Edit(node.start + found.start(1), node.start + found.start(2), ""), *places
+                )
+            inner = sheet.raw(node).strip("\"'")
+            if "\n" not in inner:
+                more = f'"({inner}) and elapsed > 1[s]"'
+                yield seed(sheet.replaced(node, more), *places)
+
+
+def _rows_with(machine: Machine, condition: str) -> list[int]:
+    """Places that belong to the states that have a row with this initial condition."""
+    states = {row[0] for _, row in machine.rows() if row[2] == condition}
+    return [place for state in sorted(states) for place in machine.lines_of_state(state)]
+
+
+def _negated(sheet: Sheet) -> Iterator[Seed]:
+    """`fresh` where `not fresh` is meant: some cases have two rows, others none."""
+    for machine in machines(sheet):
+        for route in machine.entries("conditions", "initial"):
+            node = sheet.at(sheet.scalar(route, "when"))
+            places = [*_rows_with(machine, str(route[-1])), node.start]
+            for found in re.finditer(r"\bnot ", sheet.raw(node)):
+                start = node.start + found.start()
+                yield seed(Edit(start, start + 4, ""), *places)
+
+
+def _never_initial(sheet: Sheet) -> Iterator[Seed]:
+    yield from _contradicted(sheet, "initial")
+
+
+def _never_ending(sheet: Sheet) -> Iterator[Seed]:
+    yield from _contradicted(sheet, "terminal")
+
+
+def _contradicted(sheet: Sheet, kind: str) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for route in machine.entries("conditions", kind):
+            node = sheet.at(sheet.scalar(route, "when"))
+            fresh = _FRESH.search(sheet.raw(node))
+            part = fresh[0] if fresh else "elapsed > 1[s]"
+            places = [node.start, sheet.key(route).start]
+            yield seed(sheet.replaced(node, f'"{part} and not {part}"'), *places)
+
+
+def _unreachable(sheet: Sheet) -> Iterator[Seed]:
+    """Another state, from which rows lead away but to which none leads."""
+    for machine in machines(sheet):
+        behaviours = list(machine.get("behaviours"))
+        rows = machine.entries("transitions")
+        first = next(iter(machine.get("states")))
+        for name in behaviours:
+            behaviour = machine.get("behaviours", name)
+            if not rows or machine.text_of("error", behaviour.get("error", "never")) != "False":
+                continue
+            state = machine.entries("states")[0]
+            edits = [
+                sheet.beside(state, f"aside: {name}"),
+                sheet.beside(rows[0], f"[aside, terminal, always, {first}]"),
+            ]
+            yield seed(edits, sheet.key(state).start)
+
+
+def _swapped(sheet: Sheet) -> Iterator[Seed]:
+    """The targets of two rows changed round, where a state can no longer be reached then."""
+    for machine in machines(sheet):
+        rows = machine.rows()
+        arcs = [(row[0], row[3]) for _, row in rows]
+        for i in range(len(rows)):
+            for j in range(i + 1, len(rows)):
+                changed = list(arcs)
+                changed[i], changed[j] = (arcs[i][0], arcs[j][1]), (arcs[j][0], arcs[i][1])
+                lost = _reached(machine, arcs) - _reached(machine, changed)
+                if lost:
+                    edits = [
+                        sheet.replaced(sheet.at((*rows[i][0], 3)), arcs[j][1]),
+                        sheet.replaced(sheet.at((*rows[j][0], 3)), arcs[i][1]),
+                    ]
+                    places = [sheet.key(machine.below("states", s)).start for s in sorted(lost)]
+                    yield seed(edits, *places)
+
+
+def _reached(machine: Machine, arcs: Iterable[tuple[str, str]]) -> set[str]:
+    reached, added = set(), {str(machine.get("initial_state"))}
+    while added:
+        reached |= added
+        added = {target for source, target in arcs if source in reached} - reached
+    return reached
+
+
+def _returning(sheet: Sheet) -> Iterator[Seed]:
+    """All rows of a state lead back to it."""
+    for machine in machines(sheet):
+        for state in machine.get("states"):
+            leaving = [(route, row) for route, row in machine.rows() if row[0] == state != row[3]]
+            arcs = [(row[0], state if row[0] == state else row[3]) for _, row in machine.rows()]
+            if leaving and _reached(machine, arcs) == set(machine.get("states")):
+                edits = [sheet.replaced(sheet.at((*route, 3)), state) for route, _ in leaving]
+                yield seed(edits, *machine.lines_of_state(state))
+
+
+def _idle_rows(sheet: Sheet) -> Iterator[Seed]:
+    """A row for a cause that cannot occur."""
+    for machine in machines(sheet):
+        for state in machine.get("states"):
+            for cause in ("terminal", "error"):
+                if machine.ends(state, cause) == "False" and machine.rows():
+                    row = machine.rows()[0][0]
+                    text = f"[{state}, {cause}, always, {state}]"
+                    yield seed(sheet.beside(row, text))
+
+
+def _two_writers(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for name in machine.get("behaviours"):
+            own = machine.functions_of(name)
+            written = {target for function in own for target in machine.targets_of(function)}
+            for other in machine.get("functions"):
+                both = sorted(written & set(machine.targets_of(other)))
+                if other in own or not both:
+                    continue
+                listed = machine.below("behaviours", name, "functions")
+                routes = [machine.targets_of(f).get(t) for f in (*own, other) for t in both]
+                places = [sheet.key(route).start for route in routes if route]
+                end = sheet.at(listed).end - 1
+                yield seed(Edit(end, end, f", {other}"), sheet.at(listed).start, *places)
+
+
+def _unused(sheet: Sheet) -> Iterator[Seed]:
+    """A second entry of another name, which nothing refers to."""
+    for machine in machines(sheet):
+        parts: list[tuple[str, ...]] = [("memory",), ("let",), ("functions",), ("behaviours",)]
+        parts += [("conditions", kind) for kind in machine.get("conditions")]
+        for part in parts:
+            for route in machine.entries(*part):
+                entry = sheet.entry(route)
+                if "\n" not in entry:
+                    text = f"spare_{entry}"
+                    yield seed(sheet.beside(route, text), sheet.key(route).start)
+
+
+def _assumption(sheet: Sheet, that: str, first: bool = False) -> Iterator[Seed]:
+    """An assumption about every input that is asked for, `{}` in the text."""
+    for machine in machines(sheet):
+        text = "".join(sheet.raw(sheet.at(route)) for _, route in machine.expressions())
+        asked = sorted({found[0] for found in _FRESH.finditer(text)})
+        for item in asked:
+            said = f'{{that: "{that.format(item)}", because: "the test says so"}}'
+            if existing := machine.entries("assume"):
+                place = sheet.at(existing[0]).start
+                yield seed(sheet.beside(existing[0], said), sheet.text.rindex("-", 0, place), place)
+            else:
+                anchor = machine.below("initial_state")
+                edit = sheet.beside(anchor, f"assume: [{said}]")
+                yield seed(edit, sheet.key(anchor).start)
+
+
+def _contradictory(sheet: Sheet) -> Iterator[Seed]:
+    yield from _assumption(sheet, "{0} and not {0}")
+
+
+def _superfluous(sheet: Sheet) -> Iterator[Seed]:
+    yield from _assumption(sheet, "{0} or not {0}")
+
+
+def _no_initial_values(sheet: Sheet) -> Iterator[Seed]:
+    """An input that is read from the first period on loses its initial value."""
+    for machine in machines(sheet):
+        for element in machine.elements("x"):
+            if sheet.has((*element, "init")):
+                name = f"x.{element[-2]}.{element[-1]}"
+                uses = [
+                    sheet.at(route).start
+                    for _, route in machine.expressions()
+                    if name in sheet.raw(sheet.at(route))
+                ]
+                yield seed(sheet.removed((*element, "init")), *uses, sheet.key(element).start)
+
+
+def _entered_unprepared(sheet: Sheet) -> Iterator[Seed]:
+    """A row that asks for nothing new leads to a state that reads what may not have come."""
+    for machine in machines(sheet):
+        for state in machine.get("states"):
+            reads = _event_reads(machine, state)
+            for route, row in machine.rows():
+                text = machine.text_of("initial", row[2])
+                if (
+                    reads
+                    and text.startswith("not fresh")
+                    and row[3] != state
+                    and row[1] == "terminal"
+                ):
+                    if row[0] != machine.get("initial_state"):
+                        continue
+                    edit = sheet.replaced(sheet.at((*route, 3)), state)
+                    yield seed(edit, *reads, *machine.lines_of_state(state))
+
+
+def _event_reads(machine: Machine, state: str) -> list[int]:
+    """Places in expressions of a state's behaviour that read inputs from `c` without `init`."""
+    sheet = machine.sheet
+    inputs = {
+        f"x.c.{name}"
+        for name, element in machine.get("x").get("c", {}).items()
+        if not (isinstance(element, dict) and "init" in element)
+    }
+    routes = {
+        route[-1] if route[-1] != "is" else route[-2]: route
+        for kind, route in machine.expressions()
+        if kind == "let"
+    }
+    waiting = [
+        sheet.scalar(route, "is")
+        for function in machine.functions_of(machine.behaviour_of(state))
+        for route in machine.targets_of(function).values()
+    ]
+    seen: list[Route] = []
+    while waiting:
+        route = waiting.pop()
+        seen.append(route)
+        called = [str(word.scalar) for word in sheet.words(route, {str(name) for name in routes})]
+        waiting += [routes[name] for name in called if routes[name] not in (*seen, *waiting)]
+    reads = [route for route in seen if any(name in sheet.raw(sheet.at(route)) for name in inputs)]
+    return [sheet.at(route).start for route in (seen if reads else ())]
+
+
+_ROWS = "E0601 E0602"
+_AFTER = "W0412 W0604 W0605 W0607 W0610 W0611 W0612 W0613 W0614 W0615"
+
+FAULTS = (
+    fault("missing case (one of several rows)", "E0601", _missing_rows, _AFTER),
+    fault("case left out of a condition", "E0601", _narrowed, "E0602 W0610"),
+    fault("condition without its `not`", _ROWS, _negated, f"{_AFTER} E0701 E0702"),
+    fault("overlapping conditions", "E0602", _overlaps, "E0701 E0702 W0610 W0611"),
+    fault(
+        "condition of a row that can never hold",
+        "W0605 W0613",
+        _never_initial,
+        f"{_AFTER} E0601",
+    ),
+    fault("terminal condition that can never hold", "W0604 W0613", _never_ending, _AFTER),
+    fault("trap state (no rows)", "E0603 O0605", _traps, _AFTER),
+    fault("trap state (all rows lead back)", "W0612", _returning, "E0701 E0702"),
+    fault("missing row for the error cause", "E0603", _no_error_rows, _AFTER),
+    fault("new error without a row", "E0603", _new_errors),
+    fault("row for a cause that never occurs", "W0604", _idle_rows, alone=True),
+    fault("unreachable state", "W0607", _unreachable, "W0604"),
+    fault("targets of two rows swapped", "W0607", _swapped, "E0701 E0702 W0604 W0605 W0612"),
+    fault("two writers", "E0608", _two_writers, "E0701"),
+    fault("part that nothing uses", "W0611", _unused, alone=True),
+    fault("assumption that contradicts itself", "E0609", _contradictory, _AFTER),
+    fault("assumption that nothing needs", "W0610", _superfluous, alone=True),
+    fault("input without its initial value", "E0701 E0702 E0703", _no_initial_values),
+    fault("read before present", "E0701 E0702", _entered_unprepared, "W0607"),
+)

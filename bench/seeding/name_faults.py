@@ -1,0 +1,215 @@
+"""Faults in names: what is referred to does not exist, or only by way of itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.machine import KINDS, Machine, constants, machines
+from bench.seeding.sheet import Edit, Sheet, misspelt
+from specc.source import Route
+
+_INPUT = re.compile(r"\bx\.(\w+)\.(\w+)")
+_TYPE = re.compile(r"\b[A-Z]\w+")
+
+
+def _undefined(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        names = machine.names()
+        for kind, route in machine.expressions():
+            known = constants(sheet) if kind in ("init", "memory") else names
+            for word in sheet.words(route, known):
+                yield seed(sheet.replaced(word, _unknown(word.scalar or "", names)))
+
+
+def _operators(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for _, route in machine.expressions():
+            for call in re.finditer(r"\b([A-Z]\w*)\(", sheet.raw(sheet.at(route))):
+                start = sheet.at(route).start + call.start(1)
+                yield seed(Edit(start, start + len(call[1]), call[1] + "N"))
+
+
+def _elements(sheet: Sheet) -> Iterator[Seed]:
+    yield from _inputs(sheet, 2)
+
+
+def _peers(sheet: Sheet) -> Iterator[Seed]:
+    yield from _inputs(sheet, 1)
+
+
+def _inputs(sheet: Sheet, part: int) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for _, route in machine.expressions():
+            node = sheet.at(route)
+            for found in _INPUT.finditer(sheet.raw(node)):
+                start, end = (node.start + offset for offset in found.span(part))
+                yield seed(Edit(start, end, found[part] + "x"))
+
+
+def _outputs(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        peers = machine.get("y")
+        for kind, route in machine.expressions():
+            node = sheet.at(route)
+            for found in _INPUT.finditer(sheet.raw(node)):
+                if kind in ("let", "condition", "function") and found[1] in peers:
+                    element = next(iter(peers[found[1]]))
+                    text = f"y.{found[1]}.{element}"
+                    yield seed(Edit(node.start + found.start(), node.start + found.end(), text))
+
+
+def _cyclic(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        lets = set(machine.get("let"))
+        uses = {name: _lets_of(machine, name, lets) for name in lets}
+        for name in machine.get("let"):
+            for other in sorted(uses[name] | {name}):
+                cycle = [machine.below("let", item) for item in {name, other}]
+                place = sheet.scalar(machine.below("let", other), "is")
+                edit = sheet.replaced(sheet.at(place), f'"{name}"')
+                yield seed(edit, *(sheet.key(route).start for route in cycle))
+
+
+def _lets_of(machine: Machine, name: str, lets: set[str]) -> set[str]:
+    sheet = machine.sheet
+    route = sheet.scalar(machine.below("let", name), "is")
+    return {word.scalar or "" for word in sheet.words(route, lets)} - {name}
+
+
+def _listed(sheet: Sheet, *steps: str) -> Iterator[Seed]:
+    """Names that stand as values, or in lists, in parts of machines: `behaviours`, `functions`."""
+    part, key = steps
+    for machine in machines(sheet):
+        for entry in machine.entries(part):
+            route = sheet.scalar(entry, key) if part == "states" else (*entry, key)
+            given = sheet.has(route) and sheet.get(route) != []
+            values = sheet.entries(route) or ([route] if given else [])
+            for value in values:
+                name = sheet.get(value)
+                yield seed(sheet.replaced(sheet.at(value), f"{name}_"))
+
+
+def _functions(sheet: Sheet) -> Iterator[Seed]:
+    yield from _listed(sheet, "behaviours", "functions")
+
+
+def _behaviours(sheet: Sheet) -> Iterator[Seed]:
+    yield from _listed(sheet, "states", "behaviour")
+
+
+def _conditions(sheet: Sheet) -> Iterator[Seed]:
+    for cause in KINDS[1:]:
+        yield from _listed(sheet, "behaviours", cause)
+    yield from _cells(sheet, 2)
+
+
+def _targets(sheet: Sheet) -> Iterator[Seed]:
+    yield from _cells(sheet, 3)
+
+
+def _sources(sheet: Sheet) -> Iterator[Seed]:
+    yield from _cells(sheet, 0)
+
+
+def _cells(sheet: Sheet, column: int) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for route, row in machine.rows():
+            yield seed(sheet.replaced(sheet.at((*route, column)), f"{row[column]}_"))
+
+
+def _initial(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        route = machine.below("initial_state")
+        yield seed(sheet.replaced(sheet.at(route), f"{sheet.get(route)}_"))
+
+
+def _assigned(sheet: Sheet) -> Iterator[Seed]:
+    for machine in machines(sheet):
+        for function in machine.get("functions"):
+            for name, route in machine.targets_of(function).items():
+                yield seed(sheet.replaced(sheet.key(route), f"{name}x"))
+
+
+def _types(sheet: Sheet) -> Iterator[Seed]:
+    own = set(sheet.get(("types",), {}))
+    for route in type_texts(sheet):
+        node = sheet.at(route)
+        for found in _TYPE.finditer(sheet.raw(node)):
+            if found[0] in own:
+                start = node.start + found.start()
+                yield seed(Edit(start, start + len(found[0]), misspelt(found[0])))
+
+
+def _frames(sheet: Sheet) -> Iterator[Seed]:
+    for route in type_texts(sheet):
+        node = sheet.at(route)
+        for found in re.finditer(r"(?:pose\[|wrench\[|twist\[|, )([A-Z])\b", sheet.raw(node)):
+            start = node.start + found.start(1)
+            yield seed(Edit(start, start + 1, "Z"))
+
+
+def type_texts(sheet: Sheet) -> Iterable[Route]:
+    """Routes of the types of memory, buffer elements and devices."""
+    for machine in machines(sheet):
+        for route in machine.entries("memory"):
+            yield (*route, "type")
+        for direction in "xy":
+            for element in machine.elements(direction):
+                yield sheet.scalar(element, "type")
+
+
+def _members(sheet: Sheet) -> Iterator[Seed]:
+    members = {
+        member.strip()
+        for entry in sheet.get(("types",), {}).values()
+        for text in [entry.get("type", "") if isinstance(entry, dict) else entry]
+        if text.startswith("enum[")
+        for member in text[5:-1].split(",")
+    }
+    for machine in machines(sheet):
+        for _, route in machine.expressions():
+            for word in sheet.words(route, members - machine.names()):
+                yield seed(sheet.replaced(word, f"{word.scalar}{word.scalar}"))
+
+
+def _given(sheet: Sheet) -> Iterator[Seed]:
+    for route in sheet.walk():
+        if len(route) > 1 and route[-2] == "with":
+            yield seed(sheet.replaced(sheet.key(route), f"{route[-1]}x"), sheet.key(route).start)
+
+
+def _not_given(sheet: Sheet) -> Iterator[Seed]:
+    for route in sheet.walk():
+        if route and route[-1] == "with" and len(sheet.get(route)) == 1:
+            user = route[:-1]
+            places = (sheet.key(user).start, sheet.at((*user, "use")).start)
+            yield seed(sheet.replaced(sheet.at(route), "{}"), *places, sheet.key(route).start)
+
+
+def _unknown(name: str, taken: set[str]) -> str:
+    wrong = misspelt(name)
+    return f"{name}_" if wrong in taken else wrong
+
+
+FAULTS = (
+    fault("undefined variable", "E0201", _undefined, alone=True),
+    fault("unknown operator", "E0202", _operators, alone=True),
+    fault("unknown element of a buffer", "E0203", _elements, alone=True),
+    fault("unknown peer in an expression", "E0204", _peers, alone=True),
+    fault("output read", "E0203 E0204 E0235", _outputs, alone=True),
+    fault("cyclic let", "E0206", _cyclic, alone=True),
+    fault("unknown function", "E0215", _functions, alone=True),
+    fault("unknown behaviour", "E0216", _behaviours, alone=True),
+    fault("unknown condition", "E0212", _conditions, alone=True),
+    fault("wrong target of a row", "E0217", _targets, alone=True),
+    fault("wrong source of a row", "E0217", _sources, alone=True),
+    fault("wrong initial state", "E0217", _initial, alone=True),
+    fault("unknown target of a function", "E0214", _assigned, alone=True),
+    fault("unknown type", "E0233", _types, alone=True),
+    fault("unknown frame", "E0209", _frames, alone=True),
+    fault("wrong member of an enum", "E0201 E0320", _members, alone=True),
+    fault("unknown parameter", "E0210", _given, "E0211"),
+    fault("parameter not given", "E0211", _not_given, alone=True),
+)

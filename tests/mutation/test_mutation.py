@@ -1,0 +1,91 @@
+"""Seeded faults are found: a few of every class, as docs/mutation_score.md says of all."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from bench.mutation import DOCUMENT, ROOT
+from bench.seeding.classes import FAULTS, MEASURED
+from bench.seeding.fault import Fault, Seed
+from bench.seeding.score import Bed, beds, judge, spread
+from bench.seeding.sheet import Edit, Sheet, misspelt
+
+SOIL = beds(ROOT / "specs")
+SAMPLE = 2
+ROW = re.compile(r"^\| ([^|]+) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|", re.MULTILINE)
+DOCUMENTED = {
+    name: tuple(map(int, counts))
+    for name, *counts in ROW.findall(DOCUMENT.read_text(encoding="utf-8"))
+}
+CLEAN = [
+    bed for bed in SOIL if f"`{Path(bed.sheet.path).relative_to(ROOT)}`" in DOCUMENT.read_text()
+]
+
+
+def is_perfect(name: str) -> bool:
+    seeded, found, at_line, extra = DOCUMENTED[name]
+    return seeded == found == at_line and extra == 0
+
+
+def test_every_class_is_documented_and_has_places() -> None:
+    assert len({fault.name for fault in FAULTS}) == len(FAULTS) >= 25
+    assert list(DOCUMENTED) == [fault.name for fault in FAULTS]
+    assert [name for name, counts in DOCUMENTED.items() if counts[0] == 0] == []
+    assert set(MEASURED) <= set(DOCUMENTED)
+
+
+@pytest.mark.parametrize("bed", CLEAN, ids=lambda bed: Path(bed.sheet.path).name)
+def test_there_is_no_finding_without_a_fault(bed: Bed) -> None:
+    assert bed.findings() == []
+
+
+@pytest.mark.parametrize("fault", [f for f in FAULTS if is_perfect(f.name)], ids=lambda f: f.name)
+def test_faults_are_found_at_their_line_and_nothing_else_is(fault: Fault) -> None:
+    for bed in CLEAN:
+        for seed in spread(list(fault.seeds(bed.sheet)), SAMPLE):
+            outcome = judge(fault, seed, bed)
+            told = (outcome.found, outcome.at_its_line, [f.diagnostic for f in outcome.extra])
+            assert told == (True, True, []), seed
+
+
+def test_most_classes_are_found_completely() -> None:
+    assert sum(map(is_perfect, DOCUMENTED)) >= 0.85 * len(FAULTS)
+
+
+def sheet(tmp_path: Path, text: str) -> Sheet:
+    path = tmp_path / "a.yaml"
+    path.write_text(text, encoding="utf-8")
+    return Sheet.read(path)
+
+
+def test_entries_are_taken_away_and_put_beside_others(tmp_path: Path) -> None:
+    page = sheet(tmp_path, "a: {b: 1, c: 2}\nd:\n  - [x, y]\n  - [z]\ne:\n  f: 1 # one\n  g: 2\n")
+
+    def edited(edit: Edit) -> str:
+        return Seed((edit,), (0,)).text(page)
+
+    assert edited(page.removed(("a", "b"))).startswith("a: {c: 2}\n")
+    assert edited(page.removed(("a", "c"))).startswith("a: {b: 1}\n")
+    assert "d:\n  - [z]\ne:" in edited(page.removed(("d", 0)))
+    assert edited(page.removed(("e", "f"))).endswith("e:\n  g: 2\n")
+    assert edited(page.beside(("a", "b"), "n: 0")).startswith("a: {n: 0, b: 1, c: 2}\n")
+    assert "d:\n  - [w]\n  - [x, y]\n" in edited(page.beside(("d", 0), "[w]"))
+    assert edited(page.beside(("e", "g"), "n: 0")).endswith("f: 1 # one\n  n: 0\n  g: 2\n")
+
+
+def test_lines_are_those_of_the_edited_text(tmp_path: Path) -> None:
+    page = sheet(tmp_path, "a: 1\nb: 2\nc: 3\n")
+    gone = Seed((page.removed(("a",)),), (page.key(("a",)).start, page.key(("c",)).start))
+    assert gone.lines(page) == {1, 2}
+    more = Seed((page.beside(("b",), "n: 0"),), (page.key(("a",)).start, page.at(("c",)).start))
+    assert more.lines(page) == {1, 4}
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"), [("rate", "raet"), ("is", "si"), ("eq", "qe"), ("T_dd", "Td_d"), ("S", "SS")]
+)
+def test_a_name_is_misspelt(name: str, wrong: str) -> None:
+    assert misspelt(name) == wrong
