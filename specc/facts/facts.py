@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
@@ -13,12 +13,13 @@ from specc.facts.presence import Presence, find_presence
 from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
+from specc.facts.unused_components import Carriers
 from specc.facts.vague import has_vague_ways, is_vague, row_is_vague
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
-from specc.proof import Prover, RowVerdict
+from specc.proof import Prover, RowVerdict, Witness
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,7 @@ class Facts:
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in broken)
         self._constants = {c.name: c.value for c in system.constants}
         self._provers: dict[str, Prover] = {}
+        self._minding: dict[str, Prover | None] = {}
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
@@ -64,6 +66,27 @@ class Facts:
             always = self.connections.always_present(subsystem)
             self._provers[name] = Prover(subsystem, self._constants, always)
         return self._provers[name]
+
+    @cached_property
+    def carriers(self) -> Carriers:
+        """Where components that are not used can come to."""
+        return Carriers(self.connections)
+
+    def unused_component(self, subsystem: Subsystem, state: str, cause: Cause) -> Witness | None:
+        """Where rows that are proved for numbers fail for a component that is not used."""
+        name = subsystem.qualified_name
+        if name not in self._minding:
+            always = self.connections.always_present(subsystem)
+            may_be = partial(self.carriers.may_be_unused, subsystem=subsystem)
+            minds = self.carriers.in_conditions(subsystem)
+            prover = Prover(subsystem, self._constants, always, may_be) if minds else None
+            self._minding[name] = prover
+        minding = self._minding[name]
+        if minding is None or not self.verdict(subsystem, state, cause).proved:
+            return None
+        present = self.presence(subsystem).in_conditions(state)
+        decision = minding.prove_rows(state, cause, present=present).decision
+        return decision.gap or decision.overlap
 
     def rows(self, subsystem: Subsystem, state: str) -> tuple[Transition, ...]:
         """The rows of a state, of both causes."""

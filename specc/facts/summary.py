@@ -20,7 +20,9 @@ class Proofs:
         `subsystem` is a qualified name; one with errors has nothing proved.
         """
         found = self._subsystems.get(subsystem)
-        return found is not None and self._facts.verdict(found, state, cause).proved
+        if found is None or not self._facts.verdict(found, state, cause).proved:
+            return False
+        return self._facts.unused_component(found, state, cause) is None
 
     def present(self, subsystem: str, state: str) -> frozenset[InputName]:
         """Inputs that surely have a value in the conditions and the functions of a state."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from specc.model.expr import Expr
@@ -27,11 +27,12 @@ class Prover:
         subsystem: Subsystem,
         constants: Mapping[str, Expr],
         always_present: Collection[InputName] = (),
+        may_be_unused: Callable[[Expr], bool] = lambda _: False,
     ) -> None:
         """`constants` of the system by name, in order of dependence."""
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
-        self._translator = Translator(lets, {**constants, **own}, always_present)
+        self._translator = Translator(lets, {**constants, **own}, always_present, may_be_unused)
         self._formula = self._translator.formula
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
         self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}

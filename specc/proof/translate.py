@@ -6,12 +6,13 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Collection as Names
-from collections.abc import Mapping
 
 from specc.model.expr import (
     Among,
     Builtin,
+    Call,
     Choice,
     Compare,
     Expr,
@@ -42,8 +43,13 @@ class Translator:
         lets: Mapping[str, Expr],
         constants: Mapping[str, Expr],
         always_present: Names[InputName] = (),
+        may_be_unused: Callable[[Expr], bool] = lambda _: False,
     ) -> None:
-        """`always_present`: peer and name of input elements that are never without a value."""
+        """`always_present`: peer and name of input elements that are never without a value.
+
+        `may_be_unused` tells numbers that may be `_`, with which every comparison but != is false.
+        """
+        self._may_be_unused = may_be_unused
         self.make = Formulas()
         self._lets = lets
         self._always = always_present
@@ -101,7 +107,7 @@ class Translator:
             case Quantifier():
                 return self._quantifier(expr, bound)
             case Builtin(name="near") if near := self._comparisons.near(expr, bound):
-                return self._ask(*near, expr)
+                return self._of_numbers("near", self._ask(*near, expr), expr.args[:2], bound)
         number = self._numbering.number(expr, bound)
         value = self._numbering.value(number)
         if isinstance(value, bool):
@@ -143,7 +149,20 @@ class Translator:
         if isinstance(question, bool):
             return self.make.constant(question)
         variable, test, holds = question
-        return self._ask(variable, test, whole, holds)
+        return self._of_numbers(op, self._ask(variable, test, whole, holds), (left, right), bound)
+
+    def _of_numbers(
+        self, op: str, formula: Formula, sides: Sequence[Expr], bound: Depths
+    ) -> Formula:
+        """A comparison whose sides have to be numbers, or that holds if they are not."""
+        numbers = self.make.conjunction(
+            self._ask(Flag(-1 - self._numbering.number(side, bound)), None, _is_number(side))
+            for side in sides
+            if self._may_be_unused(side)
+        )
+        if op == "!=":
+            return self.make.disjunction((self.make.negation(numbers), formula))
+        return self.make.conjunction((numbers, formula))
 
     def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
@@ -200,6 +219,10 @@ class Translator:
         size = over.size if isinstance(over, Vector) else None
         number = self._numbering.number(whole.over, bound)
         return self._ask(Collection(number, size), test, whole, exists)
+
+
+def _is_number(expr: Expr) -> Expr:
+    return Call("is_used", (expr,), type=Bool())
 
 
 def _like(whole: Expr, op: str, left: Expr, right: Expr) -> Expr:

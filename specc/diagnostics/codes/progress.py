@@ -1,8 +1,13 @@
-"""W0612 to W0614: states and conditions through which a machine cannot go on as it seems to."""
+"""W0612 to W0614 and W0616: machines that cannot go on as they seem to."""
 
 from specc.diagnostics.code import Code
 
 _STATES = "states: {S0: idle, S1: idle}\ntransitions:\n  - [S0, terminal, always, S1]\n"
+_UNUSED = (
+    'memory: {n: {type: "vector[2]", init: "[1, _]"}}\n'
+    'conditions: {initial: {small: "n[0] < 2", large: "%s"}}\n'
+    "transitions: [[S0, terminal, small, S0], [S0, terminal, large, S0]]\n"
+)
 
 CODES = (
     Code(
@@ -42,6 +47,16 @@ CODES = (
         '  error: {too_high: "x.c.d > 2[rad]"}\n'
         "behaviours: {idle: {terminal: high, error: too_high}}\n"
         "transitions: [[S0, terminal, always, S0], [S0, error, always, S0]]\n",
+        "subsystem",
+    ),
+    Code(
+        "W0616",
+        "rows proved for numbers only",
+        "A component that is not used, `_`, is no number, and every comparison with it but `!=` is "
+        "false: neither `a < b` nor `a >= b` holds. The rows are complete and exclusive for "
+        "numbers, and a component that may be `_` is compared.",
+        _UNUSED % "n[0] >= 2",
+        _UNUSED % "not n[0] < 2",
         "subsystem",
     ),
 )

@@ -1,0 +1,31 @@
+"""What is proved of rows holds for components that are not used as well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.diagnostics import Diagnostic, Related
+from specc.facts import Facts
+from specc.facts.steps import CAUSES
+from specc.facts.words import ending, situation
+from specc.model.system import System
+
+
+def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0616."""
+    for subsystem in facts.whole_subsystems:
+        for state in subsystem.states:
+            for cause in CAUSES:
+                witness = facts.unused_component(subsystem, state.name, cause)
+                if witness is None:
+                    continue
+                count = "two rows apply" if witness.holding else "no row applies"
+                yield Diagnostic(
+                    "W0616",
+                    f"in state `{state.name}` {count} {situation(witness)}",
+                    state.place,
+                    f"ended {ending(state.behaviour, cause)}",
+                    tuple(Related(row.place, "a row") for row in facts.rows(subsystem, state.name)),
+                    "a comparison with a component that is not used is false; ask first for what "
+                    "tells that it is used, or write `not a < b` for `a >= b`",
+                )
