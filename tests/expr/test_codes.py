@@ -20,7 +20,7 @@ def codes_found(text: str, directory: Path) -> list[str]:
     file = loader.load(str(path))
     if file is not None:
         resolve(file, loader.load, findings)
-    return [diagnostic.code for diagnostic in findings.diagnostics]
+    return [found.code for found in findings.diagnostics if found.severity != "open"]
 
 
 @pytest.mark.parametrize("code", CODES, ids=lambda code: code.id)
