@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from specc.diagnostics import Diagnostic, nearest
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.facts import Facts
 from specc.facts.places import below
 from specc.mjcf import Model
@@ -45,4 +45,6 @@ def _unknown(place: Place, kind: str, name: str, known: Mapping[str, object]) ->
         hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
     else:
         hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint)
+    meant = surely_meant(name, close)
+    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+    return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)

@@ -23,9 +23,10 @@ _UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "
 
 def validate(options: Namespace) -> int:
     """Report what is wrong with specifications."""
-    from specc.cli.inspect import inspect_all
+    from specc.cli import inspect
 
-    return _publish(inspect_all(options.specs, _overrides(options)), options.format)
+    look = inspect.inspect_and_mend if options.fix else inspect.inspect_all
+    return _publish(look(options.specs, _overrides(options)), options.format)
 
 
 def build(options: Namespace) -> int:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Report, report, resolve
-from specc.policy import Judged, Overrides, judge, settings_for
+from specc.policy import Judged, Overrides, forget, judge, settings_for
 from specc.source import Place, Sources
 
 if TYPE_CHECKING:
@@ -30,6 +30,25 @@ class Outcome:
     ignored: int
     used: frozenset[Place]
     read: frozenset[str]
+
+
+def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
+    """Like `inspect_all`, after all repairs were made that findings carry."""
+    from specc.cli.mend import ROUNDS, mend
+
+    found = inspect_all(arguments, overrides)
+    for _ in range(ROUNDS):
+        try:
+            if not mend(found.findings):
+                break
+        except OSError as error:
+            message = f"the file cannot be written: {(error.strerror or '').lower()}"
+            refused = Diagnostic("E0090", message, Place(str(error.filename or "")))
+            findings = [*found.findings, *resolve([refused], Sources())]
+            return replace(report(findings, ()), checked=found.checked, ignored=found.ignored)
+        forget()
+        found = inspect_all(arguments, overrides)
+    return found
 
 
 def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:

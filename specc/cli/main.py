@@ -75,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     validate.add_argument(
         "specs", metavar="SPEC", nargs="+", help="file, directory, or pattern such as 'specs/**'"
     )
+    validate.add_argument("--fix", action="store_true", help="make the repairs that are safe")
     _add_policy(validate)
     _add_format(validate)
 

@@ -10,7 +10,7 @@ from specc.diagnostics.diagnostic import (
     severity_of,
     stops,
 )
-from specc.diagnostics.nearest import nearest
+from specc.diagnostics.nearest import nearest, surely_meant
 
 __all__ = [
     "Command",
@@ -22,4 +22,5 @@ __all__ = [
     "nearest",
     "severity_of",
     "stops",
+    "surely_meant",
 ]

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from specc.diagnostics.diagnostic import Diagnostic, Severity
+from specc.diagnostics.diagnostic import Diagnostic, Fix, Severity
 from specc.source import Place, Sources, Span
 
 
@@ -18,12 +18,36 @@ class Spot:
 
 
 @dataclass(frozen=True, slots=True)
+class Change:
+    """New text for the characters of a file from offset `start` up to `end`, which are `span`."""
+
+    start: int
+    end: int
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Repair:
+    """What mends a finding: changes within one file."""
+
+    title: str
+    changes: tuple[Change, ...]
+
+    @property
+    def file(self) -> str:
+        """The file, relative to the working directory."""
+        return self.changes[0].span.file
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """A diagnostic with the spots it speaks of; paths are relative to the working directory."""
 
     diagnostic: Diagnostic
     primary: Spot
     related: tuple[Spot, ...]
+    repair: Repair | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +86,29 @@ def shown_path(path: str) -> str:
 def _finding(diagnostic: Diagnostic, sources: Sources) -> Finding:
     primary = _spot(diagnostic.primary, diagnostic.label, sources)
     related = tuple(_spot(item.place, item.message, sources) for item in diagnostic.related)
-    return Finding(diagnostic, primary, related)
+    return Finding(diagnostic, primary, related, _repair(diagnostic.fix, sources))
+
+
+def _repair(fix: Fix | None, sources: Sources) -> Repair | None:
+    """A fix with its places resolved; None if it goes beyond one file that was read."""
+    files = {edit.place.file for edit in fix.edits} if fix else set()
+    source = sources.get(files.pop()) if len(files) == 1 else None
+    if fix is None or source is None:
+        return None
+    changes = tuple(
+        Change(*source.offsets(edit.place), _shown(source.span(edit.place)), edit.text)
+        for edit in fix.edits
+    )
+    return Repair(fix.title, changes)
 
 
 def _spot(place: Place, message: str, sources: Sources) -> Spot:
     span = sources.span(place)
-    shown = Span(shown_path(span.file), span.line, span.col, span.end_line, span.end_col)
-    return Spot(shown, sources.line(place.file, span.line), message)
+    return Spot(_shown(span), sources.line(place.file, span.line), message)
+
+
+def _shown(span: Span) -> Span:
+    return Span(shown_path(span.file), span.line, span.col, span.end_line, span.end_col)
 
 
 def _order(finding: Finding) -> tuple[str, int, int, str, str]:

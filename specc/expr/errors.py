@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+
+from specc.diagnostics.nearest import surely_meant
 
 
 class ExprErrors(Exception):
@@ -16,7 +18,10 @@ class ExprErrors(Exception):
 
 
 class ExprError(ExprErrors):
-    """One finding: `code` of the registry, and character offsets into the text as it was given."""
+    """One finding: `code` of the registry, and character offsets into the text as it was given.
+
+    `repair` is what should surely stand between the offsets, if anything does.
+    """
 
     def __init__(
         self, message: str, start: int, end: int, help: str = "", code: str = "E0310"
@@ -26,11 +31,19 @@ class ExprError(ExprErrors):
         self.end = end
         self.help = help
         self.code = code
+        self.repair = ""
         super().__init__((self,))
+
+    def meant(self, name: str, close: Sequence[str]) -> ExprError:
+        """This finding, about a name between the offsets that is like the `close` ones."""
+        self.repair = surely_meant(name, close)
+        return self
 
     def moved(self, by: int) -> ExprError:
         """The same finding about a text that starts `by` characters earlier."""
-        return ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
+        moved = ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
+        moved.repair = self.repair
+        return moved
 
 
 def one_of(names: Iterable[str]) -> str:

@@ -99,7 +99,8 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
         return node.id
     close = nearest(ctx.quote(node), enum.members)
     help = f"did you mean {one_of(close)}?" if close else f"members are {', '.join(enum.members)}"
-    raise ctx.error(node, f"{ctx.quote(node)} is no member of {enum}", help, "E0320")
+    name = ctx.quote(node)
+    raise ctx.error(node, f"{name} is no member of {enum}", help, "E0320").meant(name, close)
 
 
 def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:

@@ -77,7 +77,9 @@ def _unknown(ctx: Context, node: ast.Name) -> ExprError:
     if name in scope.operators:
         parameters = ", ".join(p for p, _ in scope.operators[name].parameters)
         return ctx.error(node, f"{name} is an operator", f"call it: {name}({parameters})", "E0202")
-    return ctx.error(node, f"unknown name {name}", _unknown_help(ctx, name), "E0201")
+    help = _unknown_help(ctx, name)
+    near = nearest(name, scope.names()) if help.startswith("did you mean") else ()
+    return ctx.error(node, f"unknown name {name}", help, "E0201").meant(name, near)
 
 
 def _unknown_help(ctx: Context, name: str) -> str:

@@ -159,7 +159,9 @@ class _Reader:
             return f"?{node.id}"
         close = nearest(node.id, known)
         help = f"did you mean {one_of(close)}?" if close else "declare it under `frames:`"
-        raise ExprError(f"unknown frame {node.id}", *span(node), help, "E0209")
+        raise ExprError(f"unknown frame {node.id}", *span(node), help, "E0209").meant(
+            node.id, close
+        )
 
     def _size(self, node: ast.expr) -> int:
         match node:
@@ -185,7 +187,8 @@ class _Reader:
         close = nearest(name, [*self.names.types, *_PLAIN, *_USAGE])
         help = f"did you mean {one_of(close)}?" if close else "declare it under `types:`"
         start = span(node)[0]
-        return ExprError(f"unknown type {name}", start, start + len(name), help, "E0233")
+        error = ExprError(f"unknown type {name}", start, start + len(name), help, "E0233")
+        return error.meant(name, close)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")

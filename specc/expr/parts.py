@@ -85,7 +85,8 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
 
 def _unknown(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
     end = span(node)[1]
-    return ExprError(what + name, end - len(name), end, _suggestion(name, known), code)
+    error = ExprError(what + name, end - len(name), end, _suggestion(name, known), code)
+    return error.meant(name, nearest(name, known))
 
 
 def _suggestion(name: str, known: list[str]) -> str:
@@ -138,4 +139,5 @@ def _no_part(ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ..
     elif isinstance(type, Opaque):
         help = "only operators look into it"
     end = span(node)[1]
-    return ExprError(message, end - len(node.attr), end, help, "E0234")
+    near = nearest(node.attr, known) if help.startswith("did you mean") else ()
+    return ExprError(message, end - len(node.attr), end, help, "E0234").meant(node.attr, near)

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from specc.diagnostics import Diagnostic, Edit, Fix, nearest
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.diagnostics.registry import all_codes
 from specc.source import Place, SourceFile
 
@@ -91,6 +91,11 @@ def settings_for(path: str) -> Found:
     return Found()
 
 
+def forget() -> None:
+    """Read settings anew when they are asked for again: a file may have changed."""
+    _settings_in.cache_clear()
+
+
 def code_fault(code: str) -> str:
     """Why a code or the beginning of one cannot be selected or ignored; empty if it can."""
     if not any(known.startswith(code) for known in all_codes()) or not code:
@@ -160,11 +165,9 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
 
 def _unknown(key: str, place: Place) -> Diagnostic:
     close = nearest(key, _KINDS)
-    if len(close) != 1:
-        hint = f"known keys: {', '.join(_KINDS)}"
-        return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint)
-    fix = Fix(f"rename `{key}` to `{close[0]}`", (Edit(place, close[0]),))
-    hint = f"did you mean `{close[0]}`?"
+    hint = f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(_KINDS)}"
+    meant = surely_meant(key, close)
+    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
     return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
 
 

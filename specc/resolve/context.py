@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from specc.diagnostics import Diagnostic, Related, nearest
+from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
 from specc.expr import ExprError, Scope
 from specc.model.expr import Expr
 from specc.model.trace import Trace
@@ -93,12 +93,21 @@ class Findings:
             self.withheld += 1
             return
         place = Place(where.file, where.route, "value", error.start, error.end)
-        self.diagnostics.append(Diagnostic(error.code, error.message, place, help=error.help))
+        found = Diagnostic(error.code, error.message, place, help=error.help)
+        self.diagnostics.append(replace(found, fix=rename(place, error.repair)))
 
     def unknown(self, code: str, what: str, name: str, known: object, place: Place) -> None:
         """Report an unknown name with the nearest known ones, or all of them if they are few."""
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
-        self.report(code, f"unknown {what} `{name}`", place, help=suggestion(name, names))
+        help = suggestion(name, names)
+        fix = rename(place, surely_meant(name, nearest(name, names)))
+        message = f"unknown {what} `{name}`"
+        self.diagnostics.append(Diagnostic(code, message, place, help=help, fix=fix))
+
+
+def rename(place: Place, name: str) -> Fix | None:
+    """The repair that writes another name at a place, if there is one to write."""
+    return Fix(f"write `{name}`", (Edit(place, name),)) if name else None
 
 
 def suggestion(name: str, known: list[str]) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from specc.diagnostics import Diagnostic, nearest
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.schema.location import Location, keys_of, locate
 from specc.schema.wording import expected_kind, invalid_value, kind_of
 from specc.source import Place, Route
@@ -131,7 +131,10 @@ def _unknown_key(item: _Error, file: str) -> Diagnostic:
         rest = ", ..." if len(known) > _LISTED_KEYS else ""
         hint = f"known keys: {', '.join(known[:_LISTED_KEYS])}{rest}"
     message = f"unknown key `{key}`{_inside(item.route)}"
-    return Diagnostic("E0101", message, Place(file, item.route, "key"), help=hint)
+    place = Place(file, item.route, "key")
+    meant = surely_meant(key, close)
+    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+    return Diagnostic("E0101", message, place, help=hint, fix=fix)
 
 
 def _missing_key(item: _Error, file: str) -> Diagnostic:

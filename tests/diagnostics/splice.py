@@ -27,7 +27,8 @@ def workspace(folder: Path) -> Path:
     """A folder with the files that examples name."""
     shutil.copytree(HERE / "workspace", folder, dirs_exist_ok=True)
     shutil.copytree(PLANTS, folder / "plants")
-    (folder / "recording.mcap").write_bytes(b"\0" * 8_000_001)
+    with (folder / "recording.mcap").open("wb") as file:
+        file.truncate(8_000_001)
     return folder
 
 

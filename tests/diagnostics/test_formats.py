@@ -2,11 +2,13 @@
 
 import json
 from importlib import import_module
+from pathlib import Path
 from xml.etree import ElementTree
 
+import jsonschema
 import pytest
 
-from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics import Diagnostic, Edit, Fix, Related
 from specc.diagnostics.registry import all_codes
 from specc.diagnostics.report import Report, report, resolve
 from specc.read import read_text
@@ -26,7 +28,13 @@ def found() -> Report:
     value = Place(name, ("agents", "irp", "rate"))
     diagnostics = [
         Diagnostic(
-            "E0101", "unknown key, 100%\nof it: <b> \x1b", key, "l", (Related(value, "r"),), "h"
+            "E0101",
+            "unknown key, 100%\nof it: <b> \x1b",
+            key,
+            "l",
+            (Related(value, "r"),),
+            "h",
+            Fix("write `rate`", (Edit(key, "rate"),)),
         ),
         Diagnostic("W0001", "a warning", Place(name, ("agents", "irp"))),
         Diagnostic("E9999", "a code without an entry", Place("none.yaml")),
@@ -73,7 +81,18 @@ def test_json_has_every_part_of_a_finding(found: Report) -> None:
                 },
             }
         ],
+        "fix": {
+            "title": "write `rate`",
+            "edits": [{"location": finding["location"], "text": "rate"}],
+        },
     }
+
+
+def test_sarif_follows_the_published_schema(found: Report) -> None:
+    schema = json.loads((Path(__file__).parent / "sarif-2.1.0.json").read_text())
+    jsonschema.validate(json.loads(render("sarif", found)), schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"version": "2.1.0", "runs": [{"results": []}]}, schema)
 
 
 def test_sarif_has_what_the_standard_requires(found: Report) -> None:

@@ -1,17 +1,13 @@
 """A report as JSON, for programs.
 
-The object has `version` (1; it changes when a member changes its meaning or goes), `summary`
-(`files`, `errors`, `warnings`, `open_points`) and `diagnostics`, each with `code`, `severity`
-(`error`, `warning` or `open`), `message`, `label`, `help`, `route` (keys and indices in the
-file), `location` and `related` (a list of `message` and `location`). A location has `file`
-(relative to the working directory when below it), `line`, `column`, `end_line` and `end_column`,
-counted from 1 in characters, end exclusive.
+docs/formats.md describes it.
 """
 
 import json
 from typing import Any
 
-from specc.diagnostics.report import Finding, Report, Spot
+from specc.diagnostics.report import Finding, Repair, Report
+from specc.source import Span
 
 VERSION = 1
 
@@ -43,15 +39,22 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "label": found.label,
         "help": found.help,
         "route": list(found.primary.route),
-        "location": _location(finding.primary),
+        "location": _location(finding.primary.span),
         "related": [
-            {"message": spot.message, "location": _location(spot)} for spot in finding.related
+            {"message": spot.message, "location": _location(spot.span)} for spot in finding.related
         ],
+        "fix": _fix(finding.repair),
     }
 
 
-def _location(spot: Spot) -> dict[str, Any]:
-    span = spot.span
+def _fix(repair: Repair | None) -> dict[str, Any] | None:
+    if repair is None:
+        return None
+    edits = [{"location": _location(edit.span), "text": edit.text} for edit in repair.changes]
+    return {"title": repair.title, "edits": edits}
+
+
+def _location(span: Span) -> dict[str, Any]:
     return {
         "file": span.file,
         "line": span.line,

@@ -6,7 +6,8 @@ from urllib.parse import quote
 
 from specc import __version__
 from specc.diagnostics.registry import all_codes
-from specc.diagnostics.report import Finding, Report, Spot
+from specc.diagnostics.report import Finding, Repair, Report
+from specc.source import Span
 
 _LEVELS = {"error": "error", "warning": "warning", "open": "note"}
 _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -39,26 +40,43 @@ def _rule(code: str) -> dict[str, Any]:
 def _result(finding: Finding, rules: list[str]) -> dict[str, Any]:
     found = finding.diagnostic
     text = f"{found.message}\n{found.help}" if found.help else found.message
-    return {
+    result: dict[str, Any] = {
         "ruleId": found.code,
         "ruleIndex": rules.index(found.code),
         "level": _LEVELS[found.severity],
         "message": {"text": text},
-        "locations": [_location(finding.primary)],
+        "locations": [_location(finding.primary.span)],
         "relatedLocations": [
-            {"id": number, "message": {"text": spot.message}, **_location(spot)}
+            {"id": number, "message": {"text": spot.message}, **_location(spot.span)}
             for number, spot in enumerate(finding.related, start=1)
         ],
     }
+    if finding.repair is not None:
+        result["fixes"] = [_fix(finding.repair)]
+    return result
 
 
-def _location(spot: Spot) -> dict[str, Any]:
-    span = spot.span
-    region = {
+def _fix(repair: Repair) -> dict[str, Any]:
+    replacements = [
+        {"deletedRegion": _region(change.span), "insertedContent": {"text": change.text}}
+        for change in repair.changes
+    ]
+    change = {"artifactLocation": _artifact(repair.file), "replacements": replacements}
+    return {"description": {"text": repair.title}, "artifactChanges": [change]}
+
+
+def _location(span: Span) -> dict[str, Any]:
+    return {"physicalLocation": {"artifactLocation": _artifact(span.file), "region": _region(span)}}
+
+
+def _artifact(file: str) -> dict[str, Any]:
+    return {"uri": quote(file.encode("utf-8", "surrogateescape"))}
+
+
+def _region(span: Span) -> dict[str, Any]:
+    return {
         "startLine": span.line,
         "startColumn": span.col,
         "endLine": span.end_line,
         "endColumn": span.end_col,
     }
-    uri = quote(span.file.encode("utf-8", "surrogateescape"))
-    return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}

@@ -1,0 +1,196 @@
+"""`--fix`: what it mends, that it mends no more, and that twice is once."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from specc.cli import main
+from specc.diagnostics import Diagnostic, Edit, Fix, surely_meant
+from specc.diagnostics.report import Change, Repair, resolve
+from specc.repair import repaired
+from specc.source import Place, SourceFile, Sources, Span
+from tests.policy.specs import write
+
+NOWHERE = Span("a.yaml", 1, 1, 1, 1)
+
+
+def mended(path: Path) -> tuple[int, str]:
+    """Exit code of `--fix`, and the text of the file."""
+    return main(["validate", "--fix", path.name]), path.read_text()
+
+
+@pytest.fixture
+def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return write(tmp_path / "a.yaml")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("behaviours: {work", "behavours: {work"),
+        ("functions: [send]", 'functions: ["snd"]'),
+        ("{S0: work}", "{S0: wrok}"),
+        ("initial_state: S0\n    virtual", "initial_stat: S0\n    virtual"),
+        ("y: {m: {d: real}}", "y: {m: {d: reall}}"),
+        ("let: {other: 1}", "let: {other: sqrt(spare), more: sqrt(4) + othr}"),
+    ],
+)
+def test_typing_errors_are_mended_and_nothing_else_is_touched(
+    right: str, wrong: str, spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = spec.read_text().replace("\n  a:", "\n  a:   # odd   layout\n", 1)
+    wanted = good
+    spec.write_text(good.replace(right, wrong))
+    code, text = mended(spec)
+    if "othr" in wrong:
+        wanted = good.replace(right, "let: {other: sqrt(spare), more: sqrt(4) + other}")
+    assert (code, text) == (0, wanted)
+    assert "mended a.yaml:" in capsys.readouterr().err
+    assert mended(spec) == (0, wanted)
+    assert "mended" not in capsys.readouterr().err
+
+
+def test_several_rounds_bring_up_what_was_hidden(spec: Path) -> None:
+    good = spec.read_text()
+    bad = good.replace("behaviours: {work", "behavours: {work").replace("[send]", "[sned]")
+    spec.write_text(bad)
+    assert mended(spec) == (0, good)
+
+
+def test_what_could_mean_several_things_is_left(spec: Path) -> None:
+    text = spec.read_text().replace("{send:", "{send1: {y.m.d: 1}, send2: {y.m.d: 1}, sent:")
+    text = text.replace("[send]", "[sen]")
+    spec.write_text(text)
+    assert mended(spec) == (1, text)
+
+
+def test_a_key_is_not_renamed_to_one_that_is_there(spec: Path) -> None:
+    text = spec.read_text().replace(
+        "      rate: 10 Hz\n      y", "      rate: 10 Hz\n      rats: 1\n      y"
+    )
+    spec.write_text(text)
+    assert mended(spec) == (1, text)
+
+
+def test_unused_ignore_comments_go(spec: Path) -> None:
+    good = write(spec, " # specc: ignore[W0611] spare").read_text()
+    alone = "\n      # specc: ignore[W0604] not needed\n"
+    bad = good.replace("[W0611] spare", "[W0604, W0611] spare").replace(
+        "\n      states", f"{alone}      states", 1
+    )
+    spec.write_text(bad)
+    assert mended(spec) == (0, good)
+
+
+def test_a_library_is_mended_once_for_all_who_use_it(
+    tmp_path: Path, spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "lib.yaml").write_text("specc: 1\ntypes: {Width: 'vectr[2, m]'}\n")
+    for name in ("a", "b"):
+        path = write(tmp_path / f"{name}.yaml")
+        path.write_text(path.read_text().replace("agents:", "use: [lib.yaml]\nagents:"))
+    assert main(["validate", "--fix", "a.yaml", "b.yaml"]) == 0
+    assert (tmp_path / "lib.yaml").read_text() == "specc: 1\ntypes: {Width: 'vector[2, m]'}\n"
+    assert capsys.readouterr().err.count("mended") == 1
+
+
+def test_settings_are_mended(tmp_path: Path, spec: Path) -> None:
+    settings_file = tmp_path / "pyproject.toml"
+    settings_file.write_text("[tool.specc]\nstrikt = false # why\n")
+    assert main(["validate", "--fix", "a.yaml"]) == 0
+    assert settings_file.read_text() == "[tool.specc]\nstrict = false # why\n"
+
+
+def test_line_ends_and_a_byte_order_mark_survive(spec: Path) -> None:
+    good = b"\xef\xbb\xbf" + spec.read_bytes().replace(b"\n", b"\r\n")
+    spec.write_bytes(good.replace(b"[send]", b"[sned]"))
+    main(["validate", "--fix", "a.yaml"])
+    assert spec.read_bytes() == good
+
+
+def test_a_fix_is_shown_in_data(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec.write_text(spec.read_text().replace("[send]", "[sned]"))
+    before = spec.read_text()
+    main(["validate", "a.yaml", "--format", "json"])
+    (found,) = [
+        item["fix"] for item in json.loads(capsys.readouterr().out)["diagnostics"] if item["fix"]
+    ]
+    assert found["title"] == "write `send`"
+    (edit,) = found["edits"]
+    assert (edit["text"], edit["location"]["line"]) == ("send", 11)
+    assert spec.read_text() == before
+
+
+def test_a_file_that_cannot_be_written_stays(
+    spec: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(13, "Permission denied", "a.yaml")
+
+    text = spec.read_text().replace("[send]", "[sned]")
+    spec.write_text(text)
+    monkeypatch.setattr("os.replace", refuse)
+    assert main(["validate", "--fix", "a.yaml"]) == 2
+    assert spec.read_text() == text
+    assert "error[E0090]" in capsys.readouterr().err
+    assert [path.name for path in spec.parent.iterdir()] == ["a.yaml"]
+
+
+def repair(*changes: tuple[int, int, str]) -> Repair:
+    return Repair("", tuple(Change(start, end, NOWHERE, text) for start, end, text in changes))
+
+
+def test_repairs_that_touch_are_not_made_together() -> None:
+    result = repaired("abcdef", [repair((2, 4, "X")), repair((0, 2, "Y"))], lambda _: True)
+    assert result.text == "Ycdef"
+    assert len(result.refused) == 1
+
+
+def test_a_repair_that_breaks_the_file_is_refused() -> None:
+    result = repaired("abcdef", [repair((0, 1, "!")), repair((3, 4, "D"))], lambda t: "!" not in t)
+    assert result.text == "abcDef"
+
+
+@settings(deadline=None)
+@given(
+    st.text("abc", min_size=8, max_size=8),
+    st.lists(
+        st.tuples(st.integers(0, 7), st.integers(0, 2), st.text("XY", max_size=3)), max_size=5
+    ),
+)
+def test_only_the_stretches_of_repairs_change(
+    text: str, wanted: list[tuple[int, int, str]]
+) -> None:
+    repairs = [repair((start, min(start + size, 8), new)) for start, size, new in wanted]
+    result = repaired(text, repairs, lambda _: True)
+    changes = sorted((c.start, c.end, c.text) for made in result.made for c in made.changes)
+    expected, at = "", 0
+    for start, end, new in changes:
+        expected += text[at:start] + new
+        at = end
+    assert result.text == expected + text[at:]
+    assert len(result.made) + len(result.refused) == len(repairs)
+
+
+def test_a_fix_over_several_files_is_no_repair() -> None:
+    files = Sources([SourceFile("a.yaml", "a"), SourceFile("b.yaml", "b")])
+    edits = tuple(Edit(Place(name, (), "text", 0, 1), "c") for name in ("a.yaml", "b.yaml"))
+    (found,) = resolve([Diagnostic("E0101", "m", Place("a.yaml"), fix=Fix("t", edits))], files)
+    assert found.repair is None
+
+
+@pytest.mark.parametrize(
+    ("name", "close", "meant"),
+    [
+        ("agentz", ["agents"], "agents"),
+        ("rat", ["rate", "rats"], ""),
+        ("d", ["d_p"], ""),
+        ("x", [], ""),
+    ],
+)
+def test_only_typing_errors_are_sure(name: str, close: list[str], meant: str) -> None:
+    assert surely_meant(name, close) == meant
