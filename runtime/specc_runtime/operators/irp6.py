@@ -73,9 +73,7 @@ TOOL_COM_IN_WRIST = (0.004, 0.0, 0.13)
 # distance between the fingers in metres and m in rad.
 FINGERS_A2, FINGERS_A1, FINGERS_A0 = -2.8313e-9, -1.451910074e-5, 0.074
 FINGERS_LOWER, FINGERS_UPPER = 0.053, 0.09
-GRIPPER_MOTOR_LOWER, GRIPPER_MOTOR_UPPER = -1800.0, 1200.0
 GRIPPER_ENCODER_COUNTS = 128.0
 # The published limit of 60 mA lies below the 100 mA by which the paper (4.8) detects a grasp.
 GRIPPER_GAINS = (0.2, 15.984375, 15.784375, 0.33, 0.02, 120.0)
-GRIPPER_INERTIA, GRIPPER_DAMPING = 5.0e-7, 2.0e-6
 FINGERS_SPEED = 0.037 / 3.0  # m/s: the full stroke in 3 s, as applications command it
