@@ -31,9 +31,9 @@ INTRODUCTION = """\
 
 Made by `python bench/mutation.py --write`. Faults of {classes} classes are seeded into
 {files}, one at a time, by edits of the
-text that leave the rest as it is: at every place that a class has in a file, at most {most} of them,
-evenly spread. {seeded} faults were seeded, {found} were found, {line} of them at the right line;
-{extra} brought another complaint. The files as they are give no finding.
+text that leave the rest as it is: at every place that a class has in a file, at most {most} of
+them, evenly spread. {seeded} faults were seeded, {found} were found, {line} of them at the right
+line; {extra} brought another complaint. The files as they are give no finding.
 
 - *found*: reported with a code of the class.
 - *at its line*: the finding, or a place that is shown with it, is on a line where the fault can be

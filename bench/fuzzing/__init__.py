@@ -1,0 +1,1 @@
+"""Files that no person would write, and what the compiler makes of them."""

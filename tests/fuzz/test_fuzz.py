@@ -1,0 +1,86 @@
+"""Files that no person would write: findings, never a traceback, a hang or a flood of memory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from bench.fuzz import ROOT, made
+from bench.fuzzing.edits import edited
+from bench.fuzzing.texts import random_bytes, random_tree, random_words
+from bench.fuzzing.trial import Trial, beds, tried
+from bench.seeding.sheet import Sheet
+from specc import pipeline
+
+FILES = 300
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_files_are_accepted_or_refused_within_limits(seed: int, tmp_path: Path) -> None:
+    script = ROOT / "bench/fuzz.py"
+    paths = os.pathsep.join((str(ROOT), str(ROOT / "runtime")))
+    done = subprocess.run(
+        [sys.executable, str(script), str(FILES), "--seed", str(seed), "--keep", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"{FILES} files, seed {seed}:")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
+    spec = tmp_path / "spec.yaml"
+    original = (ROOT / "specs/conveyor_gate.yaml").read_bytes()
+
+    def files(seed: int) -> list[bytes]:
+        random = Random(seed)
+        return [made(spec, original, random) for _ in range(30)]
+
+    assert files(3) == files(3) != files(4)
+
+
+def test_changes_know_the_structure(tmp_path: Path) -> None:
+    """Most changed specifications are still YAML with the keys of the language."""
+    random, spec = Random(5), ROOT / "specs/conveyor_gate.yaml"
+    sheet, readable = Sheet.read(spec), 0
+    path = tmp_path / "spec.yaml"
+    for _ in range(60):
+        path.write_bytes(edited(sheet, random).encode("utf-8", "surrogatepass"))
+        try:
+            readable += "agents" in Sheet.read(path).data
+        except ValueError:  # no longer YAML
+            continue
+    assert readable > 30
+
+
+@pytest.mark.parametrize("make", [random_bytes, random_words, random_tree])
+def test_texts_from_nothing_are_refused_with_a_reason(make: object, tmp_path: Path) -> None:
+    assert callable(make)
+    path, random = tmp_path / "a.yaml", Random(6)
+    for _ in range(40):
+        path.write_bytes(make(random))
+        trial = tried(path)
+        assert trial.fault == ""
+        assert not trial.accepted and trial.codes
+
+
+def test_what_goes_wrong_is_a_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_path: str) -> None:
+        raise RecursionError("deep")
+
+    monkeypatch.setattr(pipeline, "build", fail)
+    assert "RecursionError: deep" in tried(tmp_path / "a.yaml").fault
+
+
+def test_a_specification_is_tried_as_it_is(tmp_path: Path) -> None:
+    folders = {folder.name.partition("_")[2]: folder for folder in beds(ROOT / "specs", tmp_path)}
+    trial: Trial = tried(folders["conveyor_gate"] / "spec.yaml")
+    assert (trial.accepted, trial.codes, trial.fault) == (True, frozenset(), "")
