@@ -72,7 +72,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 DATA = flagship()
 
 
-@pytest.mark.parametrize("route", parts(DATA), ids=lambda route: "/".join(map(str, route)))
+@pytest.mark.parametrize("route", list(parts(DATA)), ids=lambda route: "/".join(map(str, route)))
 def test_a_part_that_is_taken_away_is_missed(route: Route, folder: Path) -> None:
     data = copy.deepcopy(DATA)
     del at(data, route[:-1])[route[-1]]
