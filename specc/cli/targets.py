@@ -62,7 +62,7 @@ def is_part(path: str) -> bool:
 
 def _files(argument: str, systems_only: bool) -> Iterator[str]:
     if os.path.isdir(argument):
-        yield from _specifications(Path(argument).rglob("*"), argument, systems_only)
+        yield from _specifications(_below(argument), argument, systems_only)
     elif not os.path.lexists(argument) and _MAGIC.search(argument):
         matches = map(Path, glob.iglob(argument, recursive=True))
         yield from _specifications(matches, _fixed_part(argument), systems_only)
@@ -70,12 +70,17 @@ def _files(argument: str, systems_only: bool) -> Iterator[str]:
         yield argument
 
 
+def _below(directory: str) -> Iterator[Path]:
+    """Files in a directory, at any depth, without what is hidden."""
+    for folder, names, files in os.walk(directory):
+        names[:] = [name for name in names if not name.startswith(".")]
+        yield from (Path(folder, file) for file in files if not file.startswith("."))
+
+
 def _specifications(paths: Iterable[Path], root: str, systems_only: bool) -> Iterator[str]:
     settings = settings_for(root).settings
-    hidden = re.compile(r"(?:^|/)\.[^./]")
     for path in sorted(paths):
-        below = Path(os.path.relpath(path, root)).as_posix()
-        if path.suffix not in _SUFFIXES or hidden.search(below) or settings.excludes(path):
+        if path.suffix not in _SUFFIXES or settings.excludes(path):
             continue
         text = _content(str(path))
         if _VERSION.search(text) and (_SYSTEM.search(text) or not systems_only):
