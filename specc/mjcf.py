@@ -136,11 +136,16 @@ class _Reader:
 
 def _content(path: str, shown: str) -> bytes:
     try:
+        # A pipe would block in open() and a device may never end.
+        if os.path.exists(path) and not os.path.isdir(path) and not os.path.isfile(path):
+            raise ModelError(f"{shown} is not a regular file")
         with open(path, "rb") as file:
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
         reason = (error.strerror or "unknown reason").lower()
         raise ModelError(f"{shown} cannot be read: {reason}") from None
+    except ValueError:
+        raise ModelError(f"{shown} is not the name of a file") from None
     if len(content) > MAX_BYTES:
         raise ModelError(f"{shown} is larger than {MAX_BYTES // 1_000_000} MB")
     return content

@@ -136,6 +136,12 @@ TEXTS = {
     "model is a folder": Misuse(
         edit(SPEC, "plants/conveyor_gate.xml", "plants"), REFUSED, ("E0501", "is a directory")
     ),
+    "model is a pipe": Misuse(
+        edit(SPEC, "plants/conveyor_gate.xml", "pipe"), REFUSED, ("E0501", "not a regular file")
+    ),
+    "model has no file name": Misuse(
+        edit(SPEC, "plants/conveyor_gate.xml", '"a\\0.xml"'), REFUSED, ("E0501", "not the name")
+    ),
     "used file missing": Misuse(
         edit(SPEC, "system:", "use: [lib/none.yaml]\nsystem:"),
         UNUSABLE,
