@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from specc.diagnostics import Command, Diagnostic, stops
 from specc.model.system import System
 from specc.resolve import Findings, resolve
 from specc.resolve.loader import Loader
-from specc.source import Sources
+from specc.source import Place, Sources
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +73,16 @@ def build(path: str) -> Build:
     result = compile_spec(path)
     if not result.ok or result.system is None:
         return Build(result, "", {})
-    from specc.emit import emit
-    from specc.lower import lower
+    from specc.emit import FormatError, emit
+    from specc.lower import TooLarge, lower
 
-    return Build(result, result.system.name, emit(lower(result.system, result.proofs)))
+    try:
+        files = emit(lower(result.system, result.proofs))
+    except (TooLarge, FormatError) as error:
+        code = "E0093" if isinstance(error, TooLarge) else "E0094"
+        refusal = Diagnostic(code, str(error), Place(path))
+        return Build(replace(result, diagnostics=(*result.diagnostics, refusal)), "", {})
+    return Build(result, result.system.name, files)
 
 
 def json_schema() -> dict[str, Any]:

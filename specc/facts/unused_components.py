@@ -8,10 +8,12 @@ from specc.facts.connections import Connections
 from specc.model.expr import Call, Expr, Input, LetRef, MemoryRef, Unused, children
 from specc.model.system import Subsystem
 
+_LET = "let "  # no peer has a space in its name
+
 
 @dataclass(slots=True)
 class Carriers:
-    """Inputs and memory elements that may hold `_`, as pairs of a subsystem and a name.
+    """Inputs, memory elements and lets that may hold `_`: subsystem, peer or kind, and name.
 
     Operators let none through, and what devices measure is a number.
     """
@@ -42,12 +44,14 @@ class Carriers:
             case MemoryRef(name=name):
                 return (subsystem.qualified_name, "", name) in self._found
             case LetRef(name=name):
-                lets = (item.value for item in subsystem.lets if item.name == name)
-                return any(self.may_be_unused(value, subsystem) for value in lets)
+                return (subsystem.qualified_name, _LET, name) in self._found
         return any(self.may_be_unused(child, subsystem) for child in children(expr))
 
     def _follow(self, subsystem: Subsystem) -> None:
         name = subsystem.qualified_name
+        for item in subsystem.lets:  # in order of dependence, so each is looked at once
+            if self.may_be_unused(item.value, subsystem):
+                self._found.add((name, _LET, item.name))
         for memory in subsystem.memory:
             if self.may_be_unused(memory.init, subsystem):
                 self._found.add((name, "", memory.name))

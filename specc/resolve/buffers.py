@@ -15,6 +15,9 @@ from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.subsystem import ElementDef, SubsystemDef
 
+DEEPEST_LET = 100
+"""How many lets may depend on each other in a row; nobody reads more, and passes recurse."""
+
 
 @dataclass(slots=True)
 class Buffers:
@@ -111,8 +114,13 @@ class _Lets:
 
     def resolve(self) -> tuple[Let, ...]:
         found: list[Let] = []
+        depths: dict[str, int] = {}
         for name in self._order():
             item, at = self.definition.let[name], self.where[name]
+            depths[name] = 1 + max((depths.get(used, 0) for used in self._uses(name)), default=0)
+            if depths[name] > DEEPEST_LET:
+                self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
+                continue
             scope = replace(self.scope, lets={f.name: f.value.type for f in found})
             value = self.expressions.value(at.scalar("is"), item.value, scope, None)
             if value is None:
@@ -139,6 +147,17 @@ class _Lets:
             return []
         names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
         return [other for other in self.definition.let if other in names]
+
+    def _too_deep(self, name: str, is_first: bool) -> None:
+        self.expressions.broken.add(name)
+        if not is_first:
+            return
+        self.expressions.findings.report(
+            "E0222",
+            f"`{name}` depends on {DEEPEST_LET} lets, one through the other",
+            self.where[name].key,
+            help="make an operator of what they compute together",
+        )
 
     def _report(self, cycle: list[str]) -> None:
         path = " -> ".join(f"`{name}`" for name in cycle)

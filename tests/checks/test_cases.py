@@ -29,6 +29,9 @@ NO_SPEC = {
     "E0090": "about the output of `specc build`",
     "E0091": "about the output of `specc build`",
     "E0092": "about the output of `specc build`",
+    "E0093": "takes hundreds of lets; see tests/lower/test_plan.py",
+    "E0222": "takes a hundred lets; see tests/emit/test_refusals.py",
+    "E0094": "about the formatter",
     **dict.fromkeys(
         (code for code in all_codes() if code[1:3] == "08"), "about the input of `specc import`"
     ),

@@ -143,4 +143,12 @@ CODES = (
         "memory: {q_p: {type: int, init: 0}}\nlet: {q: 2 * x.c.d}\n",
         "subsystem",
     ),
+    Code(
+        "E0222",
+        "lets too deep",
+        "More than a hundred lets depend on each other in a row. Nobody can read that, and the "
+        "compiler follows them one inside the other.",
+        "let: {a: k, b: a + 1, c: b + 1, ...}    # and a hundred more",
+        "let: {z: F(k)}    # an operator of what they compute together",
+    ),
 )

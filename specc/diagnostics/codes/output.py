@@ -27,4 +27,20 @@ CODES = (
         "$ specc build demo.yaml; sed -i s/10/20/ demo.yaml; specc build --check demo.yaml",
         "$ specc build demo.yaml; specc build --check demo.yaml",
     ),
+    Code(
+        "E0093",
+        "work cycle is beyond reason",
+        "A method of the generated code would hold more terms than anybody reads, or terms nested "
+        "deeper than Python takes. Lets that choose between lets multiply.",
+        "let: {a: p if c else q, b: a * a if d else a, ...}    # and a hundred more",
+        "operators: {F: {...}}    # one operator for what they compute together",
+    ),
+    Code(
+        "E0094",
+        "generated code cannot be formatted",
+        "The formatter is not installed, or it refused the generated text, which is then kept for "
+        "inspection.",
+        "$ pip uninstall ruff; specc build demo.yaml",
+        "$ pip install ruff; specc build demo.yaml",
+    ),
 )
