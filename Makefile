@@ -29,7 +29,7 @@ demo: $(READY)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
 
 test: $(READY)
-	$(BIN)/python -m pytest -n $(TEST_WORKERS)
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile
 
 check: $(READY)
 	$(BIN)/ruff check .

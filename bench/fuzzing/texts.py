@@ -45,7 +45,7 @@ ODD_VALUES: tuple[str, ...] = (
     *('"real[m**999]"', '"real[((m))]"', '"() -> int"', '"(a: int, a: int) -> int"', '"a.b:c"'),
     *(
         '"(a: pose[X, Y]) -> pose[Y, X]"',
-        "../../../../etc",
+        "../" * 4 + "etc",
         "plants",
         "lib/two_finger_gripper.yaml",
     ),
