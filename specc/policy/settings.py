@@ -19,7 +19,9 @@ from specc.diagnostics.registry import all_codes
 from specc.source import Place, SourceFile
 
 FILE = "pyproject.toml"
-_KINDS: dict[str, type] = {"select": list, "ignore": list, "strict": bool, "exclude": list}
+KEYS: dict[str, type] = {"select": list, "ignore": list, "strict": bool, "exclude": list}
+"""Keys of the section, with the kinds of their values."""
+
 _SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
 
 
@@ -147,9 +149,9 @@ def _checked(source: SourceFile, table: Mapping[str, Any]) -> Found:
 
 def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
     place = _key_place(source, key)
-    if key not in _KINDS:
+    if key not in KEYS:
         return _unknown(key, place)
-    if _KINDS[key] is bool:
+    if KEYS[key] is bool:
         wrong = f"`{key}` takes true or false"
         return None if isinstance(value, bool) else Diagnostic("E0905", wrong, place)
     if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
@@ -164,8 +166,8 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
 
 
 def _unknown(key: str, place: Place) -> Diagnostic:
-    close = nearest(key, _KINDS)
-    hint = f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(_KINDS)}"
+    close = nearest(key, KEYS)
+    hint = f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(KEYS)}"
     meant = surely_meant(key, close)
     fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
     return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
