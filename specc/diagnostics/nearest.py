@@ -1,11 +1,12 @@
 """Names that a mistyped one was probably meant to be."""
 
 from collections.abc import Iterable, Sequence
-from difflib import SequenceMatcher, get_close_matches
+from difflib import get_close_matches
 
 MOST = 3
 _LONGEST = 80
-_SAFE = 0.75
+# In shorter names one letter is most of the meaning: q_d and q_c, S1 and S2.
+_LONG_ENOUGH = 4
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
@@ -15,19 +16,30 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
         by_folded.setdefault(candidate.casefold(), candidate)
     if len(name) > _LONGEST:
         return []
-    folded = name.casefold()
-    # In a short name letters that changed places are half of it, and too far for the measure.
-    swapped = [one for one in by_folded if sorted(one) == sorted(folded) and one != folded]
-    close = dict.fromkeys([*swapped[:MOST], *get_close_matches(folded, by_folded, n=MOST)])
-    return [by_folded[match] for match in close][:MOST]
+    return [by_folded[match] for match in get_close_matches(name.casefold(), by_folded, n=MOST)]
 
 
 def surely_meant(name: str, close: Sequence[str]) -> str:
-    """The single close name if it differs by no more than a typing error; else nothing.
+    """The only one of the close names that is a slip of one letter away; else nothing.
 
-    Good enough to rename without asking: one in four letters may differ.
+    A slip adds, drops, changes or swaps letters, or is one of case; numbers are no slips.
     """
-    if len(close) != 1:
-        return ""
-    alike = SequenceMatcher(None, name.casefold(), close[0].casefold()).ratio()
-    return close[0] if alike >= _SAFE else ""
+    slips = [other for other in close if len(name) >= _LONG_ENOUGH and _is_slip(name, other)]
+    return slips[0] if len(slips) == 1 else ""
+
+
+def _is_slip(one: str, other: str) -> bool:
+    one, other = one.casefold(), other.casefold()
+    start = _common(one, other)
+    one, other = one[start:], other[start:]
+    end = _common(one[::-1], other[::-1])
+    one, other = one[: len(one) - end], other[: len(other) - end]
+    if any(char.isdigit() for char in one + other):
+        return False
+    return max(len(one), len(other)) <= 1 or (len(one) == 2 and one == other[::-1])
+
+
+def _common(one: str, other: str) -> int:
+    """Number of letters that both begin with."""
+    pairs = zip(one, other, strict=False)
+    return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))

@@ -32,7 +32,7 @@ def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("right", "wrong"),
     [
         ("behaviours: {work", "behavours: {work"),
-        ("functions: [send]", 'functions: ["snd"]'),
+        ("functions: [send]", 'functions: ["sendd"]'),
         ("{S0: work}", "{S0: wrok}"),
         ("initial_state: S0\n    virtual", "initial_stat: S0\n    virtual"),
         ("y: {m: {d: real}}", "y: {m: {d: reall}}"),
@@ -187,10 +187,15 @@ def test_a_fix_over_several_files_is_no_repair() -> None:
     ("name", "close", "meant"),
     [
         ("agentz", ["agents"], "agents"),
-        ("rat", ["rate", "rats"], ""),
-        ("d", ["d_p"], ""),
-        ("x", [], ""),
+        ("agnets", ["agents"], "agents"),
+        ("Agents", ["agents"], "agents"),
+        ("rotatoin", ["rotation", "position"], "rotation"),
+        ("agen", ["agents"], ""),
+        ("rates", ["rate", "crates"], ""),
+        ("q_d", ["q_c"], ""),
+        ("S011", ["S010"], ""),
+        ("name", [], ""),
     ],
 )
-def test_only_typing_errors_are_sure(name: str, close: list[str], meant: str) -> None:
+def test_only_a_slip_of_one_letter_is_sure(name: str, close: list[str], meant: str) -> None:
     assert surely_meant(name, close) == meant

@@ -1,6 +1,19 @@
 """E0205 to E0221: what files declare, and how the parts of a subsystem refer to each other."""
 
+from textwrap import fill
+
 from specc.diagnostics.code import Code
+
+
+def _lets(count: int) -> str:
+    lets = ", ".join(f"a{number}: a{number - 1} + n" for number in range(1, count))
+    text = fill(f"let: {{a0: n, {lets}}}", 90, subsequent_indent="  ")
+    return (
+        f"memory: {{n: {{type: int, init: 0}}}}\n{text}\n"
+        f"functions: {{keep: {{n: a{count - 1}}}}}\n"
+        "behaviours: {idle: {functions: [hold, sense, keep]}}\n"
+    )
+
 
 CODES = (
     Code(
@@ -148,7 +161,8 @@ CODES = (
         "lets too deep",
         "More than a hundred lets depend on each other in a row. Nobody can read that, and the "
         "compiler follows them one inside the other.",
-        "let: {a: k, b: a + 1, c: b + 1, ...}    # and a hundred more",
-        "let: {z: F(k)}    # an operator of what they compute together",
+        _lets(120),
+        _lets(12),
+        "subsystem",
     ),
 )

@@ -1,6 +1,22 @@
 """E009x: the output of `specc build` cannot be put where it was asked for."""
 
+from textwrap import fill
+
 from specc.diagnostics.code import Code
+
+
+def _lets(count: int) -> str:
+    lets = ", ".join(
+        f"a{number}: a{number - 1} * a{number - 1} if n > {number} else a{number - 1}"
+        for number in range(1, count)
+    )
+    text = fill(f"let: {{a0: n, {lets}}}", 90, subsequent_indent="  ")
+    return (
+        f"memory: {{n: {{type: int, init: 0}}}}\n{text}\n"
+        f"functions: {{keep: {{n: a{count - 1}}}}}\n"
+        "behaviours: {idle: {functions: [hold, sense, keep]}}\n"
+    )
+
 
 CODES = (
     Code(
@@ -32,8 +48,9 @@ CODES = (
         "work cycle is beyond reason",
         "A method of the generated code would hold more terms than anybody reads, or terms nested "
         "deeper than Python takes. Lets that choose between lets multiply.",
-        "let: {a: p if c else q, b: a * a if d else a, ...}    # and a hundred more",
-        "operators: {F: {...}}    # one operator for what they compute together",
+        _lets(40),
+        _lets(4),
+        "subsystem",
     ),
     Code(
         "E0094",
