@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -67,11 +68,22 @@ class Expressions:
         self.findings.expression_error(where, error)
 
 
+# A Fraction of `1e999999999` is computed digit by digit.
+_NUMBER = re.compile(r"\d{1,12}(?:\.\d{0,12}|/\d{1,12})?(?:[eE][+-]?\d{1,2})?", re.ASCII)
+
+
+def _fraction(text: str) -> Fraction:
+    """Exact value of a number of bearable size. Raises ValueError for anything else."""
+    if not _NUMBER.fullmatch(text):
+        raise ValueError(text)
+    return Fraction(text)
+
+
 def rate_of(text: str, where: Where, findings: Findings) -> Fraction | None:
     """Periods per second from `500 Hz`, `2 kHz` or `10 ms`; None after reporting."""
     number, _, unit_text = text.strip().partition(" ")
     try:
-        value, unit = Fraction(number), parse_unit(unit_text.strip() or "1")
+        value, unit = _fraction(number), parse_unit(unit_text.strip() or "1")
     except (ValueError, ZeroDivisionError, UnitError):
         unit = None
     scaled = value * Fraction(unit.scale).limit_denominator(10**9) if unit else Fraction(0)

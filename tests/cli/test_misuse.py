@@ -102,6 +102,9 @@ TEXTS = {
     "rate without unit": Misuse(
         edit(SPEC, "rate: 100 Hz", "rate: 100"), REFUSED, ("E0106", "`100`", "`500 Hz`")
     ),
+    "rate beyond reason": Misuse(
+        edit(SPEC, "rate: 100 Hz", "rate: 1e999999999 Hz"), REFUSED, ("E0106", "`1e999999999 Hz`")
+    ),
     "unknown key": Misuse(
         edit(SPEC, "initial_state: S0", "initial_stat: S0"),
         REFUSED,
