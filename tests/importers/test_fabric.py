@@ -196,6 +196,8 @@ BROKEN = [
     ('name="order"/>', 'name="gone"/>', "E0805", "input buffer `gone`"),
     ('min_period="0.002"', 'min_period="soon"', "E0804", "`soon` is not a time"),
     ('min_period="0.002"', 'min_period="1/0"', "E0804", "`1/0` is not a time"),
+    ('min_period="0.002"', 'min_period="1e999999999"', "E0804", "`1e999999999` is not a time"),
+    ('min_period="0.002"', 'min_period="nan"', "E0804", "`nan` is not a time"),
     ("subsystem_definition", "definition", "E0803", "the root is <definition>"),
     ("<predicates>", "<predicates/><predicates>", "E0806", "<predicates> is there twice"),
 ]
