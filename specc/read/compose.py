@@ -21,7 +21,7 @@ from specc.read.tree import Built, Tree
 from specc.source import Node, Place
 
 MAX_DEPTH = 64
-MAX_NODES = 100_000
+MAX_NODES = 400_000
 
 _ANCHOR = re.compile(r"&[^\s,\[\]{}]+\s*")
 

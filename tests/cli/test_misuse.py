@@ -164,9 +164,9 @@ TEXTS = {
         REFUSED,
         ("E0303", "10000", "let"),
     ),
-    "alias bomb": Misuse(bomb(), REFUSED, ("E0017", "too many values", "100000")),
+    "alias bomb": Misuse(bomb(), REFUSED, ("E0017", "too many values", "400000")),
     "many values": Misuse(
-        "specc: 1\nconstants:\n" + "".join(f"  c{n}: 1\n" for n in range(90_000)),
+        "specc: 1\nconstants:\n" + "".join(f"  c{n}: 1\n" for n in range(250_000)),
         REFUSED,
         ("E0017", "too many values"),
     ),

@@ -149,7 +149,7 @@ CODES = (
     Code(
         "E0017",
         "too many values",
-        "With its aliases written out, the file holds more than 100000 values. A few lines of "
+        "With its aliases written out, the file holds more than 400000 values. A few lines of "
         "aliases to aliases can stand for billions; the limit keeps specc from trying.",
         "a: &a [x, x, x, x, x, x, x, x, x, x]\n"
         "b: &b [*a, *a, *a, *a, *a, *a, *a, *a, *a, *a]\n"
