@@ -10,7 +10,7 @@ import pytest
 from specc.pipeline import compile_spec
 
 ROOT = Path(__file__).parents[2]
-SPEC = ROOT / "specs/as_published/irp_picking.yaml"
+SPEC = ROOT / "specs/irp_picking_as_published.yaml"
 Found = list[tuple[str, str]]
 
 FINDINGS: Found = [
