@@ -130,7 +130,7 @@ def _pair(package: Path, name: str, inputs: Sequence[Any]) -> Pair:
     """Hand-written and generated subsystem of the flagship, each with inputs of its own."""
     base = FLAGSHIP.parent
     written = WRITTEN[name]
-    files = {"arm": str(base / "plants" / "irp6_picking.xml"), "objects": str(base / "objects")}
+    files = {"irp6": str(base / "plants" / "irp6_picking.xml"), "objects": str(base / "objects")}
     return (
         _rival("by hand", partial(written, files), inputs),
         _rival("generated", partial(fresh, package, base, name), inputs),

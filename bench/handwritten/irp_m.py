@@ -80,7 +80,7 @@ class Manipulator:
         self.memory = Memory()
         self.state = ""
         self.violations: tuple[int, ...] = ()
-        self._arm_file = files["arm"]
+        self._arm_file = files["irp6"]
         self._periods = 0
         self._work: Callable[[], int] = self._start
 

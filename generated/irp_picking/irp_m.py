@@ -172,7 +172,7 @@ class Manipulator(Subsystem):
         memory.m_g = x.E_m_m
         T_c = DK(q_c)  # current pose of the end-effector
         memory.T_g = T_c
-        memory.arm = LA(self._files["arm"])
+        memory.arm = LA(self._files["irp6"])
         self.state, self._work = "S0", self._in_s0
         self._idle(q_c, T_c)
         return -1

@@ -35,7 +35,7 @@ from .irp_m import Manipulator
 def build(base: str) -> System:
     """The system, with the files that it names found below the directory `base`."""
     files: dict[str, str] = {
-        "arm": join(base, "plants/irp6_picking.xml"),
+        "irp6": join(base, "plants/irp6_picking.xml"),
         "objects": join(base, "objects"),
     }
     return System(

@@ -59,7 +59,7 @@ class Wrong(irp_c.Picking):
 
 
 def test_a_difference_is_found(flagship: Path) -> None:
-    files = {"arm": "", "objects": ""}
+    files = {"irp6": "", "objects": ""}
     generated = building.fresh(flagship, building.FLAGSHIP.parent, "irp.c")
     kind = type(generated.x)
     with stubbed(building.module_of(type(generated)), irp_c):
