@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic, Related
 from specc.expr import RESERVED
 from specc.facts import Facts
-from specc.model.system import Constant, Let, Memory, Subsystem, System
+from specc.model.system import Constant, Let, Memory, Outside, Subsystem, System
 
-Named = Memory | Let | Constant
+Named = Memory | Let | Constant | Outside
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0221; constants of the system hold in subsystems that its own file describes."""
+    """E0221; constants and files hold in the subsystems that their own file describes."""
     for subsystem in facts.subsystems:
         first: dict[str, tuple[str, Named]] = {}
-        for kind, part in _named(subsystem, system):
+        for kind, part in _named(subsystem):
             earlier = first.setdefault(part.name, (kind, part))
             if part.name in RESERVED:
                 yield Diagnostic(
@@ -35,10 +35,8 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _named(subsystem: Subsystem, system: System) -> Iterator[tuple[str, Named]]:
-    own: list[Memory | Let] = [*subsystem.memory, *subsystem.lets]
-    files = {part.place.file for part in own}
-    yield from (("constant", c) for c in system.constants if c.place.file in files)
+def _named(subsystem: Subsystem) -> Iterator[tuple[str, Named]]:
+    yield from ((item.kind, item) for item in subsystem.outside)
     yield from (("parameter", c) for c in subsystem.constants)
     yield from (("memory element", m) for m in subsystem.memory)
     yield from (("let", item) for item in subsystem.lets)

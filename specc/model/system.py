@@ -88,6 +88,15 @@ class Let:
     place: Place
 
 
+@dataclass(frozen=True, slots=True)
+class Outside:
+    """A name that a file gives to all expressions in it."""
+
+    kind: Literal["constant", "file"]
+    name: str
+    place: Place
+
+
 @dataclass(frozen=True)
 class Subsystem:
     """A control subsystem, virtual effector or virtual receptor."""
@@ -112,6 +121,8 @@ class Subsystem:
     axioms: tuple[Axiom, ...]
     trace: Trace
     place: Place
+    outside: tuple[Outside, ...] = ()
+    """Constants and files of the file that describes it."""
 
     @property
     def qualified_name(self) -> str:

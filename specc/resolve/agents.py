@@ -171,6 +171,7 @@ class AgentResolver:
             machine.axioms,
             trace_of(definition),
             where.key,
+            at.definitions.outside(),
         )
 
     def _rate(

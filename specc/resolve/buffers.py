@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
-from specc.expr import Scope
+from specc.expr import Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
 from specc.resolve.context import Where, trace_of
 from specc.resolve.expressions import Expressions
@@ -36,12 +36,34 @@ def resolve_buffers(
     """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
     ports = _ports(definition, where, ends, expressions)
     inputs = {(p.peer, e.name): e.type for p in ports if p.direction == "x" for e in p.elements}
-    outside = replace(constant_scope(expressions.definitions), inputs=inputs)
+    constants = constant_scope(expressions.definitions)
+    declared = {**constants.declared, **_declared_inputs(ports)}
+    outside = replace(constants, inputs=inputs, declared=declared)
     memory = _memory(definition, where, outside, expressions)
-    inside = replace(outside, memory={m.name: m.type for m in memory}, allow_clock=True)
+    known = _without(outside, expressions.broken)
+    declared = {**declared, **{m.name: Declared(m.place) for m in memory}}
+    types = {m.name: m.type for m in memory}
+    inside = replace(known, memory=types, declared=declared, allow_clock=True)
     lets = _Lets(definition, where["let"], inside, expressions).resolve()
-    scope = replace(inside, lets={item.name: item.value.type for item in lets})
+    scope = _with_lets(inside, lets)
     return Buffers(ports, memory, lets, scope)
+
+
+def _without(scope: Scope, broken: Collection[str]) -> Scope:
+    """The scope without constants and files that would be taken for what has an error."""
+    constants = {name: type for name, type in scope.constants.items() if name not in broken}
+    return replace(scope, constants=constants, files=frozenset(scope.files) - frozenset(broken))
+
+
+def _declared_inputs(ports: Sequence[Port]) -> dict[str, Declared]:
+    inputs = [(p.peer, e) for p in ports if p.direction == "x" for e in p.elements]
+    return {f"x.{peer}.{element.name}": Declared(element.place) for peer, element in inputs}
+
+
+def _with_lets(scope: Scope, lets: Sequence[Let]) -> Scope:
+    declared = {item.name: Declared(item.place, item.value) for item in lets}
+    types = {item.name: item.value.type for item in lets}
+    return replace(scope, lets=types, declared={**scope.declared, **declared})
 
 
 def _ports(
@@ -76,7 +98,7 @@ def resolve_elements(
         init = None
         if definition.init is not None:
             scope = constant_scope(expressions.definitions)
-            init = expressions.value(at["init"], definition.init, scope, type_)
+            init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         found.append(Element(name, type_, init, definition.title, trace, at.key))
     return tuple(found)
@@ -95,7 +117,7 @@ def _memory(
             help_text = "add `init:`, the value in the first period"
             expressions.findings.report("O0203", message, at.key, help=help_text)
         elif type_ is not None:
-            init = expressions.value(at["init"], item.init, scope, type_)
+            init = expressions.value(at["init"], item.init, scope, type_, at.key)
         if type_ is None or init is None:
             expressions.broken.add(name)
         else:
@@ -121,7 +143,7 @@ class _Lets:
             if depths[name] > DEEPEST_LET:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
-            scope = replace(self.scope, lets={f.name: f.value.type for f in found})
+            scope = _with_lets(self.scope, found)
             value = self.expressions.value(at.scalar("is"), item.value, scope, None)
             if value is None:
                 self.expressions.broken.add(name)

@@ -8,7 +8,7 @@ from typing import Any
 
 from specc.diagnostics import Related
 from specc.expr import TypeNames
-from specc.model.system import Constant, Operator
+from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Type
 from specc.resolve.context import Findings
@@ -36,6 +36,17 @@ class Definitions:
     def names(self, *, variables: bool = False) -> TypeNames:
         """What type texts may name; with `variables`, undeclared frames are variables."""
         return TypeNames(frames=self.frames, types=self.types, variables_allowed=variables)
+
+    def outside(self) -> tuple[Outside, ...]:
+        """Constants and files, also those with an error in their definition."""
+        found = []
+        for label, place in self.places.items():
+            kind, name = label.split(" ", 1)
+            if kind == "constant":
+                found.append(Outside("constant", name, place))
+            elif kind == "file":
+                found.append(Outside("file", name, place))
+        return tuple(found)
 
     def claim(self, kind: str, name: str, place: Place, findings: Findings) -> bool:
         """Whether `name` is free; reports a second definition with the place of the first."""

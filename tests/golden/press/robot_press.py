@@ -121,7 +121,7 @@ class Press(Subsystem):
         memory = self.memory
         memory.q_a = x.E_q  # eq. 7
         memory.q_b = x.E_q
-        memory.models = LM(self._files["models"])
+        memory.models = LM(self._files["shapes"])
         self.state, self._work = "S0", self._in_s0
         X_c = DK(x.E_q)  # current pose, eq. 8
         self._rest(X_c)

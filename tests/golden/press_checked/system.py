@@ -16,7 +16,7 @@ from .robot_press import Press
 def build(base: str) -> System:
     """The system, with the files that it names found below the directory `base`."""
     files: dict[str, str] = {
-        "models": join(base, "press.yaml"),
+        "shapes": join(base, "press.yaml"),
     }
     return System(
         name="press",
