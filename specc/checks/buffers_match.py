@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
@@ -19,11 +20,17 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 continue
             if device is not None:
                 elements = facts.connections.device_elements(port)
-                yield from _compare(port, port.place, port.elements, device.place, elements)
+                there = _side(device, "y" if port.direction == "x" else "x")
+                yield from _compare(port, port.place, port.elements, there, elements)
             else:
                 yield from _between_subsystems(subsystem, port, facts)
     for device in system.devices:
         yield from _unconnected(device, facts)
+
+
+def _side(device: Device, side: str) -> Place:
+    """What a device accepts or reports, or the device where it says nothing of that."""
+    return replace(device.place, route=(*device.place.route, side))
 
 
 def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Iterator[Diagnostic]:
@@ -91,16 +98,16 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
         return
     subsystem, port = ends[0]
     sides = (
-        (device.x, "y", f"nothing commands `{device.qualified_name}`"),
-        (device.y, "x", f"nothing reads what `{device.qualified_name}` reports"),
+        (device.x, "x", "y", f"nothing commands `{device.qualified_name}`"),
+        (device.y, "y", "x", f"nothing reads what `{device.qualified_name}` reports"),
     )
-    for elements, direction, message in sides:
+    for elements, side, direction, message in sides:
         if elements and not any(p.direction == direction for _, p in ends):
             names = ", ".join(f"`{e.name}`" for e in elements)
             yield Diagnostic(
                 "O0403",
                 message,
-                device.place,
+                _side(device, side),
                 f"{names}: without another end",
                 (Related(subsystem.place, f"`{subsystem.qualified_name}` works with it"),),
                 f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
