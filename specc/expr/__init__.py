@@ -8,13 +8,14 @@ from specc.expr.errors import ExprError, ExprErrors
 from specc.expr.evaluate import Environment, evaluate
 from specc.expr.parse import parse
 from specc.expr.parse_types import TypeNames, parse_type
-from specc.expr.scope import RESERVED, Scope, members_of
+from specc.expr.scope import RESERVED, Declared, Scope, members_of
 from specc.expr.show import show
 from specc.expr.signatures import Signature, parse_signature
 from specc.expr.typing import check, expression
 
 __all__ = [
     "RESERVED",
+    "Declared",
     "Environment",
     "ExprError",
     "ExprErrors",

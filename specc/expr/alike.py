@@ -81,7 +81,8 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
     elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
         code, help = "E0312", "express both in the same frames first"
     start, end = span(left[0])[0], span(right[0])[1]
-    return ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
+    error = ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
+    return error.because(ctx.origins(left[1], right[1]))
 
 
 def _unit_help(ctx: Context, side: Side, other: Type) -> str:

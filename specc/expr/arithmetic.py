@@ -43,7 +43,7 @@ def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
     if _is_quantity(operand.type):
         return Unary("-", operand, type=operand.type, span=span(node))
     message = f"{ctx.quote(node.operand)} is {operand.type}, which has no negative"
-    raise ctx.error(node, message, code="E0313")
+    raise ctx.error(node, message, code="E0313").because(ctx.origins(operand))
 
 
 def _is_quantity(type: Type) -> bool:
@@ -72,7 +72,8 @@ def _product(ctx: Context, node: ast.BinOp, op: Literal["*", "/"]) -> Expr:
         sides = f"{ctx.quote(node.left)} is {left.type} and {ctx.quote(node.right)} is {right.type}"
         help = "poses are composed with @" if isinstance(left.type, Pose) else ""
         verb = "multiplied" if op == "*" else "divided"
-        raise ctx.error(node, f"{sides}: they cannot be {verb}", help, "E0313")
+        error = ctx.error(node, f"{sides}: they cannot be {verb}", help, "E0313")
+        raise error.because(ctx.origins(left, right))
     return Binary(op, left, right, type=_within_reason(ctx, node, type), span=span(node))
 
 
@@ -121,7 +122,7 @@ def _power(ctx: Context, node: ast.BinOp) -> Expr:
     unit = scalar_unit(base.type)
     if unit is None:
         message = f"{ctx.quote(node.left)} is {base.type}, which has no powers"
-        raise ctx.error(node, message, code="E0313")
+        raise ctx.error(node, message, code="E0313").because(ctx.origins(base))
     type = Int() if isinstance(base.type, Int) and power >= 0 else Real(unit**power)
     return Binary("**", base, exponent, type=_within_reason(ctx, node, type), span=span(node))
 
@@ -131,12 +132,14 @@ def _composition(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
     if not isinstance(left.type, Pose) or not isinstance(right.type, Pose):
         side, expr = (node.right, right) if isinstance(left.type, Pose) else (node.left, left)
         message = f"{ctx.quote(side)} is {expr.type}; @ composes poses"
-        raise ctx.error(side, message, "numbers are multiplied with *", "E0313")
+        error = ctx.error(side, message, "numbers are multiplied with *", "E0313")
+        raise error.because(ctx.origins(expr))
     if left.type.child == right.type.parent:
         type = Pose(left.type.parent, right.type.child)
         return Binary("@", left, right, type=type, span=span(node))
     message = f"{left.type} @ {right.type}: frames {left.type.child} and {right.type.parent} differ"
-    raise ctx.error(node, message, _meeting(ctx, node, left.type, right.type), "E0312")
+    error = ctx.error(node, message, _meeting(ctx, node, left.type, right.type), "E0312")
+    raise error.because(ctx.origins(left, right))
 
 
 def _poses(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr]:

@@ -64,7 +64,7 @@ def _len(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         return built(node, Int(), value)
     help = f"its length is always {value.type.size}" if isinstance(value.type, Vector) else ""
     message = f"{ctx.quote(node.args[0])} is {value.type}; len counts the items of a list"
-    raise ctx.error(node.args[0], message, help, "E0315")
+    raise ctx.error(node.args[0], message, help, "E0315").because(ctx.origins(value))
 
 
 def _norm(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
@@ -73,7 +73,7 @@ def _norm(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     if isinstance(value.type, Vector) and isinstance(value.type.element, Real):
         return built(node, value.type.element, value)
     message = f"{ctx.quote(node.args[0])} is {value.type}; norm takes a vector of reals"
-    raise ctx.error(node.args[0], message, code="E0315")
+    raise ctx.error(node.args[0], message, code="E0315").because(ctx.origins(value))
 
 
 def _abs(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
@@ -82,7 +82,8 @@ def _abs(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     if scalar_unit(value.type) is not None:
         return built(node, value.type, value)
     message = f"{ctx.quote(node.args[0])} is {value.type}; abs takes a number"
-    raise ctx.error(node.args[0], message, "the length of a vector is norm(v)", "E0315")
+    error = ctx.error(node.args[0], message, "the length of a vector is norm(v)", "E0315")
+    raise error.because(ctx.origins(value))
 
 
 def _sqrt(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
@@ -92,7 +93,7 @@ def _sqrt(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     if unit is not None:
         return built(node, Real(unit ** Fraction(1, 2)), value)
     message = f"{ctx.quote(node.args[0])} is {value.type}; sqrt takes a number"
-    raise ctx.error(node.args[0], message, code="E0315")
+    raise ctx.error(node.args[0], message, code="E0315").because(ctx.origins(value))
 
 
 def _extreme(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:

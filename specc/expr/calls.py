@@ -10,6 +10,7 @@ from specc.expr.builtins import BUILTINS
 from specc.expr.context import Context
 from specc.expr.errors import ExprError, ExprErrors, one_of
 from specc.expr.mismatch import fits, way_out
+from specc.expr.origin import Origin
 from specc.expr.parse import span
 from specc.expr.unify import Bindings, frames_of, has_variables, substitute, unify
 from specc.model.expr import Call, Expr
@@ -89,7 +90,9 @@ class _Application:
         quoted = self.ctx.quote(node)
         message = f"{quoted} is {expr.type}; {self.operator.name} takes {name}: {wanted}"
         help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
-        raise self.ctx.error(node, message, help, "E0315")
+        taken = Origin(self.operator.place, f"`{self.operator.name}` takes {name}: {pattern}")
+        error = self.ctx.error(node, message, help, "E0315")
+        raise error.because([*self.ctx.origins(expr), taken])
 
     def _bound_frames(self, pattern: Type) -> str:
         bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]
@@ -100,7 +103,8 @@ class _Application:
         name, parameters = self.operator.name, self.operator.parameters
         usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
         message = f"{name} takes {_count(len(parameters))}, not {len(self.node.args)}"
-        return self.ctx.error(self.node, message, f"it is called as {usage}", "E0314")
+        error = self.ctx.error(self.node, message, f"it is called as {usage}", "E0314")
+        return error.because([Origin(self.operator.place, f"`{name}` is declared here")])
 
 
 def _count(number: int) -> str:

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from specc.expr.errors import ExprError, ExprErrors
 from specc.expr.mismatch import fits, way_out
+from specc.expr.origin import Origin, origins
 from specc.expr.parse import span
 from specc.expr.scope import Scope
 from specc.model.expr import Expr
@@ -40,7 +41,8 @@ class Context:
         if expected is None or fits(expr.type, expected):
             return expr
         message = f"{self.quote(node)} is {expr.type}; expected {expected}"
-        raise self.error(node, message, way_out(expr, expected, self.quote(node), self.scope))
+        help = way_out(expr, expected, self.quote(node), self.scope)
+        raise self.error(node, message, help).because(self.origins(expr), expected)
 
     def each(self, *jobs: Callable[[], T]) -> list[T]:
         """Results of independent jobs; if some fail, the errors of all of them at once."""
@@ -64,6 +66,10 @@ class Context:
         start, end = span(node)
         words = " ".join(self.text[start:end].split())
         return words if len(words) <= _SHOWN else words[: _SHOWN - 3] + "..."
+
+    def origins(self, *exprs: Expr) -> list[Origin]:
+        """The declarations that gave expressions their types."""
+        return [origin for expr in exprs for origin in origins(expr, self.scope)]
 
     def error(
         self, node: ast.expr | ast.keyword, message: str, help: str = "", code: str = "E0310"

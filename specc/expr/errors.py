@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from specc.diagnostics.nearest import surely_meant
+from specc.expr.origin import Origin
+from specc.model.types import Type
 
 
 class ExprErrors(Exception):
@@ -20,7 +22,8 @@ class ExprErrors(Exception):
 class ExprError(ExprErrors):
     """One finding: `code` of the registry, and character offsets into the text as it was given.
 
-    `repair` is what should surely stand between the offsets, if anything does.
+    `repair` is what should surely stand between the offsets, if anything does. `origins` say how
+    the types that do not agree came about; `expected` is the type that the text around asked for.
     """
 
     def __init__(
@@ -32,6 +35,8 @@ class ExprError(ExprErrors):
         self.help = help
         self.code = code
         self.repair = ""
+        self.origins: tuple[Origin, ...] = ()
+        self.expected: Type | None = None
         super().__init__((self,))
 
     def meant(self, name: str, close: Sequence[str]) -> ExprError:
@@ -39,11 +44,17 @@ class ExprError(ExprErrors):
         self.repair = surely_meant(name, close)
         return self
 
+    def because(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
+        """This finding, with the places that the types in it come from."""
+        self.origins = tuple(dict.fromkeys(origins))
+        self.expected = expected
+        return self
+
     def moved(self, by: int) -> ExprError:
         """The same finding about a text that starts `by` characters earlier."""
         moved = ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
         moved.repair = self.repair
-        return moved
+        return moved.because(self.origins, self.expected)
 
 
 def one_of(names: Iterable[str]) -> str:

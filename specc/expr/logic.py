@@ -86,7 +86,7 @@ def _among(ctx: Context, node: ast.Compare) -> Expr:
     item = ctx.infer(left)
     if not isinstance(item.type, Enum):
         message = f"{ctx.quote(left)} is {item.type}; `in` asks for members of an enum"
-        raise ctx.error(left, message, code="E0313")
+        raise ctx.error(left, message, code="E0313").because(ctx.origins(item))
     names = frozenset(_member_name(ctx, member, item.type) for member in right.elts)
     among = Among(item, names, type=Bool(), span=span(node))
     if isinstance(op, ast.In):

@@ -39,7 +39,7 @@ def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
     names = _component_names(value.type)
     if node.attr in names:
         return _component(node, value, names.index(node.attr))
-    raise _no_part(ctx, node, value.type, names)
+    raise _no_part(ctx, node, value.type, names).because(ctx.origins(value))
 
 
 def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
@@ -50,7 +50,8 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
     size = value.type.size if isinstance(value.type, Vector) else 6
     if not isinstance(value.type, (Vector, Spatial)):
         message = f"{ctx.quote(node.value)} is {value.type}, which has no components"
-        raise ctx.error(node, message, "all(...) and any(...) go over a list", "E0234")
+        error = ctx.error(node, message, "all(...) and any(...) go over a list", "E0234")
+        raise error.because(ctx.origins(value))
     match node.slice:
         case ast.Constant(value=int(index)) if not isinstance(index, bool):
             if index < size:
@@ -109,7 +110,8 @@ def _field(ctx: Context, node: ast.Attribute, value: Expr, record: Record) -> Ex
     type = record.field(node.attr)
     if type is not None:
         return FieldOf(value, node.attr, type=type, span=span(node))
-    raise _no_part(ctx, node, record, tuple(name for name, _ in record.fields))
+    error = _no_part(ctx, node, record, tuple(name for name, _ in record.fields))
+    raise error.because(ctx.origins(value))
 
 
 def _component_names(type: Type) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ def _position(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
 
 def _no_pose(ctx: Context, node: ast.Call, value: Expr) -> ExprError:
     message = f"{ctx.quote(node.args[0])} is {value.type}; {ctx.quote(node.func)} takes a pose"
-    return ctx.error(node.args[0], message, code="E0315")
+    return ctx.error(node.args[0], message, code="E0315").because(ctx.origins(value))
 
 
 def _identity(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:

@@ -20,7 +20,7 @@ def quantifier(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     comprehension = _comprehension(ctx, node)
     variable = _variable(ctx, comprehension)
     over = ctx.infer(comprehension.iter)
-    element = _element(ctx, comprehension.iter, over.type)
+    element = _element(ctx, comprehension.iter, over)
     generator = node.args[0]
     assert isinstance(generator, ast.GeneratorExp)  # _comprehension looked
     body = ctx.inside(ctx.scope.binding(variable, element)).expect(generator.elt, Bool())
@@ -60,8 +60,8 @@ def _variable(ctx: Context, comprehension: ast.comprehension) -> str:
     return target.id
 
 
-def _element(ctx: Context, node: ast.expr, type: Type) -> Type:
-    if isinstance(type, (Vector, ListOf)):
-        return type.element
-    message = f"{ctx.quote(node)} is {type}; a quantifier goes over a vector or a list"
-    raise ExprError(message, *span(node), code="E0313")
+def _element(ctx: Context, node: ast.expr, over: Expr) -> Type:
+    if isinstance(over.type, (Vector, ListOf)):
+        return over.type.element
+    message = f"{ctx.quote(node)} is {over.type}; a quantifier goes over a vector or a list"
+    raise ExprError(message, *span(node), code="E0313").because(ctx.origins(over))

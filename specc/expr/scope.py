@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from specc.model.expr import Expr
 from specc.model.system import Operator
 from specc.model.types import Enum, Type
+from specc.source import Place
 
 CLOCK_NAMES = ("elapsed", "entered", "period")
 BUILTIN_NAMES = (
@@ -15,6 +17,14 @@ BUILTIN_NAMES = (
 )  # fmt: skip
 RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES})
 """Names of the language; a specification gives them to nothing of its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """Where a name is declared, and what it stands for if it is a `let` or a constant."""
+
+    place: Place
+    value: Expr | None = None
 
 
 @dataclass(frozen=True)
@@ -34,6 +44,8 @@ class Scope:
     """Peer and element -> type, for `x.peer.element`."""
     peers: Collection[str] = ()
     """Peers in x whose buffer has no elements; the others follow from `inputs`."""
+    declared: Mapping[str, Declared] = field(default_factory=dict)
+    """Declarations of memory, lets, constants and inputs, these as `x.peer.element`."""
     allow_inputs: bool = True
     allow_memory: bool = True
     """Memory and lets, which may depend on memory."""

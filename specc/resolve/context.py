@@ -87,13 +87,21 @@ class Findings:
         """Add a diagnostic."""
         self.diagnostics.append(Diagnostic(code, message, place, label, related, help))
 
-    def expression_error(self, where: Where, error: ExprError) -> None:
-        """Report an error in the text at `where`, at its own offsets."""
+    def expression_error(
+        self, where: Where, error: ExprError, target: Related | None = None
+    ) -> None:
+        """Report an error in the text at `where`, at its own offsets.
+
+        `target` is the declaration that the whole text has its expected type from.
+        """
         if error.code == FOLLOW_UP:
             self.withheld += 1
             return
         place = Place(where.file, where.route, "value", error.start, error.end)
-        found = Diagnostic(error.code, error.message, place, help=error.help)
+        related = tuple(Related(origin.place, origin.words) for origin in error.origins)
+        if target is not None and error.expected is not None:
+            related += (target,)
+        found = Diagnostic(error.code, error.message, place, "", related, error.help)
         self.diagnostics.append(replace(found, fix=rename(place, error.repair)))
 
     def unknown(self, code: str, what: str, name: str, known: object, place: Place) -> None:

@@ -7,12 +7,14 @@ import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from specc.diagnostics import Related
 from specc.expr import ExprError, ExprErrors, Scope, check, parse, parse_type
 from specc.model.expr import Expr
 from specc.model.types import Type
 from specc.model.units import HERTZ, UnitError, parse_unit
 from specc.resolve.context import Findings, Meaning, Where
 from specc.resolve.definitions import Definitions
+from specc.source import Place
 
 
 @dataclass(slots=True)
@@ -42,13 +44,25 @@ class Expressions:
             self._report(where, text, error)
             return None
 
-    def value(self, where: Where, text: str, scope: Scope, expected: Type | None) -> Expr | None:
-        """The typed expression, or None after reporting."""
-        expr = self._typed(where, text, scope, expected)
+    def value(
+        self,
+        where: Where,
+        text: str,
+        scope: Scope,
+        expected: Type | None,
+        declared: Place | None = None,
+    ) -> Expr | None:
+        """The typed expression, or None after reporting.
+
+        What it is assigned to is declared as of the expected type at `declared`.
+        """
+        expr = self._typed(where, text, scope, expected, declared)
         self.findings.meanings.append(Meaning(where, text, scope, expr))
         return expr
 
-    def _typed(self, where: Where, text: str, scope: Scope, expected: Type | None) -> Expr | None:
+    def _typed(
+        self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
+    ) -> Expr | None:
         tree = self.tree(where, text)
         if tree is None:
             return None
@@ -56,16 +70,22 @@ class Expressions:
             return check(tree, text, scope, expected)
         except ExprErrors as errors:
             for error in errors.errors:
-                self._report(where, text, error)
+                meant = declared is not None and error.expected == expected
+                target = (
+                    Related(declared, f"declared as {expected}") if declared and meant else None
+                )
+                self._report(where, text, error, target)
             return None
 
-    def _report(self, where: Where, text: str, error: ExprError) -> None:
+    def _report(
+        self, where: Where, text: str, error: ExprError, target: Related | None = None
+    ) -> None:
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
         if error.code.startswith("E02") and known:
             self.findings.withheld += 1
             return
-        self.findings.expression_error(where, error)
+        self.findings.expression_error(where, error, target)
 
 
 # A Fraction of `1e999999999` is computed digit by digit.

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from specc.expr import ExprError, Scope, TypeNames, parse_signature, parse_type
+from specc.expr import Declared, ExprError, Scope, TypeNames, parse_signature, parse_type
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type
 from specc.resolve.context import FOLLOW_UP, Findings, Where, trace_of
@@ -145,6 +145,7 @@ def constant_scope(definitions: Definitions) -> Scope:
     """What a constant may name: earlier constants, operators, enum members and files."""
     return Scope(
         constants={n: c.value.type for n, c in definitions.constants.items()},
+        declared={n: Declared(c.place, c.value) for n, c in definitions.constants.items()},
         enums=enum_members(definitions),
         files=frozenset(definitions.files),
         operators=definitions.operators,

@@ -23,6 +23,7 @@ from specc.model.types import Bool, Type
 from specc.resolve.context import Where, trace_of
 from specc.resolve.expressions import Expressions
 from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, SubsystemDef
+from specc.source import Place
 
 BOOL = Bool()
 
@@ -125,7 +126,8 @@ class MachineResolver:
         peer, name, type_ = self._target(target, at)
         if type_ is None:
             return None
-        value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_)
+        declared = self._declared(peer, name)
+        value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_, declared)
         if value is None:
             value = _nobody_knows(at, type_)
         return Assignment(peer, name, value, trace_of(item), at.key)
@@ -151,6 +153,12 @@ class MachineResolver:
             known += [f"y.{p.peer}.{e.name}" for p in self.ports for e in p.elements]
             self.expressions.findings.unknown("E0214", "target", target, known, at.key)
         return "", target, type_
+
+    def _declared(self, peer: str, name: str) -> Place | None:
+        """Where the memory element, or the element of the output buffer of a peer, is declared."""
+        ends = [port for port in self.ports if (port.direction, port.peer) == ("y", peer)]
+        elements = ends[0].elements if ends else self.memory
+        return next((item.place for item in elements if item.name == name), None)
 
     def _resolve_behaviours(self) -> None:
         for name, item in self.definition.behaviours.items():
