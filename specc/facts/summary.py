@@ -11,7 +11,8 @@ class Proofs:
     """What the checks have established about a system without errors."""
 
     def __init__(self, facts: Facts) -> None:
-        self._facts = facts
+        """`facts` are what it was established from."""
+        self.facts = facts
         self._subsystems = {s.qualified_name: s for s in facts.subsystems}
 
     def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
@@ -20,11 +21,11 @@ class Proofs:
         `subsystem` is a qualified name; one with errors has nothing proved.
         """
         found = self._subsystems.get(subsystem)
-        if found is None or not self._facts.verdict(found, state, cause).proved:
+        if found is None or not self.facts.verdict(found, state, cause).proved:
             return False
-        return self._facts.unused_component(found, state, cause) is None
+        return self.facts.unused_component(found, state, cause) is None
 
     def present(self, subsystem: str, state: str) -> frozenset[InputName]:
         """Inputs that surely have a value in the conditions and the functions of a state."""
         found = self._subsystems.get(subsystem)
-        return self._facts.presence(found).in_functions[state] if found else frozenset()
+        return self.facts.presence(found).in_functions[state] if found else frozenset()

@@ -109,7 +109,8 @@ def _gap(
         return None
     asked = frozenset(atoms_of(conditions))
     repair = condition_for(table, left, context, asked)
-    return Witness(describe(table, left, context, asked), repair=repair)
+    facts, answers = describe(table, left, context, asked)
+    return Witness(facts, repair=repair, answers=answers)
 
 
 def _overlap(
@@ -121,12 +122,12 @@ def _overlap(
         if bits & seen:
             first = next(i for i in range(index) if holding[i] & bits)
             asked = frozenset(atoms_of((conditions[first], conditions[index])))
-            facts = describe(table, bits & holding[first], context, asked)
+            facts, answers = describe(table, bits & holding[first], context, asked)
             for one, other in ((index, first), (first, index)):
                 if rest := holding[one] & ~holding[other]:
                     repair = condition_for(table, rest, context, asked)
-                    return Witness(facts, (first, index), repair, one)
-            return Witness(facts, (first, index))
+                    return Witness(facts, (first, index), repair, one, answers)
+            return Witness(facts, (first, index), answers=answers)
         seen |= bits
     return None
 

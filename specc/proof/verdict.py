@@ -13,6 +13,9 @@ InputName = tuple[str, str]
 Facts = tuple[tuple[str, str], ...]
 """Questions as the specification puts them, with their answers in words."""
 
+Answers = tuple[tuple[Expr, bool], ...]
+"""The same as expressions with their truth values."""
+
 
 @dataclass(frozen=True, slots=True)
 class Witness:
@@ -20,13 +23,14 @@ class Witness:
 
     `facts` leave out what does not matter; `holding` are indices of conditions that all hold.
     `repair` is what a new condition, or instead of it the condition of index `repaired`, could ask;
-    it is None where one of two equal conditions has to go.
+    it is None where one of two equal conditions has to go. `answers` are the facts as expressions.
     """
 
     facts: Facts
     holding: tuple[int, ...] = ()
     repair: Expr | None = None
     repaired: int | None = None
+    answers: Answers = ()
 
 
 @dataclass(frozen=True, slots=True)

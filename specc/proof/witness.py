@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from specc.model.expr import Among, Expr
+from specc.model.types import Bool
 from specc.proof.formula import Atom
 from specc.proof.table import Column, Table
 from specc.proof.variables import Arrival, EnumItem
-from specc.proof.verdict import Facts
+from specc.proof.verdict import Answers, Facts
 
 
-def describe(table: Table, faults: int, allowed: int, asked: frozenset[Atom]) -> Facts:
+def describe(
+    table: Table, faults: int, allowed: int, asked: frozenset[Atom]
+) -> tuple[Facts, Answers]:
     """Facts that, within the combinations `allowed`, always lead to one of `faults`.
 
     `faults` must have a combination. Facts about atoms that are not `asked` are left out first.
@@ -21,7 +25,9 @@ def describe(table: Table, faults: int, allowed: int, asked: frozenset[Atom]) ->
         rest = {c: answer for c, answer in chosen.items() if c is not column}
         if not _common(table, rest) & allowed & ~faults:
             chosen = rest
-    return tuple(f for column, answer in chosen.items() for f in _facts(column, answer, asked))
+    found = chosen.items()
+    facts = tuple(fact for column, answer in found for fact in _facts(column, answer, asked))
+    return facts, tuple(said for column, answer in found for said in _answers(column, answer))
 
 
 def _common(table: Table, chosen: Mapping[Column, int]) -> int:
@@ -36,8 +42,7 @@ def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tupl
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
     variable = column.variable
     if isinstance(variable, EnumItem):
-        possible = [m for m in variable.members if all((m in a.test) == y for a, y in answered)]
-        yield variable.text, " or ".join(possible)
+        yield variable.text, " or ".join(_members(variable, answered))
         return
     if isinstance(variable, Arrival):
         fresh = [item for item in answered if item[0].test == "fresh" and item[1]]
@@ -45,3 +50,20 @@ def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tupl
     told = [(atom, yes) for atom, yes in answered if atom in asked] or answered
     for atom, yes in told:
         yield atom.text, "true" if yes == atom.text_holds else "false"
+
+
+def _answers(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:
+    """One answer of a column as expressions with their truth values."""
+    answered = list(zip(column.atoms, column.answers[answer], strict=True))
+    variable = column.variable
+    if isinstance(variable, EnumItem) and variable.expr is not None:
+        members = frozenset(_members(variable, answered))
+        yield Among(variable.expr, members, type=Bool()), True
+        return
+    for atom, yes in answered:
+        if atom.expr is not None:
+            yield atom.expr, yes == atom.text_holds
+
+
+def _members(item: EnumItem, answered: list[tuple[Atom, bool]]) -> list[str]:
+    return [m for m in item.members if all((m in atom.test) == yes for atom, yes in answered)]

@@ -15,7 +15,7 @@ from specc.proof.formula import Atom, Formula, atoms_of, in_order
 from specc.proof.numbering import Numbering
 from specc.proof.solver.arithmetic import Arithmetic
 from specc.proof.variables import Arrival, Collection, EnumItem, Label, Quantity
-from specc.proof.verdict import Decision, InputName, Witness
+from specc.proof.verdict import Answers, Decision, Facts, InputName, Witness
 
 LONGEST_MS = 2000
 """Time for one question."""
@@ -57,21 +57,23 @@ class Solver:
         )
 
     def _gap(self, rows: list[Any], context: list[Any], asked: list[Atom]) -> Witness | None:
-        facts = self._facts([*context, *map(z3.Not, rows)], context, z3.Or(rows), asked)
-        return None if facts is None else Witness(facts)
+        answers = self._answers([*context, *map(z3.Not, rows)], context, z3.Or(rows), asked)
+        return None if answers is None else Witness(_facts(answers), answers=_said(answers))
 
     def _overlap(self, rows: list[Any], context: list[Any], asked: list[Atom]) -> Witness | None:
         for second, row in enumerate(rows):
             for first in range(second):
                 both = z3.And(rows[first], row)
-                facts = self._facts([*context, both], context, z3.Not(both), asked)
-                if facts is not None:
-                    return Witness(facts, (first, second), repaired=second)
+                answers = self._answers([*context, both], context, z3.Not(both), asked)
+                if answers is not None:
+                    return Witness(
+                        _facts(answers), (first, second), repaired=second, answers=_said(answers)
+                    )
         return None
 
-    def _facts(
+    def _answers(
         self, fault: list[Any], context: list[Any], no_fault: Any, asked: list[Atom]
-    ) -> tuple[tuple[str, str], ...] | None:
+    ) -> list[tuple[Atom, bool]] | None:
         """Answers to what is asked that always lead to the fault; None if nothing does."""
         model = self._model(fault)
         if model is None:
@@ -84,7 +86,7 @@ class Solver:
             rest = [other for other in kept if other is not item]
             if not self._holds([*context, no_fault, *(self._said(a, y) for a, y in rest)]):
                 kept = rest
-        return tuple((a.text, "true" if yes == a.text_holds else "false") for a, yes in kept)
+        return kept
 
     def _said(self, atom: Atom, yes: bool) -> Any:
         return self._atom(atom) if yes else z3.Not(self._atom(atom))
@@ -146,6 +148,14 @@ class Solver:
             case Quantity():
                 return self._arithmetic.comparison(variable, atom)
         return z3.Bool(f"fact {variable.of} {atom.test.index if atom.test else ''}")
+
+
+def _facts(answers: list[tuple[Atom, bool]]) -> Facts:
+    return tuple((a.text, "true" if yes == a.text_holds else "false") for a, yes in answers)
+
+
+def _said(answers: list[tuple[Atom, bool]]) -> Answers:
+    return tuple((a.expr, yes == a.text_holds) for a, yes in answers if a.expr is not None)
 
 
 def _arrived(arrival: Arrival, test: str) -> Any:
