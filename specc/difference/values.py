@@ -40,7 +40,13 @@ def compare_elements(
     for name, ((_, before), (_, after)) in pairs.both.items():
         book.changed("element", name, "type", type_text(before.type), type_text(after.type))
         _inits(name, before.init, after.init, same, book)
+        ages = [_age(element) for element in (before, after)]
+        book.changed("element", name, "greatest age", *ages, semantic=False)
         book.words("element", name, before, after)
+
+
+def _age(element: Element) -> str:
+    return "any" if element.max_age_s is None else f"{float(element.max_age_s):g} s"
 
 
 def _inits(name: str, old: Expr | None, new: Expr | None, same: Same, book: Book) -> None:

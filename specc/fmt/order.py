@@ -45,6 +45,7 @@ TYPE = Kind(("frames", "type", *_LAST, "fields", "opaque", "python"))
 CONSTANT = Kind(("is", *_LAST))
 OPERATOR = Kind(("signature", "python", "title", *_TRACE))
 ELEMENT = Kind(("type", "init", *_LAST))
+INPUT = Kind(("type", "init", "max_age", *_LAST))
 MEMORY = Kind(("type", "init", *_LAST))
 LET = Kind(("is", *_LAST))
 CONDITION = Kind((*_LAST, "when"))
@@ -64,7 +65,7 @@ SUBSYSTEM = Kind(
         "functions", "behaviours", "states", "initial_state", "transitions", "assume",
     ),
     {
-        "x": _each(_each(ELEMENT)),
+        "x": _each(_each(INPUT)),
         "y": _each(_each(ELEMENT)),
         "memory": _each(MEMORY),
         "let": _each(LET),
@@ -76,7 +77,7 @@ SUBSYSTEM = Kind(
         "assume": _each(AXIOM),
     },
 )  # fmt: skip
-DEVICE = Kind(("title", *_TRACE, "x", "y"), {"x": _each(ELEMENT), "y": _each(ELEMENT)})
+DEVICE = Kind(("title", *_TRACE, "x", "y"), {"x": _each(INPUT), "y": _each(ELEMENT)})
 AGENT = Kind(
     (
         "use", "title", "kind", "with", *_TRACE, "real_effectors", "real_receptors",

@@ -50,6 +50,8 @@ class Element:
     title: str
     trace: Trace
     place: Place
+    max_age_s: Fraction | None = None
+    """How old the measurements behind a value that is received may be, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,15 +5,17 @@ from __future__ import annotations
 import ast
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
 from specc.expr import Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
 from specc.resolve.context import Where, trace_of
+from specc.resolve.durations import duration_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
-from specc.schema.subsystem import ElementDef, SubsystemDef
+from specc.schema.subsystem import ElementDef, InputDef, SubsystemDef
 
 DEEPEST_LET = 100
 """How many lets may depend on each other in a row; nobody reads more, and passes recurse."""
@@ -100,8 +102,15 @@ def resolve_elements(
             scope = constant_scope(expressions.definitions)
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
-        found.append(Element(name, type_, init, definition.title, trace, at.key))
+        age = _max_age(definition, at, expressions)
+        found.append(Element(name, type_, init, definition.title, trace, at.key, age))
     return tuple(found)
+
+
+def _max_age(definition: ElementDef, at: Where, expressions: Expressions) -> Fraction | None:
+    if not isinstance(definition, InputDef) or definition.max_age is None:
+        return None
+    return duration_of(definition.max_age, at["max_age"], expressions.findings)
 
 
 def _memory(

@@ -44,6 +44,14 @@ RateText = Annotated[
         examples=["500 Hz", "100 Hz", "5 Hz", "2 ms"],
     ),
 ]
+DurationText = Annotated[
+    str,
+    BeforeValidator(_as_text, json_schema_input_type=str),
+    Field(
+        description="How long ago the measurements behind the value were made, at most: `20 ms`.",
+        examples=["20 ms", "0.5 s"],
+    ),
+]
 Numbers = Annotated[
     tuple[int, ...],
     BeforeValidator(_as_tuple, json_schema_input_type=int | list[int]),

@@ -15,7 +15,7 @@ from specc.schema.base import (
     TypeText,
     short_form,
 )
-from specc.schema.subsystem import Element, SubsystemDef
+from specc.schema.subsystem import Element, Input, SubsystemDef
 
 
 class TypeDef(Traced):
@@ -46,7 +46,7 @@ class OperatorDef(Traced):
 class DeviceDef(Traced):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
-    x: dict[str, Element] = Field({}, description="What the device accepts.")
+    x: dict[str, Input] = Field({}, description="What the device accepts.")
     y: dict[str, Element] = Field({}, description="What the device reports.")
 
 

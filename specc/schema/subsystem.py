@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from specc.schema.base import (
+    DurationText,
     ExprText,
     RateText,
     Strict,
@@ -30,8 +31,16 @@ class ElementDef(Traced):
     init: ExprText | None = Field(None, description="Value before the first one arrives.")
 
 
+class InputDef(ElementDef):
+    """An element of an input buffer."""
+
+    max_age: DurationText | None = None
+
+
 Element = Annotated[ElementDef, short_form("type", ElementDef)]
-BufferDef = dict[str, dict[str, Element]]
+Input = Annotated[InputDef, short_form("type", InputDef)]
+InputBufferDef = dict[str, dict[str, Input]]
+OutputBufferDef = dict[str, dict[str, Element]]
 
 
 class MemoryDef(Traced):
@@ -120,8 +129,8 @@ class SubsystemDef(Traced):
     arguments: dict[str, ExprText] = Field({}, alias="with", description="Values of parameters.")
     rate: RateText | None = None
     uses: list[str] | None = Field(None, description="Real effectors or receptors it works with.")
-    x: BufferDef = Field({}, description="Input buffers, by the peer at the other end.")
-    y: BufferDef = Field({}, description="Output buffers, by the peer at the other end.")
+    x: InputBufferDef = Field({}, description="Input buffers, by the peer at the other end.")
+    y: OutputBufferDef = Field({}, description="Output buffers, by the peer at the other end.")
     memory: dict[str, MemoryDef] = Field({}, description="Values kept from period to period.")
     let: dict[str, Annotated[LetDef, short_form("is", LetDef)]] = Field(
         {}, description="Named subexpressions, each computed at most once a period."

@@ -52,4 +52,13 @@ CODES = (
         "rate: 100 Hz\n",
         "subsystem",
     ),
+    Code(
+        "E0107",
+        "not a length of time",
+        "A length of time is a number with its unit, like a period. Where it says how old a value "
+        "may be, it is more than nothing.",
+        "x: {c: {v: {type: 'real[rad/s]', max_age: 20}}}\n",
+        "x: {c: {v: {type: 'real[rad/s]', max_age: 20 ms}}}\n",
+        "subsystem",
+    ),
 )
