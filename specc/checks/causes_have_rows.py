@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
-from specc.facts import Facts
+from specc.facts import Decided, Facts
 from specc.facts.words import ending
 from specc.model.fsm import State
 from specc.model.system import Subsystem, System
@@ -13,28 +13,34 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
-    unfinished = set()
+    unmet = [d for d in facts.decided() if not d.verdict.rows and d.verdict.decision.possible]
     for subsystem in facts.subsystems:
-        unfinished |= {state.place for state in facts.dead_ends(subsystem)}
-        yield from _unfinished(subsystem, facts.dead_ends(subsystem))
-    for decided in facts.decided():
-        if decided.verdict.rows or not decided.verdict.decision.possible:
-            continue
-        state, cause = decided.state, decided.cause
-        condition = state.behaviour.terminal if cause == "terminal" else state.behaviour.error
-        if state.place in unfinished:
-            continue
-        yield Diagnostic(
-            "E0603",
-            f"state `{state.name}` has no row for its {cause} condition",
-            state.place,
-            f"can end {ending(state.behaviour, cause)}",
-            (Related(condition.place, f"the {cause} condition"),),
-            f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
-        )
+        sources = {row.source for row in subsystem.transitions}
+        without = {
+            decided.state.place
+            for decided in unmet
+            if decided.subsystem is subsystem and decided.state.name not in sources
+        }
+        yield from _unfinished(subsystem, [s for s in subsystem.states if s.place in without])
+    for decided in unmet:
+        if any(row.source == decided.state.name for row in decided.subsystem.transitions):
+            yield _no_row(decided)
 
 
-def _unfinished(subsystem: Subsystem, ends: tuple[State, ...]) -> Iterator[Diagnostic]:
+def _no_row(decided: Decided) -> Diagnostic:
+    state, cause = decided.state, decided.cause
+    condition = state.behaviour.terminal if cause == "terminal" else state.behaviour.error
+    return Diagnostic(
+        "E0603",
+        f"state `{state.name}` has no row for its {cause} condition",
+        state.place,
+        f"can end {ending(state.behaviour, cause)}",
+        (Related(condition.place, f"the {cause} condition"),),
+        f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
+    )
+
+
+def _unfinished(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
     """O0605 for each state without rows, or once if the table is empty."""
     if ends and not subsystem.transitions:
         yield Diagnostic(
