@@ -7,12 +7,11 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterator
 
-from specc.cli.rewrite import rewrite
+from specc.cli.rewrite import refusal, rewrite
 from specc.cli.targets import targets
-from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, resolve, shown_path
 from specc.read import read_file
-from specc.source import Place, Sources
+from specc.source import Sources
 
 
 def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
@@ -36,8 +35,7 @@ def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
             try:
                 rewrite(path, new)
             except OSError as error:
-                message = f"the file cannot be written: {(error.strerror or '').lower()}"
-                findings += resolve([Diagnostic("E0090", message, Place(path))], Sources())
+                findings += resolve([refusal(error)], Sources())
     _summarise(changed, len(files), options.check or options.diff)
     return findings, files, bool(changed)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from specc.cli.rewrite import refusal
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Report, report, resolve
@@ -33,21 +34,20 @@ class Outcome:
 
 
 def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
-    """Like `inspect_all`, after all repairs were made that findings carry."""
-    from specc.cli.mend import ROUNDS, mend
+    """Like `inspect_all`, after the repairs that findings carry were made in the files named."""
+    from specc.cli.mend import ROUNDS, mend, report_left
 
     found = inspect_all(arguments, overrides)
     for _ in range(ROUNDS):
         try:
-            if not mend(found.findings):
+            if not mend(found.findings, arguments):
                 break
         except OSError as error:
-            message = f"the file cannot be written: {(error.strerror or '').lower()}"
-            refused = Diagnostic("E0090", message, Place(str(error.filename or "")))
-            findings = [*found.findings, *resolve([refused], Sources())]
+            findings = [*found.findings, *resolve([refusal(error)], Sources())]
             return replace(report(findings, ()), checked=found.checked, ignored=found.ignored)
         forget()
         found = inspect_all(arguments, overrides)
+    report_left(found.findings, arguments)
     return found
 
 

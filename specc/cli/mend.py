@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 import sys
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from specc.cli.rewrite import rewrite
+from specc.cli.targets import is_named
 from specc.diagnostics.report import Finding, Repair
 from specc.read import read_text
 from specc.repair import repaired
@@ -16,19 +19,45 @@ ROUNDS = 10
 _MARK = "\ufeff"
 
 
-def mend(findings: Iterable[Finding]) -> bool:
-    """Make the repairs of findings in their files and say which; whether any was made.
+def mend(findings: Iterable[Finding], arguments: Sequence[str]) -> bool:
+    """Make the repairs of findings in files that arguments name, and say which; whether any was.
 
     Raises:
         OSError: a file cannot be written; those before it are mended.
     """
-    by_file: dict[str, dict[Repair, Finding]] = {}
-    for finding in findings:
-        if finding.repair is not None:
-            wanted = by_file.setdefault(finding.repair.file, {})
-            wanted.setdefault(finding.repair, finding)
-    made = [_mend(path, wanted) for path, wanted in by_file.items()]
+    found = by_file(findings)
+    made = [_mend(path, wanted) for path, wanted in found.items() if is_named(path, arguments)]
     return any(made)
+
+
+def report_left(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
+    """Say which files could be mended but were not named, and how to have them mended."""
+    for path, wanted in by_file(findings).items():
+        if is_named(path, arguments):
+            continue
+        repairs = "1 repair" if len(wanted) == 1 else f"{len(wanted)} repairs"
+        name = (os.path.dirname(path) or ".") if path.endswith(".toml") else path
+        command = shlex.join(["specc", "validate", "--fix", *arguments, name])
+        print(
+            f"not mended, since it was not named: {path} ({repairs}); `{command}`", file=sys.stderr
+        )
+
+
+def by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
+    """Repairs that findings carry, each once, by the file that they change."""
+    found: dict[str, dict[Repair, Finding]] = {}
+    seen: dict[object, str] = {}
+    for finding in findings:
+        if (repair := finding.repair) is None:
+            continue
+        # A file that was read under two names is still one file.
+        real = os.path.realpath(repair.file)
+        path = seen.setdefault(real, repair.file)
+        edits = real, tuple((change.start, change.end, change.text) for change in repair.changes)
+        if edits not in seen:
+            seen[edits] = path
+            found.setdefault(path, {})[repair] = finding
+    return found
 
 
 def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
@@ -39,9 +68,9 @@ def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
     if result.made:
         rewrite(path, mark + result.text)
     for repair in result.made:
-        finding = wanted[repair]
-        place = f"{path}:{finding.primary.span.line}"
-        print(f"mended {place}: {finding.diagnostic.code}: {repair.title}", file=sys.stderr)
+        line = repair.changes[0].span.line
+        code = wanted[repair].diagnostic.code
+        print(f"mended {path}:{line}: {code}: {repair.title}", file=sys.stderr)
     return bool(result.made)
 
 

@@ -1,23 +1,47 @@
 """Replacing the text of a file: whole or not at all."""
 
+import contextlib
+import errno
 import os
 import shutil
 import tempfile
 from pathlib import Path
 
+from specc.diagnostics import Diagnostic
+from specc.source import Place
+
 
 def rewrite(path: str, text: str) -> None:
-    """Make `text` the content of a file that exists; links and permissions stay.
+    """Make `text` the content of a file that exists; links, owner and permissions stay.
 
     Raises:
-        OSError: the system refuses; the file is as it was.
+        OSError: the system refuses, or nobody may write the file; it is as it was.
     """
-    target = Path(os.path.realpath(path))
+    try:
+        _rewrite(Path(os.path.realpath(path)), text.encode())
+    except OSError as error:
+        # Not the name of the new file beside it, which nobody knows.
+        raise OSError(error.errno, error.strerror, path) from error
+
+
+def refusal(error: OSError) -> Diagnostic:
+    """The finding about a file that could not be rewritten."""
+    message = f"the file cannot be written: {(error.strerror or 'refused').lower()}"
+    hint = "it is as it was; check its permissions, those of its directory and the space there"
+    return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
+
+
+def _rewrite(target: Path, content: bytes) -> None:
+    status = target.stat()
+    if not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(text.encode())
+            file.write(content)
         shutil.copymode(target, name)
+        with contextlib.suppress(OSError):
+            os.chown(name, status.st_uid, status.st_gid)
         os.replace(name, target)
     except BaseException:
         os.unlink(name)

@@ -60,6 +60,24 @@ def is_part(path: str) -> bool:
     return _PART.search(text) is not None and _SYSTEM.search(text) is None
 
 
+def is_named(path: str, arguments: Iterable[str]) -> bool:
+    """Whether a file is among the arguments, matches one or lies in a directory that is one.
+
+    What the settings exclude from a search is named only by its own path.
+    """
+    return any(_names(argument, path) for argument in arguments)
+
+
+def _names(argument: str, path: str) -> bool:
+    real = os.path.realpath(path)
+    if os.path.isdir(argument):
+        inside = Path(real).is_relative_to(os.path.realpath(argument))
+        return inside and not settings_for(argument).settings.excludes(Path(path))
+    if os.path.lexists(argument) or not _MAGIC.search(argument):
+        return os.path.realpath(argument) == real
+    return any(os.path.realpath(m) == real for m in glob.iglob(argument, recursive=True))
+
+
 def _files(argument: str, systems_only: bool) -> Iterator[str]:
     if os.path.isdir(argument):
         yield from _specifications(_below(argument), argument, systems_only)

@@ -11,21 +11,26 @@ _LONG_ENOUGH = 4
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
     """The known names closest to `name`, best first, at most three; case is no difference."""
-    by_folded: dict[str, str] = {}
-    for candidate in known:
-        by_folded.setdefault(candidate.casefold(), candidate)
+    by_folded: dict[str, list[str]] = {}
+    for candidate in dict.fromkeys(known):
+        by_folded.setdefault(candidate.casefold(), []).append(candidate)
     if len(name) > _LONGEST:
         return []
-    return [by_folded[match] for match in get_close_matches(name.casefold(), by_folded, n=MOST)]
+    close = get_close_matches(name.casefold(), by_folded, n=MOST)
+    return [candidate for match in close for candidate in by_folded[match]][:MOST]
 
 
 def surely_meant(name: str, close: Sequence[str]) -> str:
     """The only one of the close names that is a slip of one letter away; else nothing.
 
-    A slip adds, drops, changes or swaps letters, or is one of case; numbers are no slips.
+    A slip adds, drops, changes or swaps letters, or is one of case, which alone counts in a short
+    name; numbers are no slips.
     """
-    slips = [other for other in close if len(name) >= _LONG_ENOUGH and _is_slip(name, other)]
-    return slips[0] if len(slips) == 1 else ""
+    slips = [other for other in close if _is_slip(name, other)]
+    if len(slips) != 1:
+        return ""
+    long = min(len(name), len(slips[0])) >= _LONG_ENOUGH
+    return slips[0] if long or name.casefold() == slips[0].casefold() else ""
 
 
 def _is_slip(one: str, other: str) -> bool:

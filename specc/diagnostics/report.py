@@ -2,9 +2,10 @@
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from specc.diagnostics.diagnostic import Diagnostic, Fix, Severity
+from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
+from specc.diagnostics.sides import settled
 from specc.source import Place, Sources, Span
 
 
@@ -65,7 +66,8 @@ class Report:
 
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:
     """Look the places of diagnostics up; equal diagnostics are kept once."""
-    return [_finding(diagnostic, sources) for diagnostic in dict.fromkeys(diagnostics)]
+    told = settled(dict.fromkeys(diagnostics), sources)
+    return [_finding(diagnostic, sources) for diagnostic in told]
 
 
 def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:
@@ -96,10 +98,17 @@ def _repair(fix: Fix | None, sources: Sources) -> Repair | None:
     if fix is None or source is None:
         return None
     changes = tuple(
-        Change(*source.offsets(edit.place), _shown(source.span(edit.place)), edit.text)
+        Change(*source.offsets(place), _shown(source.span(place)), edit.text)
         for edit in fix.edits
+        for place in (_unquoted(edit),)
     )
     return Repair(fix.title, changes)
+
+
+def _unquoted(edit: Edit) -> Place:
+    """What an edit changes: of a name in quotes only the name."""
+    place = edit.place
+    return replace(place, start=0) if place.start is None else place
 
 
 def _spot(place: Place, message: str, sources: Sources) -> Spot:

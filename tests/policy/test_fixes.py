@@ -46,6 +46,8 @@ def test_typing_errors_are_mended_and_nothing_else_is_touched(
     wanted = good
     spec.write_text(good.replace(right, wrong))
     code, text = mended(spec)
+    if "sendd" in wrong:
+        wanted = good.replace(right, 'functions: ["send"]')
     if "othr" in wrong:
         wanted = good.replace(right, "let: {other: sqrt(spare), more: sqrt(4) + other}")
     assert (code, text) == (0, wanted)
@@ -86,22 +88,47 @@ def test_unused_ignore_comments_go(spec: Path) -> None:
     assert mended(spec) == (0, good)
 
 
-def test_a_library_is_mended_once_for_all_who_use_it(
-    tmp_path: Path, spec: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "lib.yaml").write_text("specc: 1\ntypes: {Width: 'vectr[2, m]'}\n")
+@pytest.fixture
+def users_of_a_library(tmp_path: Path, spec: Path) -> Path:
+    """A library with a misspelt type, which a.yaml and b.yaml use."""
+    library = tmp_path / "lib.yaml"
+    library.write_text("specc: 1\ntypes: {Width: 'vectr[2, m]'}\n")
     for name in ("a", "b"):
         path = write(tmp_path / f"{name}.yaml")
         path.write_text(path.read_text().replace("agents:", "use: [lib.yaml]\nagents:"))
-    assert main(["validate", "--fix", "a.yaml", "b.yaml"]) == 0
-    assert (tmp_path / "lib.yaml").read_text() == "specc: 1\ntypes: {Width: 'vector[2, m]'}\n"
+    return library
+
+
+@pytest.mark.parametrize(
+    "named", [["a.yaml", "b.yaml", "lib.yaml"], ["."], ["a.yaml", "l*.yaml"], ["a.yaml", "link"]]
+)
+def test_a_library_that_is_named_is_mended_once_for_all_who_use_it(
+    named: list[str], users_of_a_library: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("link").symlink_to("lib.yaml")
+    main(["validate", "--fix", *named])
+    assert users_of_a_library.read_text() == "specc: 1\ntypes: {Width: 'vector[2, m]'}\n"
     assert capsys.readouterr().err.count("mended") == 1
 
 
-def test_settings_are_mended(tmp_path: Path, spec: Path) -> None:
+def test_a_file_that_is_not_named_is_not_touched(
+    users_of_a_library: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = users_of_a_library.read_text()
+    assert main(["validate", "--fix", "a.yaml"]) == 1
+    assert users_of_a_library.read_text() == before
+    told = "not mended, since it was not named: lib.yaml (1 repair); "
+    assert f"{told}`specc validate --fix a.yaml lib.yaml`" in capsys.readouterr().err
+
+
+def test_settings_are_mended_with_their_directory(
+    tmp_path: Path, spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     settings_file = tmp_path / "pyproject.toml"
     settings_file.write_text("[tool.specc]\nstrikt = false # why\n")
-    assert main(["validate", "--fix", "a.yaml"]) == 0
+    assert main(["validate", "--fix", "a.yaml"]) == 1
+    assert "`specc validate --fix a.yaml .`" in capsys.readouterr().err
+    assert main(["validate", "--fix", "a.yaml", "."]) == 0
     assert settings_file.read_text() == "[tool.specc]\nstrict = false # why\n"
 
 
