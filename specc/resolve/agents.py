@@ -53,7 +53,7 @@ class AgentResolver:
         else:
             peers = peers_of_control(name, definition, self.names)
             subsystems.append(
-                self._subsystem(
+                self.subsystem(
                     name,
                     "c",
                     "control",
@@ -97,11 +97,11 @@ class AgentResolver:
                 peers = peers_of_virtual(agent, name, kind, definition, around)
                 place = where[group][name]
                 found.append(
-                    self._subsystem(agent, name, kind, around, definition, place, peers, at)
+                    self.subsystem(agent, name, kind, around, definition, place, peers, at)
                 )
         return found
 
-    def _subsystem(
+    def subsystem(
         self,
         agent: str,
         name: str,
@@ -112,6 +112,7 @@ class AgentResolver:
         peers: Mapping[str, str],
         at: Setting,
     ) -> Subsystem | None:
+        """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
         before, withheld = len(self.findings.diagnostics), self.findings.withheld
         described, inside, here = definition, at, where
         if definition.use is not None:
