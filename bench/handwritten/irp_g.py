@@ -14,7 +14,7 @@ from specc_runtime.operators.gripper import initial_gripper_regulator_state as G
 from specc_runtime.operators.gripper import motor_to_distance as MD
 from specc_runtime.operators.regulator import RegulatorState
 
-PERIOD = 0.002  # s
+RATE = 500  # Hz
 TOLERANCE = 0.001  # m
 
 
@@ -107,7 +107,7 @@ class Gripper:
 
     def _move(self, d_c: float) -> None:
         x, y, memory = self.x, self.y, self.memory
-        memory.d_p = d_i = GI(memory.d_s, memory.d_g, self._periods * PERIOD)
+        memory.d_p = d_i = GI(memory.d_s, memory.d_g, self._periods / RATE)
         drive = GM(DM(d_i) - x.E_m_m, memory.R_p)
         memory.R_p = drive.state
         y.E_c_d = drive.c_d

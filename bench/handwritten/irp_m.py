@@ -25,6 +25,7 @@ from specc_runtime.operators.regulator import RegulatorState
 from specc_runtime.values import Pose, Spatial, Vector
 
 PERIOD = 0.002  # s
+RATE = 500  # Hz
 POSITION_TOLERANCE = 0.001  # m
 ROTATION_TOLERANCE = 0.01  # rad
 TOOL_WEIGHT = 13.18  # N
@@ -179,7 +180,7 @@ class Manipulator:
 
     def _p2p(self, q_c: Vector, T_c: Pose) -> None:
         x, y, memory = self.x, self.y, self.memory
-        m_d = MI(memory.m_s, memory.m_g, self._periods * PERIOD)
+        m_d = MI(memory.m_s, memory.m_g, self._periods / RATE)
         drive = MR(m_d - x.E_m_m, memory.R_p, GF(q_c, memory.arm))
         y.E_c_d = drive.c_d  # eq. 17
         y.c_T_c = T_c  # eq. 18

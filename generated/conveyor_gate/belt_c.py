@@ -136,7 +136,7 @@ class Belt(Subsystem):
         """State holding."""
         x = self.x
         self._periods += 1
-        if self._periods * PERIOD > x.gate_hold:  # held_too_long
+        if self._periods / 20 > x.gate_hold:  # held_too_long
             self.state, self._work = "alarm", self._in_alarm
             self._wait()
             return 4

@@ -125,7 +125,7 @@ class Gate(Subsystem):
         """State opening."""
         x = self.x
         self._periods += 1
-        if self._periods * PERIOD > PATIENCE:  # stuck
+        if self._periods / 20 > PATIENCE:  # stuck
             self.state, self._work = "closing", self._in_closing
             self._periods = 0
             self._close()
@@ -142,7 +142,7 @@ class Gate(Subsystem):
         """State passing."""
         x = self.x
         self._periods += 1
-        if self._periods * PERIOD > 2.5 and not x.eye_parcel:  # parcel_gone
+        if self._periods / 20 > 2.5 and not x.eye_parcel:  # parcel_gone
             self.state, self._work = "closing", self._in_closing
             self._periods = 0
             self._close()
@@ -154,7 +154,7 @@ class Gate(Subsystem):
         """State closing."""
         x = self.x
         self._periods += 1
-        if self._periods * PERIOD > PATIENCE:  # stuck
+        if self._periods / 20 > PATIENCE:  # stuck
             self.state, self._work = "opening", self._in_opening
             self._periods = 0
             self._open()

@@ -162,7 +162,7 @@ class Gripper(Subsystem):
         memory = self.memory
         d_0 = memory.d_p if self._periods == 0 else memory.d_s
         d_1 = x.c_d_d if self._periods == 0 else memory.d_g  # distance at its end
-        d_i = GI(d_0, d_1, self._periods * PERIOD)  # interpolated distance
+        d_i = GI(d_0, d_1, self._periods / 500)  # interpolated distance
         moved = GM(DM(d_i) - x.E_m_m, memory.R_p)  # drive of the motion
         y.E_c_d = moved.c_d
         y.c_d_c = d_c

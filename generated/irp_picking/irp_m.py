@@ -268,7 +268,7 @@ class Manipulator(Subsystem):
         m_1 = JM(IK(x.c_T_d, memory.q_p)) if self._periods == 0 else memory.m_g
         T_1 = x.c_T_d if self._periods == 0 else memory.T_g  # pose at its end
         weight = GF(q_c, memory.arm)  # currents that carry the weight
-        m_i = MI(m_0, m_1, self._periods * PERIOD)  # interpolated motor positions
+        m_i = MI(m_0, m_1, self._periods / 500)  # interpolated motor positions
         F_c = GE(x.E_F_m, T_c, TOOL_WEIGHT, P_S_COM)  # current force without gravity
         moved = MR(m_i - x.E_m_m, memory.R_p, weight)  # drive of the P2P motion
         y.E_c_d = moved.c_d  # eq. 17; Fig. 12

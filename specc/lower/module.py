@@ -29,6 +29,7 @@ class Module:
     """Names for the module of one subsystem, with the constants and imports that are asked for."""
 
     def __init__(self, system: System, subsystem: Subsystem, types: TypeNames) -> None:
+        self.rate_hz = subsystem.rate_hz
         self.imports = Imports()
         self.annotations = Annotations(self.imports, types)
         self.constants: dict[object, ConstantPlan] = {}

@@ -153,7 +153,11 @@ class Nodes:
             return Spelled("PERIOD")
         if name == "entered":
             return Spelled(f"{self.periods} == 0", s.COMPARE)
-        return Spelled(f"{self.periods} * PERIOD", s.PRODUCT)
+        # A quotient of whole numbers is the decimal that the specification compares with, where a
+        # multiple of the period may be off by a rounding error: 3 * 0.1 > 0.3.
+        rate = self.module.rate_hz
+        times = f" * {rate.denominator}" if rate.denominator > 1 else ""
+        return Spelled(f"{self.periods}{times} / {rate.numerator}", s.PRODUCT)
 
     def _builtin(self, name: str, term: Term, args: list[Spelled]) -> Spelled:
         if name in PYTHON_FUNCTIONS:

@@ -73,7 +73,7 @@ class Reference:
     def _environment(self) -> Environment:
         period = 1 / float(self.subsystem.rate_hz)
         clock = {
-            "elapsed": self.periods * period,
+            "elapsed": float(self.periods / self.subsystem.rate_hz),
             "entered": self.periods == 0,
             "period": period,
         }

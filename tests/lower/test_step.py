@@ -106,3 +106,12 @@ def test_axioms_are_monitored_in_every_period_with_conditions() -> None:
         stepped(subsystem, a, b)
         seen.append(subsystem.violations)
     assert seen == [(), (0,), (), (0, 1)]
+
+
+def test_elapsed_is_the_decimal_that_it_is_compared_with() -> None:
+    s = Spec(x={"c.a": "real"}, y={"E.u": "real"})
+    waits = s.behaviour("waits", {"E.u": "1"}, terminal="elapsed > 0.018[s]")
+    system = s.system([waits], [("waits", "terminal", "True", "waits")])
+    subsystem = running(system, {}, proved=True)[0]
+    rows = [subsystem.step() for _ in range(12)]
+    assert rows.index(0) == 10  # the tenth period of 2 ms; 9 * 0.002 is more than 0.018

@@ -148,7 +148,7 @@ class Press(Subsystem):
         x = self.x
         self._periods += 1
         X_c = DK(x.E_q)  # current pose, eq. 8
-        if self._periods * PERIOD > 2.0:  # late, eq. 6
+        if self._periods / 200 > 2.0:  # late, eq. 6
             self.state, self._work = "S0", self._in_s0
             self._rest(X_c)
             return 4
@@ -183,4 +183,4 @@ class Press(Subsystem):
         memory = self.memory
         y.c_X = X_c  # eq. 9
         y.c_n = len(memory.models)  # eq. 9
-        y.E_f = min((x.E_F.item(2) - LIMIT) * 0.5, LIMIT) if self._periods * PERIOD < 1.0 else 0.0
+        y.E_f = min((x.E_F.item(2) - LIMIT) * 0.5, LIMIT) if self._periods / 200 < 1.0 else 0.0
