@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator
 from specc.checks import (
     actuators_driven_once,
     agent_kind,
+    ages_bounded,
+    ages_held,
+    ages_known,
     axioms_consistent,
     axioms_needed,
     bindings_fit,
@@ -61,6 +64,7 @@ CHECKS: tuple[Check, ...] = (
     agent_kind.check,
     rates_meet.check,
     readers_fast_enough.check,
+    ages_bounded.check,
     # plant
     model_readable.check,
     bindings_known.check,
@@ -99,6 +103,8 @@ USES: tuple[Check, ...] = (
     definitions_used.check,
     elements_read.check,
     elements_written.check,
+    ages_known.check,
+    ages_held.check,
     memory_read.check,
 )
 """What is not used is said once nothing is wrong: what has errors counts as using nothing."""
