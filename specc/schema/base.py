@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import keyword
+import re
+import unicodedata
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 
 def _as_text(value: object) -> object:
@@ -15,6 +19,26 @@ def _as_text(value: object) -> object:
 def _as_tuple(value: object) -> object:
     return [value] if isinstance(value, int) and not isinstance(value, bool) else value
 
+
+def _name(value: str) -> str:
+    # Expressions read some letters as others; a name is written as it is read.
+    if not value.isidentifier() or unicodedata.normalize("NFKC", value) != value:
+        plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", value)).strip("_")
+        meant = plain if plain.isidentifier() else f"n{plain}" if plain else ""
+        raise PydanticCustomError("not_a_name", "{meant}", {"meant": meant})
+    return value
+
+
+def _readable_name(value: str) -> str:
+    if keyword.iskeyword(_name(value)):
+        raise PydanticCustomError("word_of_expressions", "{meant}", {"meant": f"{value}_"})
+    return value
+
+
+Name = Annotated[str, AfterValidator(_name)]
+"""Letters, digits and `_`, not beginning with a digit."""
+ReadableName = Annotated[str, AfterValidator(_readable_name)]
+"""A name that can stand in an expression."""
 
 ExprText = Annotated[
     str,
@@ -97,7 +121,8 @@ def row_form(keys: tuple[str, ...], row: Any) -> BeforeValidator:
         if not isinstance(value, list):
             return value
         if len(value) != len(keys):
-            raise ValueError(f"a row has {len(keys)} items: [{', '.join(keys)}]")
+            message = f"a row has {len(keys)} items, and this one {len(value)}"
+            raise PydanticCustomError("row_length", message, {"keys": ", ".join(keys)})
         return dict(zip(keys, value, strict=True))
 
     return BeforeValidator(expand, json_schema_input_type=row)

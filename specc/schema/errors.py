@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.schema.location import Location, keys_of, locate
-from specc.schema.wording import expected_kind, invalid_value, kind_of
+from specc.schema.wording import expected_kind, invalid_value, kind_of, way_to
 from specc.source import Place, Route
 
 _LISTED_KEYS = 24
@@ -117,9 +117,11 @@ def _diagnostic(item: _Error, file: str) -> Diagnostic:
     place = Place(file, item.route, "key" if item.where.is_key else "value")
     if item.expected is not None:
         message = f"expected {item.expected}, found {kind_of(item.value)}"
-        return Diagnostic("E0103", f"{_name(item.route)}{message}", place)
+        hint = way_to(item.expected, item.value)
+        return Diagnostic("E0103", f"{_name(item.route)}{message}", place, help=hint)
     message, hint = invalid_value(item.type, item.message, item.context, item.value)
-    return Diagnostic("E0104", f"{_name(item.route)}{message}", place, help=hint)
+    where = "" if item.where.is_key else _name(item.route)
+    return Diagnostic("E0104", f"{where}{message}", place, help=hint)
 
 
 def _unknown_key(item: _Error, file: str) -> Diagnostic:
@@ -129,7 +131,8 @@ def _unknown_key(item: _Error, file: str) -> Diagnostic:
     hint = f"did you mean {' or '.join(f'`{name}`' for name in close)}?" if close else ""
     if not close and known:
         rest = ", ..." if len(known) > _LISTED_KEYS else ""
-        hint = f"known keys: {', '.join(known[:_LISTED_KEYS])}{rest}"
+        listed = ", ".join(f"`{name}`" for name in known[:_LISTED_KEYS])
+        hint = f"known keys: {listed}{rest}"
     message = f"unknown key `{key}`{_inside(item.route)}"
     place = Place(file, item.route, "key")
     meant = surely_meant(key, close)
@@ -140,7 +143,8 @@ def _unknown_key(item: _Error, file: str) -> Diagnostic:
 def _missing_key(item: _Error, file: str) -> Diagnostic:
     key, parent = item.route[-1], item.route[:-1]
     message = f"missing key `{key}`{_inside(item.route)}"
-    return Diagnostic("E0102", message, Place(file, parent, "key"), help=f"add `{key}: ...`")
+    value = "1" if item.route == _VERSION else "..."
+    return Diagnostic("E0102", message, Place(file, parent, "key"), help=f"add `{key}: {value}`")
 
 
 def _unsupported_version(item: _Error, file: str) -> Diagnostic:

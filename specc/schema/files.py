@@ -8,8 +8,10 @@ from pydantic import BeforeValidator, Field
 
 from specc.schema.base import (
     ExprText,
+    Name,
     PythonPath,
     RateText,
+    ReadableName,
     Strict,
     Traced,
     TypeText,
@@ -22,8 +24,10 @@ class TypeDef(Traced):
     """A name for a type, a record of fields, or an opaque type that only operators look into."""
 
     type: TypeText | None = None
-    frames: list[str] = Field([], description="Frame parameters of a record or opaque type.")
-    fields: dict[str, TypeText] | None = Field(None, description="Fields of a record.")
+    frames: list[ReadableName] = Field(
+        [], description="Frame parameters of a record or opaque type."
+    )
+    fields: dict[ReadableName, TypeText] | None = Field(None, description="Fields of a record.")
     opaque: Literal[True] | None = Field(None, description="Only operators look into its values.")
     python: PythonPath | None = None
 
@@ -46,8 +50,8 @@ class OperatorDef(Traced):
 class DeviceDef(Traced):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
-    x: dict[str, Input] = Field({}, description="What the device accepts.")
-    y: dict[str, Element] = Field({}, description="What the device reports.")
+    x: dict[ReadableName, Input] = Field({}, description="What the device accepts.")
+    y: dict[ReadableName, Element] = Field({}, description="What the device reports.")
 
 
 class AgentDef(Traced):
@@ -57,14 +61,14 @@ class AgentDef(Traced):
     arguments: dict[str, ExprText] = Field({}, alias="with", description="Values of parameters.")
     kind: str | None = Field(None, description="Letters of section 2.2, e.g. CERT.")
     control: SubsystemDef | None = Field(None, description="The control subsystem, called `c`.")
-    virtual_effectors: dict[str, SubsystemDef] = Field(
+    virtual_effectors: dict[ReadableName, SubsystemDef] = Field(
         {}, description="Subsystems that turn commands into those of real effectors."
     )
-    virtual_receptors: dict[str, SubsystemDef] = Field(
+    virtual_receptors: dict[ReadableName, SubsystemDef] = Field(
         {}, description="Subsystems that aggregate measurements of real receptors."
     )
-    real_effectors: dict[str, DeviceDef] = Field({}, description="Devices that act.")
-    real_receptors: dict[str, DeviceDef] = Field({}, description="Devices that measure.")
+    real_effectors: dict[ReadableName, DeviceDef] = Field({}, description="Devices that act.")
+    real_receptors: dict[ReadableName, DeviceDef] = Field({}, description="Devices that measure.")
 
 
 def _as_list(value: object) -> object:
@@ -118,21 +122,29 @@ class SpecFile(Traced):
     """A specification (`system:`) or a description to reuse (`subsystem:` or `agent:`)."""
 
     specc: Literal[1] = Field(description="Version of the language.")
-    system: str | None = Field(None, description="Name of the system; generated code goes by it.")
+    system: Name | None = Field(None, description="Name of the system; generated code goes by it.")
     use: list[str] = Field([], description="Files whose definitions are merged in.")
-    parameters: dict[str, TypeText] = Field(
+    parameters: dict[ReadableName, TypeText] = Field(
         {}, description="Parameters of a description to reuse: a type, or `frame`."
     )
-    frames: dict[str, str] = Field({}, description="Coordinate frames, each with a few words.")
-    types: dict[str, Annotated[TypeDef, short_form("type", TypeDef)]] = Field(
+    frames: dict[ReadableName, str] = Field(
+        {}, description="Coordinate frames, each with a few words."
+    )
+    types: dict[ReadableName, Annotated[TypeDef, short_form("type", TypeDef)]] = Field(
         {}, description="Names for types."
     )
-    constants: dict[str, Annotated[ConstantDef, short_form("is", ConstantDef)]] = Field(
+    constants: dict[ReadableName, Annotated[ConstantDef, short_form("is", ConstantDef)]] = Field(
         {}, description="Values that never change."
     )
-    files: dict[str, str] = Field({}, description="Files, relative to the file that names them.")
-    operators: dict[str, OperatorDef] = Field({}, description="Functions written in Python.")
-    agents: dict[str, AgentDef] = Field({}, description="The embodied agents of the system.")
+    files: dict[ReadableName, str] = Field(
+        {}, description="Files, relative to the file that names them."
+    )
+    operators: dict[ReadableName, OperatorDef] = Field(
+        {}, description="Functions written in Python."
+    )
+    agents: dict[ReadableName, AgentDef] = Field(
+        {}, description="The embodied agents of the system."
+    )
     subsystem: SubsystemDef | None = Field(None, description="A subsystem to reuse.")
     agent: AgentDef | None = Field(None, description="An agent to reuse.")
     plant: PlantDef | None = Field(None, description="What stands behind the devices.")

@@ -9,7 +9,9 @@ from pydantic import ConfigDict, Field
 from specc.schema.base import (
     DurationText,
     ExprText,
+    Name,
     RateText,
+    ReadableName,
     Strict,
     Traced,
     TypeText,
@@ -39,8 +41,8 @@ class InputDef(ElementDef):
 
 Element = Annotated[ElementDef, short_form("type", ElementDef)]
 Input = Annotated[InputDef, short_form("type", InputDef)]
-InputBufferDef = dict[str, dict[str, Input]]
-OutputBufferDef = dict[str, dict[str, Element]]
+InputBufferDef = dict[str, dict[ReadableName, Input]]
+OutputBufferDef = dict[str, dict[ReadableName, Element]]
 
 
 class MemoryDef(Traced):
@@ -75,7 +77,7 @@ class FunctionDef(Traced):
     __pydantic_extra__: dict[str, Annotated[AssignmentDef, short_form("is", AssignmentDef)]]
 
 
-_Conditions = dict[str, Annotated[ConditionDef, short_form("when", ConditionDef)]]
+_Conditions = dict[Name, Annotated[ConditionDef, short_form("when", ConditionDef)]]
 
 
 class ConditionsDef(Strict):
@@ -131,16 +133,18 @@ class SubsystemDef(Traced):
     uses: list[str] | None = Field(None, description="Real effectors or receptors it works with.")
     x: InputBufferDef = Field({}, description="Input buffers, by the peer at the other end.")
     y: OutputBufferDef = Field({}, description="Output buffers, by the peer at the other end.")
-    memory: dict[str, MemoryDef] = Field({}, description="Values kept from period to period.")
-    let: dict[str, Annotated[LetDef, short_form("is", LetDef)]] = Field(
+    memory: dict[ReadableName, MemoryDef] = Field(
+        {}, description="Values kept from period to period."
+    )
+    let: dict[ReadableName, Annotated[LetDef, short_form("is", LetDef)]] = Field(
         {}, description="Named subexpressions, each computed at most once a period."
     )
     conditions: ConditionsDef = Field(
         ConditionsDef(), description="Initial, terminal and error conditions."
     )
-    functions: dict[str, FunctionDef] = Field({}, description="Transition functions.")
-    behaviours: dict[str, BehaviourDef] = Field({}, description="What can run in a state.")
-    states: dict[str, Annotated[StateDef, short_form("behaviour", StateDef)]] = Field(
+    functions: dict[Name, FunctionDef] = Field({}, description="Transition functions.")
+    behaviours: dict[Name, BehaviourDef] = Field({}, description="What can run in a state.")
+    states: dict[Name, Annotated[StateDef, short_form("behaviour", StateDef)]] = Field(
         {}, description="States, each with its behaviour."
     )
     initial_state: str | None = Field(None, description="State of the first period.")

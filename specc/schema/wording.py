@@ -37,7 +37,22 @@ _RULES = {
     "too_long": "must have at most {max_length} items",
     "finite_number": "must be a finite number",
 }
-_FORMS = {PYTHON_PATH: "package.module:name"}
+_FORMS = {PYTHON_PATH: "`package.module:name`"}
+_WRITTEN = {
+    "a mapping": "a mapping is written `{key: value}`, or `key: value` on lines of its own below",
+    "a list": "a list is written `[a, b]`, or `- a` on lines of its own below",
+    "text": "text is one value, in quotes if it has brackets, braces or a colon",
+    "a whole number": "write digits only, without quotes",
+    "a number": "write digits, without quotes",
+    "true or false": "write `true` or `false`, without quotes",
+}
+_NAMES = {
+    "not_a_name": (
+        "{} is not a name",
+        "a name is letters, digits and `_`, and does not begin with a digit",
+    ),
+    "word_of_expressions": ("{} is a word of the expression language", "choose another name"),
+}
 _SHOWN = 60
 
 
@@ -54,30 +69,52 @@ def kind_of(value: Any) -> str:
     return "nothing"
 
 
+def way_to(expected: str, value: Any) -> str:
+    """How a value of the expected kind is written; `value` stands there now."""
+    if value is None:
+        return "write what belongs here, or delete the key"
+    kind = expected.partition(" or ")[0]
+    if kind == "text" and isinstance(value, (bool, int, float)):
+        return f'a value in quotes is text: `"{str(value).lower()}"`'
+    return _WRITTEN.get(kind, "")
+
+
 def invalid_value(
     error_type: str, message: str, context: dict[str, Any], value: Any
 ) -> tuple[str, str]:
     """What is wrong with a value of the right kind, and a way out if there is one."""
     if error_type in ("literal_error", "enum", "union_tag_invalid"):
         return _one_of(context, value)
+    if error_type in _NAMES:
+        return _no_name(error_type, context["meant"], value)
     if error_type == "value_error":
         return message.removeprefix("Value error, "), ""
     if error_type == "assertion_error":
         return message.removeprefix("Assertion failed, "), ""
+    if error_type == "row_length":
+        return message, f"write `[{context['keys']}]`"
     rule = _RULES.get(error_type)
     if rule is None:
         return message[:1].lower() + message[1:], ""
+    if error_type == "string_too_short" and not value:
+        return "the text is empty", "write a few words"
     pattern = context.get("pattern", "")
-    words = rule.format(**context, form=_FORMS.get(pattern, pattern))
-    return f"{_shown(value)} {words}", ""
+    form = _FORMS.get(pattern, f"`{pattern}`")
+    words = rule.format(**context, form=form)
+    return f"{_shown(value)} {words}", f"write {form}" if pattern else ""
+
+
+def _no_name(error_type: str, meant: str, value: Any) -> tuple[str, str]:
+    message, hint = _NAMES[error_type]
+    return message.format(_shown(value)), f"{hint}, e.g. `{meant}`" if meant else hint
 
 
 def _one_of(context: dict[str, Any], value: Any) -> tuple[str, str]:
     expected = str(context.get("expected") or context.get("expected_tags") or context.get("tag"))
     names = [name.strip(" '") for name in expected.replace(" or ", ", ").split(",")]
     close = nearest(value, names) if isinstance(value, str) else []
-    hint = f"did you mean `{close[0]}`?" if close else ""
-    return f"{_shown(value)} is not one of {', '.join(names)}", hint
+    hint = f"did you mean `{close[0]}`?" if close else "write one of them"
+    return f"{_shown(value)} is not one of {', '.join(f'`{name}`' for name in names)}", hint
 
 
 def _shown(value: Any) -> str:

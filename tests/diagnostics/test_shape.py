@@ -111,7 +111,7 @@ def test_unknown_keys_come_with_the_nearest_known_ones() -> None:
     ((_, route, _, message, hint),) = findings(elements={"T": {"type": "t", "q": 1}})
     assert route == ("elements", "T", "q")
     assert message == "unknown key `q` in `elements.T`"
-    assert hint == "known keys: type, init"
+    assert hint == "known keys: `type`, `init`"
 
 
 def test_a_key_is_known_by_its_alias() -> None:
@@ -179,7 +179,7 @@ def test_wrong_kinds(data: dict[str, Any], route: tuple[str | int, ...], message
         ({"keyed": {"A": 1}}, ("keyed", "A"), "does not have the form"),
         ({"rows": [["a"]]}, ("rows", 0), "a row has 2 items"),
         ({"rows": [["a", "b"]]}, ("rows", 0, "init"), "whole number"),
-        ({"shapes": [{"kind": "circel", "radius": 1}]}, ("shapes", 0), "circle, square"),
+        ({"shapes": [{"kind": "circel", "radius": 1}]}, ("shapes", 0), "`circle`, `square`"),
     ],
 )
 def test_invalid_values(data: dict[str, Any], route: tuple[str | int, ...], words: str) -> None:
