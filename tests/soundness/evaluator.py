@@ -1,0 +1,243 @@
+"""What a typed expression means, read off docs/language.md, on plain Python values.
+
+A vector, spatial vector or list is a tuple, a pose a tuple of four rows, a member of an enum its
+name, `_` NaN. This is the tests' own reading, apart from `specc.expr.evaluate`: numbers are IEEE
+doubles, a division of a number by zero raises, one of a vector does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from specc.model import expr as m
+from specc.model.types import Real, Spatial, Vector
+
+Key = tuple[str, str]
+Value = Any
+
+
+class Absent(Exception):
+    """An input was read that has no value."""
+
+
+@dataclass(slots=True)
+class Situation:
+    """All that an expression may ask for at one time stamp."""
+
+    inputs: Mapping[Key, Value]
+    fresh: frozenset[Key]
+    memory: Mapping[str, Value]
+    lets: Mapping[str, m.Expr]
+    constants: Mapping[str, Value]
+    operators: Mapping[str, Callable[..., Value]]
+    elapsed: float = 0.0
+    entered: bool = True
+    period: float = 0.0
+    files: Mapping[str, str] = field(default_factory=dict)
+    known: dict[str, Value] = field(default_factory=dict)
+    """Lets that were computed in this period."""
+    bound: dict[str, Value] = field(default_factory=dict)
+
+
+def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each kind of node
+    """The value of an expression; raises `Absent`, and what arithmetic and operators raise."""
+    match e:
+        case m.Number() | m.Truth() | m.TextLiteral():
+            return e.value
+        case m.Member(name=name):
+            return name
+        case m.Unused():
+            return math.nan
+        case m.Input(peer=peer, element=element):
+            if (peer, element) not in at.inputs:
+                raise Absent(f"x.{peer}.{element}")
+            return at.inputs[peer, element]
+        case m.MemoryRef(name=name):
+            return at.memory[name]
+        case m.ConstantRef(name=name):
+            return at.constants[name]
+        case m.FileRef(name=name):
+            return at.files[name]
+        case m.Bound(name=name):
+            return at.bound[name]
+        case m.LetRef(name=name):
+            if name not in at.known:
+                outside, at.bound = at.bound, {}
+                at.known[name] = value(at.lets[name], at)
+                at.bound = outside
+            return at.known[name]
+        case m.Clock(name=name):
+            return getattr(at, name)
+        case m.Fresh(input=asked):
+            return (asked.peer, asked.element) in at.fresh
+        case m.Present(input=asked):
+            return (asked.peer, asked.element) in at.inputs
+        case m.Call(operator=name, args=args):
+            return at.operators[name](*[value(a, at) for a in args])
+        case m.Builtin(name=name, args=args):
+            return _BUILTINS[name](*[value(a, at) for a in args])
+        case m.FieldOf(value=record, name=name):
+            return getattr(value(record, at), name)
+        case m.Component(value=vector, index=index):
+            return value(vector, at)[index]
+        case m.Items(items=items):
+            found = tuple(value(item, at) for item in items)
+            real = isinstance(e.type, Spatial)
+            real |= isinstance(e.type, Vector) and isinstance(e.type.element, Real)
+            return tuple(float(item) for item in found) if real else found
+    return _computed(e, at)
+
+
+def _computed(e: m.Expr, at: Situation) -> Value:
+    match e:
+        case m.Unary(op="not", operand=operand):
+            return not value(operand, at)
+        case m.Unary(operand=operand):
+            v = value(operand, at)
+            return tuple(-c for c in v) if isinstance(v, tuple) else -v
+        case m.Logic(op="and", operands=operands):
+            return all(value(operand, at) for operand in operands)
+        case m.Logic(operands=operands):
+            return any(value(operand, at) for operand in operands)
+        case m.Choice(test=test, then=then, otherwise=otherwise):
+            return value(then, at) if value(test, at) else value(otherwise, at)
+        case m.Compare(op=op, left=left, right=right):
+            return _compared(op, value(left, at), value(right, at))
+        case m.Among(item=item, members=members):
+            return value(item, at) in members
+        case m.Quantifier():
+            return _quantified(e, at)
+        case m.Binary(op="@", left=left, right=right):
+            return composed(value(left, at), value(right, at))
+        case m.Binary(op=op, left=left, right=right):
+            return _calculated(op, value(left, at), value(right, at))
+    raise TypeError(f"{e!r} has no value")
+
+
+def _quantified(e: m.Quantifier, at: Situation) -> bool:
+    for item in value(e.over, at):
+        outside, at.bound = at.bound, {**at.bound, e.variable: item}
+        holds = value(e.body, at)
+        at.bound = outside
+        if holds != (e.kind == "all"):
+            return e.kind == "any"
+    return e.kind == "all"
+
+
+def _compared(op: str, a: Value, b: Value) -> bool:
+    match op:
+        case "<":
+            return a < b
+        case "<=":
+            return a <= b
+        case ">":
+            return a > b
+        case ">=":
+            return a >= b
+        case "==":
+            return a == b
+    return a != b
+
+
+def _calculated(op: str, a: Value, b: Value) -> Value:
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return tuple(_calculated(op, p, q) for p, q in zip(a, b, strict=True))
+    if isinstance(a, tuple):
+        return tuple(_quotient(p, b) if op == "/" else _calculated(op, p, b) for p in a)
+    if isinstance(b, tuple):
+        return tuple(_calculated(op, a, q) for q in b)
+    match op:
+        case "+":
+            return a + b
+        case "-":
+            return a - b
+        case "*":
+            return a * b
+        case "/":
+            return a / b
+    return a**b
+
+
+def _quotient(p: float, q: float) -> float:
+    """Of IEEE 754, as components of vectors are divided."""
+    if q:
+        return p / q
+    if p == 0.0 or math.isnan(p):
+        return math.nan
+    return math.copysign(math.inf, p) * math.copysign(1.0, q)
+
+
+# Poses: rows of homogeneous transforms -------------------------------------------------
+
+Rows = tuple[tuple[float, ...], ...]
+LAST = (0.0, 0.0, 0.0, 1.0)
+
+
+def composed(X: Rows, Y: Rows) -> Rows:
+    """X_AC of X_AB and X_BC: axes turned, origin carried over and added."""
+    rows = []
+    for row in X[:3]:
+        turned = [_dot(row[:3], [Y[k][j] for k in range(3)]) for j in range(3)]
+        rows.append((*turned, _dot(row[:3], [Y[k][3] for k in range(3)]) + row[3]))
+    return (*rows, LAST)
+
+
+def _inverse(X: Rows) -> Rows:
+    p = [row[3] for row in X[:3]]
+    columns = [tuple(X[i][j] for i in range(3)) for j in range(3)]
+    return (*((*c, -_dot(c, p)) for c in columns), LAST)
+
+
+def _dot(a: Any, b: Any) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _translation(x: float, y: float, z: float) -> Rows:
+    return ((1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), LAST)
+
+
+def _pose(p: Any, q: Any) -> Rows:
+    x, y, z, w = q
+    n = x * x + y * y + z * z + w * w
+    if not 0.0 < n < math.inf:
+        raise ValueError("no direction")
+    return (
+        (1 - 2 * (y * y + z * z) / n, 2 * (x * y - z * w) / n, 2 * (x * z + y * w) / n, p[0]),
+        (2 * (x * y + z * w) / n, 1 - 2 * (x * x + z * z) / n, 2 * (y * z - x * w) / n, p[1]),
+        (2 * (x * z - y * w) / n, 2 * (y * z + x * w) / n, 1 - 2 * (x * x + y * y) / n, p[2]),
+        LAST,
+    )
+
+
+def _near(a: Value, b: Value, tolerance: float, angle: float | None = None) -> bool:
+    if angle is not None:
+        apart = math.sqrt(sum((r[3] - s[3]) ** 2 for r, s in zip(a[:3], b[:3], strict=True)))
+        return apart <= tolerance and _turn(a, b) <= angle
+    if isinstance(a, tuple):
+        return all(abs(p - q) <= tolerance for p, q in zip(a, b, strict=True))
+    return abs(a - b) <= tolerance
+
+
+def _turn(X: Rows, Y: Rows) -> float:
+    """Angle between two orientations, from the trace of one times the transpose of the other."""
+    trace = sum(X[i][k] * Y[i][k] for i in range(3) for k in range(3))
+    return math.acos(max(-1.0, min(1.0, (trace - 1.0) / 2.0)))
+
+
+_BUILTINS: dict[str, Callable[..., Value]] = {
+    "near": _near,
+    "inverse": _inverse,
+    "position": lambda X: tuple(row[3] for row in X[:3]),
+    "identity": lambda: _translation(0.0, 0.0, 0.0),
+    "translation": _translation,
+    "pose": _pose,
+    "norm": lambda v: math.hypot(*v),
+    "len": len,
+    "abs": abs,
+    "sqrt": math.sqrt,
+    "min": min,
+    "max": max,
+}

@@ -1,0 +1,294 @@
+"""A slow, obvious interpreter of whole specifications, section 8 of docs/language.md in Python.
+
+It reads the resolved model and nothing else of the compiler, and shares no line with the executor:
+every value that was ever sent is kept with the time at which it can be seen, and a snapshot looks
+through all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from specc.model.fsm import Behaviour
+from specc.model.system import Subsystem, System
+from tests.soundness.evaluator import Absent, Key, Situation, Value, value
+
+Measure = Callable[[str, int], Value]
+"""Name of a reported element of a device and base tick -> what it measures."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What a subsystem did at its time stamp `stamp`."""
+
+    stamp: int
+    state: str
+    transition: int
+    sent: tuple[tuple[str, Value], ...]
+    memory: tuple[tuple[str, Value], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A fault: `kind` is the class that the runtime has for it, `about` its axioms or rows."""
+
+    subsystem: str
+    stamp: int
+    state: str
+    kind: str
+    about: tuple[str, ...] = ()
+    axioms_held: bool = True
+
+
+@dataclass(slots=True)
+class Run:
+    """What came of a run: steps by subsystem, faults, and commands as (tick, element, value)."""
+
+    steps: dict[str, list[Step]]
+    failures: list[Failure] = field(default_factory=list)
+    commands: list[tuple[int, str, Value]] = field(default_factory=list)
+
+
+class Undecided(Exception):
+    """Not exactly one row holds; `args` are those that do."""
+
+
+class Machine:
+    """One subsystem between two periods."""
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        constants: Mapping[str, Value],
+        operators: Mapping[str, Callable[..., Value]],
+    ) -> None:
+        self.subsystem = subsystem
+        self.constants = constants
+        self.operators = operators
+        self.lets = {item.name: item.value for item in subsystem.lets}
+        self.state = ""
+        self.periods = 0
+        self.memory: dict[str, Value] = {}
+        self.stamp = -1
+        self.broken: list[int] = []
+
+    def situation(self, inputs: Mapping[Key, Value], fresh: frozenset[Key]) -> Situation:
+        """What expressions see now."""
+        return Situation(
+            inputs=inputs,
+            fresh=fresh,
+            memory=self.memory,
+            lets=self.lets,
+            constants=self.constants,
+            operators=self.operators,
+            elapsed=float(self.periods / self.subsystem.rate_hz),
+            entered=self.periods == 0,
+            period=float(1 / self.subsystem.rate_hz),
+        )
+
+    def step(self, inputs: Mapping[Key, Value], fresh: frozenset[Key]) -> Step | Failure:
+        """One period of the work cycle."""
+        self.stamp += 1
+        self.broken = []
+        try:
+            return self._step(inputs, fresh)
+        except Undecided as error:
+            kind, about = "UndecidedTransition", tuple(map(str, error.args))
+        except Absent as error:
+            kind, about = "Absent", (str(error),)
+        except (ArithmeticError, ValueError):
+            kind, about = "StepFailed", ()
+        if self.broken:
+            return self._broken()
+        return self._failed(kind, about)
+
+    def _failed(self, kind: str, about: tuple[str, ...]) -> Failure:
+        return Failure(self.subsystem.qualified_name, self.stamp, self.state, kind, about)
+
+    def _broken(self) -> Failure:
+        return self._failed("AxiomViolated", tuple(map(str, self.broken)))
+
+    def _step(self, inputs: Mapping[Key, Value], fresh: frozenset[Key]) -> Step | Failure:
+        row = -1
+        if not self.state:
+            now = self.situation(inputs, fresh)
+            self.memory = {item.name: value(item.init, now) for item in self.subsystem.memory}
+            self.state = self.subsystem.initial_state
+        else:
+            self.periods += 1
+            now = self.situation(inputs, fresh)
+            for index, axiom in enumerate(self.subsystem.axioms):
+                if not value(axiom.that, now):
+                    self.broken.append(index)
+            row = self.decide(now)
+            if row >= 0:
+                self.state = self.subsystem.transitions[row].target
+                self.periods = 0
+        sent = self.execute(inputs, fresh)
+        if self.broken:
+            return self._broken()
+        return Step(self.stamp, self.state, row, sent, tuple(self.memory.items()))
+
+    def decide(self, now: Situation) -> int:
+        """The row to take, or -1: an error goes before an end, and exactly one row must hold."""
+        behaviour = self.behaviour()
+        if value(behaviour.error.when, now):
+            cause = "error"
+        elif value(behaviour.terminal.when, now):
+            cause = "terminal"
+        else:
+            return -1
+        enabled = [
+            index
+            for index, row in enumerate(self.subsystem.transitions)
+            if row.source == self.state and row.cause == cause and value(row.condition.when, now)
+        ]
+        if len(enabled) != 1:
+            raise Undecided(*enabled)
+        return enabled[0]
+
+    def behaviour(self) -> Behaviour:
+        """That of the state."""
+        return next(s for s in self.subsystem.states if s.name == self.state).behaviour
+
+    def execute(
+        self, inputs: Mapping[Key, Value], fresh: frozenset[Key]
+    ) -> tuple[tuple[str, Value], ...]:
+        """All functions of the behaviour once; what they give counts from the next stamp on."""
+        now = self.situation(inputs, fresh)
+        sent: dict[str, Value] = {}
+        after = dict(self.memory)
+        for function in self.behaviour().functions:
+            for target in function.assignments:
+                result = value(target.value, now)
+                if target.peer:
+                    sent[f"{target.peer}_{target.name}"] = result
+                else:
+                    after[target.name] = result
+        self.memory = after
+        return tuple(sorted(sent.items()))
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """A value on its way to an input, to be seen from base tick `visible` on."""
+
+    to: str
+    key: Key
+    visible: int
+    value: Value
+
+
+class Interpreter:
+    """Runs a system from base tick to base tick."""
+
+    def __init__(
+        self, system: System, operators: Mapping[str, Callable[..., Value]], measure: Measure
+    ) -> None:
+        self.system = system
+        self.measure = measure
+        constants = constants_of(system, operators)
+        self.machines = {
+            s.qualified_name: Machine(s, constants, operators) for s in system.subsystems
+        }
+        self.tick_s = base_tick_s(system)
+        self.sent: list[Sent] = []
+        self.under_way: dict[str, Step | Failure] = {}
+        self.run_ = Run({name: [] for name in self.machines})
+
+    def run(self, ticks: int) -> Run:
+        """So many base ticks, or until a fault; then what is under way comes to its end."""
+        tick = 0
+        while tick < ticks:
+            due = [n for n in sorted(self.machines) if tick % self.ticks(n) == 0]
+            for name in due:
+                self.complete(name, tick)
+            if self.run_.failures:
+                break
+            snapshots = {name: self.snapshot(name, tick) for name in due}
+            for name in due:
+                self.under_way[name] = self.machines[name].step(*snapshots[name])
+            tick += 1
+        for name in sorted(self.under_way):
+            self.complete(name, tick)
+        return self.run_
+
+    def ticks(self, name: str) -> int:
+        """Base ticks in a period."""
+        return int(1 / self.machines[name].subsystem.rate_hz / self.tick_s)
+
+    def complete(self, name: str, tick: int) -> None:
+        """What was computed at stamp i becomes visible at i + 1."""
+        done = self.under_way.pop(name, None)
+        if isinstance(done, Failure):
+            self.run_.failures.append(done)
+        elif done is not None:
+            self.run_.steps[name].append(done)
+            subsystem = self.machines[name].subsystem
+            for port in subsystem.ports:
+                for element in port.elements if port.direction == "y" else ():
+                    for sent, result in done.sent:
+                        if sent == f"{port.peer}_{element.name}":
+                            self.send(name, port.other_end, element.name, tick, result)
+
+    def send(self, name: str, to: str, element: str, tick: int, result: Value) -> None:
+        """To the subsystem or device at the other end."""
+        if to not in self.machines:
+            self.run_.commands.append((tick, f"{to}.{element}", result))
+            return
+        for port in self.machines[to].subsystem.ports:
+            if port.direction == "x" and port.other_end == name:
+                self.sent.append(Sent(to, (port.peer, element), tick, result))
+
+    def snapshot(self, name: str, tick: int) -> tuple[dict[Key, Value], frozenset[Key]]:
+        """The last value of every input, and which became visible since the previous stamp."""
+        machine = self.machines[name]
+        inputs: dict[Key, Value] = {}
+        fresh = set()
+        before = machine.situation({}, frozenset())
+        for port in machine.subsystem.ports:
+            for element in port.elements if port.direction == "x" else ():
+                key = port.peer, element.name
+                if element.init is not None:
+                    inputs[key] = value(element.init, before)
+                if port.other_end not in self.machines:
+                    sampled = self.sampled(f"{port.other_end}.{element.name}", name, tick)
+                    inputs[key] = self.measure(f"{port.other_end}.{element.name}", sampled)
+                    if tick == 0 or sampled > tick - self.ticks(name):
+                        fresh.add(key)
+        for item in self.sent:
+            if item.to == name and item.visible <= tick:
+                inputs[item.key] = item.value
+                if item.visible > tick - self.ticks(name):
+                    fresh.add(item.key)
+        return inputs, frozenset(fresh)
+
+    def sampled(self, element: str, reader: str, tick: int) -> int:
+        """The base tick of the latest sample: with a rate the start of its period, else now."""
+        for binding in self.system.plant.bindings if self.system.plant else ():
+            if f"{binding.device}.{binding.element}" == element and binding.rate_hz:
+                window = int(1 / binding.rate_hz / self.tick_s)
+                return tick // window * window
+        return tick
+
+
+def base_tick_s(system: System) -> Fraction:
+    """The greatest common divisor of all periods."""
+    periods = [1 / s.rate_hz for s in system.subsystems]
+    scale = math.lcm(*(p.denominator for p in periods))
+    return Fraction(math.gcd(*(int(p * scale) for p in periods)), scale)
+
+
+def constants_of(
+    system: System, operators: Mapping[str, Callable[..., Value]], own: Any = ()
+) -> dict[str, Value]:
+    """Values of the constants, each over those above it."""
+    known: dict[str, Value] = {}
+    now = Situation({}, frozenset(), {}, {}, known, operators)
+    for constant in (*system.constants, *own):
+        known[constant.name] = value(constant.value, now)
+    return known

@@ -1,0 +1,394 @@
+"""Random specification files: agents, subsystems of different rates, buffers, tables, a plant."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any
+
+from tests.soundness.operators import SIGNATURES
+from tests.soundness.phrases import MODES, SIDES, TYPES, UNIT, Phrases, Scope
+
+PERIODS_MS = (10, 20, 30, 40, 50, 100)
+HERE = "tests.soundness.operators"
+Tree = dict[str, Any]
+
+MODEL = """\
+<mujoco>
+  <worldbody><body><joint name="j" type="hinge"/><geom size="0.1"/></body></worldbody>
+  <actuator>
+    <motor name="a" joint="j"/><motor name="b" joint="j"/><motor name="c" joint="j"/>
+    <motor name="d" joint="j"/><motor name="e" joint="j"/><motor name="f" joint="j"/>
+  </actuator>
+</mujoco>
+"""
+"""Stands for the plant of every specification; it is read by the compiler and never simulated."""
+
+
+@dataclass(slots=True)
+class Draft:
+    """A subsystem before its machine: its buffers with types."""
+
+    agent: str
+    name: str
+    tree: Tree = field(default_factory=dict)
+    inputs: list[tuple[str, str, str, bool]] = field(default_factory=list)
+    """Peer, element, type, and whether it has a value from the start."""
+    outputs: list[tuple[str, str, str]] = field(default_factory=list)
+
+
+class Author:
+    """Writes one specification."""
+
+    def __init__(self, rng: Random) -> None:
+        self.rng = rng
+        self.bind: Tree = {}
+        self.actuators = iter("abcdef")
+        self.careless = rng.choice((0, 0, 0, 4))
+        self.wild = rng.choice((0, 0, 15))
+        """Of a hundred tables, how many are made without care."""
+
+    def specification(self) -> Tree:
+        """The whole file as a tree of mappings, lists and texts."""
+        agents = self._agents()
+        tree: Tree = {
+            "specc": 1,
+            "system": "random",
+            "frames": {"B": "base", "E": "effector"},
+            "types": {
+                "Mode": f"enum[{', '.join(MODES)}]",
+                "Side": f"enum[{', '.join(SIDES)}]",
+                "Reading": {
+                    "fields": {"d": "real[m]", "mode": "Mode"}, "python": f"{HERE}:Reading",
+                },
+            },
+            "constants": {
+                "limit": "0.5[m]", "gain": "2 * 0.25", "X_EE": "turn(1)",
+                "whole": 2, "first": "best(readings(3))",
+            },
+            "operators": {
+                name: {"signature": signature, "python": f"{HERE}:{function}"}
+                for name, (signature, function) in SIGNATURES.items()
+            },
+            "agents": agents,
+        }  # fmt: skip
+        if self.bind:
+            tree["plant"] = {"model": "plant.xml", "bind": self.bind}
+        return tree
+
+    def _agents(self) -> Tree:
+        drafts: dict[str, list[Draft]] = {}
+        names = ["one", "two"][: self.rng.choice((1, 2, 2))]
+        agents: Tree = {}
+        for agent in names:
+            control = Draft(agent, "c")
+            parts = [control]
+            agents[agent] = {"control": control.tree}
+            for part in ["m", "g"][
+                : self.rng.choice((1, 1, 2)) if len(names) == 1 else self.rng.randrange(2)
+            ]:
+                effector = Draft(agent, part)
+                agents[agent].setdefault("virtual_effectors", {})[part] = effector.tree
+                self._connect(control, effector, part, "c")
+                self._connect(effector, control, "c", part)
+                self._device(agents[agent], effector)
+                parts.append(effector)
+            drafts[agent] = parts
+        if len(names) == 2:
+            self._connect(drafts["one"][0], drafts["two"][0], "two", "one")
+            self._connect(drafts["two"][0], drafts["one"][0], "one", "two")
+        for part in (p for parts in drafts.values() for p in parts):
+            part.tree.update(Machine(self, part).tree())
+        return agents
+
+    def _connect(self, a: Draft, b: Draft, peer_of_a: str, peer_of_b: str) -> None:
+        """A buffer from `a` to `b`, both ends of it."""
+        for index in range(self.rng.randrange(1, 4)):
+            type_ = self.rng.choice(TYPES)
+            name = f"e{index}"
+            started = self.rng.randrange(100) < 50
+            element: Any = type_
+            if started:
+                element = {"type": type_, "init": Phrases(self.rng, Scope()).literal(type_, 0)}
+            a.tree.setdefault("y", {}).setdefault(peer_of_a, {})[name] = type_
+            b.tree.setdefault("x", {}).setdefault(peer_of_b, {})[name] = element
+            a.outputs.append((peer_of_a, name, type_))
+            b.inputs.append((peer_of_b, name, type_, started))
+
+    def _device(self, agent: Tree, effector: Draft) -> None:
+        """The real effector of a virtual one, with what stands behind it."""
+        reports, device = {}, f"{effector.agent}.E.{effector.name}"
+        for index in range(self.rng.randrange(1, 4)):
+            type_ = self.rng.choice(TYPES)
+            reports[f"s{index}"] = type_
+            effector.inputs.append(("E", f"s{index}", type_, True))
+            bound = {"joints": ["j"], "through": f"{HERE}:raw"}
+            self.bind[f"{device}.s{index}"] = bound
+        commanded = self.rng.choice(TYPES)
+        effector.outputs.append(("E", "u", commanded))
+        self.bind[f"{device}.u"] = {"actuators": [next(self.actuators)], "through": f"{HERE}:raw"}
+        device_tree = {"x": {"u": commanded}, "y": reports}
+        agent.setdefault("real_effectors", {})[effector.name] = device_tree
+        effector.tree.setdefault("x", {})["E"] = dict(reports)
+        effector.tree.setdefault("y", {})["E"] = {"u": commanded}
+
+
+class Machine:
+    """Memory, conditions, functions, behaviours, states and table of one subsystem."""
+
+    def __init__(self, author: Author, draft: Draft) -> None:
+        self.rng = author.rng
+        self.author = author
+        self.draft = draft
+        self.conditions: dict[str, Tree] = {}
+        self.scope = self._scope()
+        self.timeless = self._scope(clock=False)
+        self.memory = self._memory()
+        self.lets = self._lets()
+
+    def tree(self) -> Tree:
+        """The subsystem without its buffers."""
+        rng = self.rng
+        period = rng.choice(PERIODS_MS)
+        self._sample_rates(period)
+        behaviours, functions = self._behaviours()
+        names = list(behaviours)
+        states = {f"S{i}": names[i % len(names)] for i in range(rng.randrange(1, 5))}
+        rows = [row for state in states for row in self._table(state, states, behaviours)]
+        made: Tree = {
+            "rate": f"{period} ms" if rng.randrange(2) else _hertz(period),
+            "memory": self.memory, "let": self.lets, "conditions": self.conditions,
+            "functions": functions, "behaviours": behaviours, "states": states,
+            "initial_state": "S0", "transitions": rows, "assume": list(self._axioms()),
+        }  # fmt: skip
+        return {key: part for key, part in made.items() if part not in ({}, [])}
+
+    def _sample_rates(self, period_ms: int) -> None:
+        """Some sensors have a rate of their own, a multiple or a whole fraction of the reader's."""
+        for key, bound in self.author.bind.items():
+            device = f"{self.draft.agent}.E.{self.draft.name}."
+            if key.startswith(device) and "joints" in bound and self.rng.randrange(3) == 0:
+                bound["rate"] = f"{period_ms * self.rng.choice((2, 3))} ms"
+
+    def _scope(self, clock: bool = True) -> Scope:
+        scope = Scope(clock=clock)
+        for peer, name, type_, started in self.draft.inputs:
+            text = f"x.{peer}.{name}"
+            scope.inputs.append((text, type_))
+            scope.add(type_, text) if started else scope.absent.append((text, type_))
+        scope.add("real[m]", "limit")
+        scope.add("real", "gain")
+        scope.add("int", "whole")
+        scope.add("Reading", "first")
+        return scope
+
+    def _phrases(self, clock: bool = True) -> Phrases:
+        return Phrases(self.rng, self.scope if clock else self.timeless, self.author.careless)
+
+    def _memory(self) -> Tree:
+        found: Tree = {}
+        for index in range(self.rng.randrange(2, 6)):
+            type_ = self.rng.choice((*TYPES, "int", "real[m]", "Mode", "bool"))
+            init = Phrases(self.rng, Scope()).literal(type_, 0)
+            inputs = [
+                f"x.{p}.{n}" for p, n, t, started in self.draft.inputs if t == type_ and started
+            ]
+            if inputs and self.rng.randrange(2):
+                init = self.rng.choice(inputs)
+            found[f"k{index}"] = {"type": type_, "init": init}
+        for index, item in enumerate(found.values()):
+            for scope in (self.scope, self.timeless):
+                scope.add(item["type"], f"k{index}")
+        asked = [text for text, _ in self.scope.inputs][:6]
+        found["seen"] = {
+            "type": f"vector[{2 * len(asked) + 1}, bool]",
+            "init": _list(["False"] * (2 * len(asked) + 1)),
+        }
+        found["since"] = {"type": "real[s]", "init": 0}
+        return found
+
+    def _lets(self) -> Tree:
+        found: Tree = {}
+        for index in range(self.rng.randrange(3)):
+            type_ = self.rng.choice(("bool", "bool", "real[m]", "int", "real", "Mode"))
+            clock = self.rng.randrange(3) == 0
+            text = self._phrases(clock).composite(type_, 2)
+            found[f"l{index}"] = text
+            for scope in (self.scope,) if clock else (self.scope, self.timeless):
+                scope.add(type_, f"l{index}")
+        return found
+
+    def _behaviours(self) -> tuple[Tree, Tree]:
+        behaviours: Tree = {}
+        functions: Tree = {"probe": self._probe()}
+        for index in range(self.rng.randrange(1, 4)):
+            targets: Tree = {}
+            for peer, name, type_ in self.draft.outputs:
+                if self.rng.randrange(100) < 70:
+                    targets[f"y.{peer}.{name}"] = self._phrases().value(type_)
+            for name, item in self.memory.items():
+                if name.startswith("k") and self.rng.randrange(100) < 50:
+                    targets[name] = _bounded(item["type"], self._phrases().value(item["type"]))
+            used = ["probe"]
+            if targets:
+                functions[f"f{index}"] = targets
+                used.append(f"f{index}")
+            behaviours[f"b{index}"] = {
+                "functions": used,
+                "terminal": self._named("terminal", self._end()),
+                "error": self._named(
+                    "error", self._end() if self.rng.randrange(3) == 0 else "never"
+                ),
+            }
+        return behaviours, functions
+
+    def _probe(self) -> Tree:
+        """What is fresh and present, and the clock, as memory that the test sees."""
+        asked = [text for text, _ in self.scope.inputs][:6]
+        told = [f"{kind}({text})" for text in asked for kind in ("fresh", "present")]
+        return {"seen": _list([*told, "entered"]), "since": "elapsed"}
+
+    def _end(self) -> str:
+        phrases = self._phrases()
+        way = self.rng.randrange(10)
+        if way < 2:
+            return "always"
+        if way == 2:
+            return "never"
+        if way < 5:
+            return f"elapsed {self.rng.choice(('>', '>='))} 0.{self.rng.randrange(1, 5)}[s]"
+        return phrases.condition(self.rng.randrange(3))
+
+    def _named(self, kind: str, text: str) -> str:
+        if text in ("always", "never"):
+            return text
+        known = self.conditions.setdefault(kind, {})
+        for name, other in known.items():
+            if other == text:
+                return name
+        name = f"{kind[0]}{len(known)}"
+        known[name] = text
+        return name
+
+    def _table(self, state: str, states: Tree, behaviours: Tree) -> Iterator[list[str]]:
+        behaviour = behaviours[states[state]]
+        for cause in ("terminal", "error"):
+            if behaviour[cause] == "never":
+                continue
+            ended = self.conditions.get(cause, {}).get(behaviour[cause], "")
+            for text in self._partition(ended):
+                target = self.rng.choice(list(states))
+                yield [state, cause, self._named("initial", text), target]
+
+    def _partition(self, ended: str) -> list[str]:
+        """Conditions of which one holds whenever `ended` does, most of the time."""
+        rng, phrases = self.rng, self._phrases()
+        if rng.randrange(100) < self.author.wild:
+            return [phrases.condition(1) for _ in range(rng.randrange(1, 4))]
+        way = rng.randrange(8)
+        if way == 0:
+            return ["always"]
+        if way == 1:
+            condition = phrases.condition(2)
+            return [condition, f"not {condition}"]
+        if way == 2:
+            return self._thresholds(phrases)
+        if way == 3 and (item := phrases.name("Mode")):
+            return self._members(phrases, item)
+        if way == 4 and ended:
+            first = phrases.atom()
+            return [first, f"{ended} and not {first}"]
+        if way == 5:
+            return self._sums(phrases)
+        return self._tree(phrases, 2)
+
+    def _thresholds(self, phrases: Phrases) -> list[str]:
+        type_ = self.rng.choice(("int", "real", "real[m]"))
+        left, unit = phrases.rooted(type_), UNIT.get(type_, "")
+        low, high = (f"1{unit}", f"2{unit}") if type_ == "int" else (f"0.5{unit}", f"1.5{unit}")
+        last = f"{left} >= {high}" if self.rng.randrange(2) else f"not {left} < {high}"
+        return [f"{left} < {low}", f"{low} <= {left} and {left} < {high}", last]
+
+    def _sums(self, phrases: Phrases) -> list[str]:
+        """A sum compared with a number, spelt in two ways."""
+        type_ = self.rng.choice(("int", "real[m]", "real"))
+        a, b, c = (phrases.rooted(type_, 0) for _ in range(3))
+        return self.rng.choice((
+            [f"{a} + {b} < {c}", f"{b} + {a} >= {c}"],
+            [f"{a} < {b}", f"{b} <= {a} and {a} < {c}", f"{a} >= {c} and {a} >= {b}"],
+            [f"{a} - {b} > {c}", f"{a} <= {b} + {c}"],
+            [f"max({a}, {b}) > {c}", f"{a} <= {c} and {b} <= {c}"],
+            [f"abs({a}) < {b}", f"{a} >= {b} or -{a} >= {b}"],
+        ))  # fmt: skip
+
+    def _members(self, phrases: Phrases, item: str) -> list[str]:
+        modes, over = list(MODES), phrases.name("vector[2, Mode]")
+        self.rng.shuffle(modes)
+        if over and self.rng.randrange(2):
+            some = f"{{{modes[0]}, {modes[1]}}}"
+            return [f"all(v in {some} for v in {over})", f"any(v not in {some} for v in {over})"]
+        return [
+            f"{item} == {modes[0]}",
+            f"{item} in {{{modes[1]}, {modes[2]}}}",
+            f"{item} == {modes[3]}",
+        ]
+
+    def _tree(self, phrases: Phrases, depth: int) -> list[str]:
+        atom = phrases.atom()
+        sides = []
+        for side in (atom, f"not {atom}"):
+            deeper = depth > 1 and self.rng.randrange(2)
+            below = self._tree(phrases, depth - 1) if deeper else [""]
+            sides += [f"{side} and {rest}" if rest else side for rest in below]
+        return sides
+
+    def _axioms(self) -> Iterator[Tree]:
+        if self.rng.randrange(4):
+            return
+        arrivals = [text for text, _ in self.scope.inputs]
+        if len(arrivals) > 1 and self.rng.randrange(2):
+            a, b = self.rng.sample(arrivals, 2)
+            yield {"that": f"not (fresh({a}) and fresh({b}))", "because": "so it is"}
+        else:
+            yield {"that": self._phrases(clock=False).condition(1), "because": "so it is"}
+
+
+def _bounded(type_: str, text: str) -> str:
+    """What memory may keep from period to period without growing for ever."""
+    if type_ == "int":
+        return f"min(max({text}, -9), 9)"
+    if type_ in UNIT and text not in ("0",):
+        return f"min(max({text}, -8.0{UNIT[type_]}), 8.0{UNIT[type_]})"
+    return text
+
+
+def _list(items: list[str]) -> str:
+    return f"[{', '.join(items)}]"
+
+
+def _hertz(period_ms: int) -> str:
+    return f"{1000 // period_ms} Hz" if 1000 % period_ms == 0 else f"{period_ms} ms"
+
+
+def specification(rng: Random) -> Tree:
+    """A random specification."""
+    return Author(rng).specification()
+
+
+def text_of(tree: Tree) -> str:
+    """A specification as YAML."""
+    return "\n".join(_lines(tree, "")) + "\n"
+
+
+def _lines(tree: Tree, indent: str) -> Iterator[str]:
+    for key, part in tree.items():
+        if isinstance(part, dict) and part:
+            yield f"{indent}{key}:"
+            yield from _lines(part, indent + "  ")
+        elif isinstance(part, list) and part:
+            yield f"{indent}{key}:"
+            yield from (f"{indent}  - {json.dumps(item)}" for item in part)
+        else:
+            yield f"{indent}{key}: {json.dumps(part)}"

@@ -1,0 +1,144 @@
+"""Generated code under the executor does, step for step, what the interpreter of the tests does."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from specc.pipeline import compile_spec
+from tests.soundness.agreement import differences
+from tests.soundness.interpreter import Interpreter, Run
+from tests.soundness.law import Verdict, compare
+from tests.soundness.operators import PLAIN
+from tests.soundness.running import NothingProved, built, executed
+from tests.soundness.specifications import Tree, specification, text_of
+from tests.soundness.values import NASTY
+
+TICKS = 40
+
+TWO_RATES = """\
+specc: 1
+system: two_rates
+agents:
+  slow:
+    control:
+      rate: 10 Hz
+      y: {fast: {n: int}}
+      memory: {k: {type: int, init: 5}}
+      functions: {tell: {k: k + 1, y.fast.n: k}, count: {k: 2 * k}}
+      behaviours:
+        tell: {functions: [tell], terminal: always}
+        rest: {functions: [count], terminal: always}
+      states: {S0: tell, S1: rest}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1], [S1, terminal, always, S0]]
+  fast:
+    control:
+      rate: 20 Hz
+      x: {slow: {n: int}}
+      y: {slow: {last: int}}
+      conditions:
+        initial:
+          low: fresh(x.slow.n) and x.slow.n < 10
+          other: not (fresh(x.slow.n) and x.slow.n < 10)
+        terminal: {came: "fresh(x.slow.n) or elapsed > 0.1[s]"}
+        error: {high: "present(x.slow.n) and x.slow.n > 20"}
+      memory: {last: {type: int, init: 0}, since: {type: "real[s]", init: 1}}
+      functions:
+        keep: {last: "x.slow.n if present(x.slow.n) else -1", y.slow.last: last, since: elapsed}
+      behaviours: {wait: {functions: [keep], terminal: came, error: high}}
+      states: {A: wait, B: wait}
+      initial_state: A
+      transitions:
+        - [A, terminal, low, B]
+        - [A, terminal, other, A]
+        - [A, error, always, A]
+        - [B, terminal, low, A]
+        - [B, terminal, other, B]
+        - [B, error, always, B]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("soundness")
+
+
+def runs_of(text: str, folder: Path, ticks: int) -> tuple[Run, Run]:
+    """The runs of a specification without devices, by the interpreter and by generated code."""
+    (folder / "fixed.yaml").write_text(text, encoding="utf-8")
+    system = compile_spec(str(folder / "fixed.yaml")).system
+    assert system is not None
+
+    def nothing(name: str, tick: int) -> Any:
+        raise AssertionError(name)
+
+    with built(system, NothingProved()) as made:
+        return Interpreter(system, PLAIN, nothing).run(ticks), executed(made, None, ticks)
+
+
+def test_two_rates_by_hand(folder: Path) -> None:
+    text = TWO_RATES.replace(
+        "y: {fast: {n: int}}", "x: {fast: {last: int}}\n      y: {fast: {n: int}}"
+    )
+    expected, found = runs_of(text, folder, 12)
+    assert differences(expected, found) == []
+    # k is 5; told and counted up to 6; doubled to 12; told 12 and 13; doubled to 26; told 26.
+    slow = [(s.state, s.transition, s.sent, dict(s.memory)["k"]) for s in expected.steps["slow.c"]]
+    assert slow == [
+        ("S0", -1, (("fast_n", 5),), 6),
+        ("S1", 0, (), 12),
+        ("S0", 1, (("fast_n", 12),), 13),
+        ("S1", 0, (), 26),
+        ("S0", 1, (("fast_n", 26),), 27),
+        ("S1", 0, (), 54),
+    ]
+    # A value told at 0, 0.2 and 0.4 s can be seen at 0.1, 0.3 and 0.5 s. In between, 0.1 s is not
+    # more than 0.1 s; 26 is an error in every period from 0.5 s on.
+    fast = [(s.state, s.transition, dict(s.memory)) for s in expected.steps["fast.c"]]
+    assert [(state, row) for state, row, _ in fast] == [
+        ("A", -1), ("A", -1), ("B", 0), ("B", -1), ("B", -1), ("B", 4), ("B", 4), ("B", -1),
+        ("B", -1), ("B", 4), ("B", 5), ("B", 5),
+    ]  # fmt: skip
+    assert [memory["last"] for _, _, memory in fast] == [-1, -1, 5, 5, 5, 5, 12, 12, 12, 12, 26, 26]
+
+
+def judged(tree: Tree, folder: Path, seed: str) -> Verdict:
+    """The verdict, which has to be a good one."""
+    verdict = compare(tree, folder, seed, TICKS, odd=NASTY)
+    assert not verdict.differences, text_of(tree)
+    assert not verdict.unsound, text_of(tree)
+    return verdict
+
+
+@settings(
+    max_examples=25,
+    deadline=None,
+    derandomize=True,
+    phases=(Phase.explicit, Phase.generate),
+    suppress_health_check=[*HealthCheck],
+)
+@given(st.randoms(use_true_random=False), st.integers(0, 99))
+def test_random_specifications(folder: Path, rng: Random, seed: int) -> None:
+    judged(specification(rng), folder, str(seed))
+
+
+def test_many_specifications_are_accepted_and_many_are_not(folder: Path) -> None:
+    counts: Counter[str] = Counter()
+    for seed in range(40):
+        verdict = judged(specification(Random(seed)), folder, str(seed))
+        counts.update(verdict.faults)
+        counts["accepted"] += verdict.accepted
+        counts["rejected, run all the same"] += verdict.usable and not verdict.accepted
+        counts["steps"] += verdict.steps
+    assert counts["accepted"] >= 15
+    assert counts["rejected, run all the same"] >= 8
+    assert counts["UndecidedTransition"] >= 1
+    assert counts["AxiomViolated"] >= 3
+    assert counts["steps"] >= 2000

@@ -1,0 +1,165 @@
+"""Values of any type: random ones, and the way between the runtime's values and plain ones.
+
+Poses are twelve turns whose matrices are whole numbers, so that a product comes out the same in
+whatever order it is added up.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, is_dataclass, replace
+from random import Random
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from specc.model.types import (
+    Bool,
+    Enum,
+    Image,
+    Int,
+    ListOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+)
+
+TURNS = [
+    tuple(tuple(float(s * (j == p)) for j in range(3)) for p, s in zip(perm, signs, strict=True))
+    for perm in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+    for signs in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
+]
+NASTY = (0.0, -0.0, 5e-324, -1e-9, 1e-9, 1e16, -1e16, 1.7e308, -1.7e308)
+
+
+class Chooser:
+    """Random values of types; `marks` are numbers that the specification compares with."""
+
+    def __init__(
+        self, rng: Random, marks: tuple[float, ...] = (), odd: tuple[float, ...] = ()
+    ) -> None:
+        """`odd` are values that are tried now and then, such as infinities."""
+        self.rng = rng
+        self.marks = marks
+        self.odd = odd
+
+    def value(self, type_: Type) -> Any:  # noqa: C901  # a case for each type
+        """A plain value."""
+        rng = self.rng
+        match type_:
+            case Bool():
+                return rng.random() < 0.5
+            case Int():
+                near = [int(m) for m in self.marks if float(m).is_integer() and abs(m) < 1e6]
+                if near and rng.random() < 0.4:
+                    return rng.choice(near) + rng.choice((-1, 0, 1))
+                return rng.randint(-3, 3)
+            case Real():
+                return self.number()
+            case Enum():
+                return rng.choice(type_.members)
+            case Text():
+                return rng.choice(("", "a", "b"))
+            case Vector():
+                if isinstance(type_.element, Enum) and rng.random() < 0.3:
+                    return (rng.choice(type_.element.members),) * type_.size
+                return tuple(self.value(type_.element) for _ in range(type_.size))
+            case Spatial():
+                return tuple(self.number() for _ in range(6))
+            case ListOf():
+                return tuple(self.value(type_.element) for _ in range(rng.choice((0, 1, 1, 2, 3))))
+            case Pose():
+                turn = rng.choice(TURNS)
+                return (*((*row, rng.randint(-24, 24) / 8) for row in turn), (0.0, 0.0, 0.0, 1.0))
+            case Record():
+                return self._record(type_)
+            case Image():
+                return ("image", rng.randrange(4))
+        return ("token", str(type_), rng.randrange(4))
+
+    def number(self) -> float:
+        """A small number, one that is compared with, a neighbour of it, or an odd one."""
+        rng = self.rng
+        way = rng.random()
+        if self.marks and way < 0.35:
+            mark = rng.choice(self.marks)
+            return rng.choice(
+                (mark, -mark, math.nextafter(mark, math.inf), math.nextafter(mark, -math.inf))
+            )
+        if self.odd and way < 0.5:
+            return rng.choice(self.odd)
+        return rng.randint(-24, 24) / 8
+
+    def _record(self, type_: Record) -> Any:
+        parts = {name: self.value(t) for name, t in type_.fields}
+        return record(type_, parts)
+
+
+def record(type_: Record, parts: dict[str, Any]) -> Any:
+    """A record; where its own class is the specification's, a stand-in with the same fields."""
+    if type_.python.startswith("tests."):
+        from importlib import import_module
+
+        module, _, name = type_.python.partition(":")
+        return getattr(import_module(module), name)(**parts)
+    return SimpleNamespace(**parts)
+
+
+def for_runtime(value: Any, type_: Type) -> Any:
+    """A plain value as generated code has it."""
+    match type_:
+        case Pose() | Spatial() | Vector(element=Real()):
+            made = np.array(value, dtype=float)
+            made.setflags(write=False)
+            return made
+        case ListOf(element=element):
+            return tuple(for_runtime(item, element) for item in value)
+        case Record():
+            parts = {name: for_runtime(getattr(value, name), t) for name, t in type_.fields}
+            return replace(value, **parts) if is_dataclass(value) else SimpleNamespace(**parts)  # type: ignore[type-var]  # an instance
+        case Real():
+            return float(value)
+    return value
+
+
+def plain(value: Any) -> Any:
+    """A value of generated code as a plain one."""
+    if isinstance(value, np.ndarray):
+        return tuple(plain(item) for item in value.tolist())
+    if isinstance(value, (list, tuple)):
+        return tuple(map(plain, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: plain(getattr(value, f.name)) for f in fields(value)})
+    if isinstance(value, SimpleNamespace):
+        return SimpleNamespace(**{name: plain(part) for name, part in vars(value).items()})
+    return value
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two plain values are equal, bit for bit but for the sign of zero; NaN is NaN."""
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
+        return math.isnan(b)
+    if is_dataclass(a) and type(a) is type(b):
+        return all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))  # type: ignore[arg-type]  # an instance
+    return bool(a == b)
+
+
+def key_of(value: Any) -> str:
+    """A text that is the same for equal values and for no others."""
+    value = plain(value)
+    if isinstance(value, tuple):
+        return f"({','.join(map(key_of, value))})"
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        if is_dataclass(value):
+            return f"[{','.join(key_of(getattr(value, f.name)) for f in fields(value))}]"
+        if isinstance(value, SimpleNamespace):
+            return f"[{','.join(key_of(v) for _, v in sorted(vars(value).items()))}]"
+        return repr(value)
+    return repr(float(value) + 0.0)
