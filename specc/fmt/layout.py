@@ -63,7 +63,8 @@ class _Printer:
 
     def _entry(self, entry: Entry, kind: Kind, columns: list[int] | None) -> Iterator[str]:
         value = entry.value
-        head = "-" if entry.key is None else f"{key_text(entry.key, flow=False)}:"
+        key = entry.key
+        head = "-" if key is None else f"{_anchored(key, key_text(key, flow=False))}:"
         if value.anchor:
             head += f" &{value.anchor}"
         beside = f" {entry.beside}" if entry.beside else ""
@@ -100,7 +101,8 @@ class _Printer:
             return f"*{value.name}"
         if value.broken or (not value.flow and value.entries) or value.below:
             return None
-        line = self._flow(value, kind)
+        # The head of the line has the anchor.
+        line = self._collected(value, kind)
         wide = taken + 1 + len(line) > WIDTH
         several = "\n" in self._text[value.start : value.end]
         return None if wide and (several or _depth(value) > _DEEP) else line
@@ -110,15 +112,19 @@ class _Printer:
             return _anchored(value, value_text(value, flow=True))
         if isinstance(value, Alias):
             return f"*{value.name}"
+        return _anchored(value, self._collected(value, kind))
+
+    def _collected(self, value: Collection, kind: Kind) -> str:
         parts = []
         for number, entry in enumerate(_ordered(value, kind)):
             step = number if entry.key is None else entry.key.text
             text = self._flow(entry.value, kind.child(step))
             if entry.key is not None:
-                text = f"{key_text(entry.key, flow=True)}: {text}"
+                key = _anchored(entry.key, key_text(entry.key, flow=True))
+                text = f"{key}: {text}"
             parts.append(text)
         joined = ", ".join(parts)
-        return _anchored(value, f"{{{joined}}}" if value.is_mapping else f"[{joined}]")
+        return f"{{{joined}}}" if value.is_mapping else f"[{joined}]"
 
     def _cells(self, value: Value) -> list[str]:
         assert isinstance(value, Collection)

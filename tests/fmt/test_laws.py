@@ -38,6 +38,20 @@ def test_laws_hold_for_every_committed_file(text: str) -> None:
     hold(text)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: &a [x]\nb: *a\n",
+        "a: &a {x: 1}\nb: [*a, &c [*a], *c]\n",
+        "a: &a\n  x: 1\nb:\n  - *a\n  - &b [*a]\n",
+        "transitions:\n  - &r [S0, terminal, &c go, S1]\n  - *r\n  - [S1, terminal, *c, S1]\n",
+        "a: &e []\nb: *e\nc: &t 'x: y'\nd: *t\n",
+    ],
+)
+def test_anchors_are_written_once(text: str) -> None:
+    hold(text)
+
+
 scalars = st.one_of(
     st.integers(-9, 9),
     st.booleans(),
@@ -56,8 +70,23 @@ data = st.recursive(
 )
 
 
-def written(value: Any, draw: Any, depth: int, flow: bool) -> str:
-    """A YAML text of a value, in styles that `draw` chooses, with comments in between."""
+def written(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> str:
+    """A YAML text of a value, in styles that `draw` chooses, with comments in between.
+
+    What has an anchor can be written as an alias where it comes again; `anchors` are the `repr` of
+    values that have one.
+    """
+    if repr(value) in anchors and draw(st.booleans()):
+        return f"*a{anchors.index(repr(value))} "
+    text = plain(value, draw, depth, flow, anchors)
+    if repr(value) in anchors or draw(st.integers(0, 3)):
+        return text
+    anchors.append(repr(value))
+    return f"&a{len(anchors) - 1}{'' if text.startswith(chr(10)) else ' '}{text}"
+
+
+def plain(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> str:
+    """A YAML text of a value without an anchor of its own."""
     from specc.fmt.scalars import quoted
 
     if not isinstance(value, (dict, list)) or not value:
@@ -72,7 +101,7 @@ def written(value: Any, draw: Any, depth: int, flow: bool) -> str:
     if flow or draw(st.integers(0, 2)) == 0:
         separator = draw(st.sampled_from([", ", ",", ",\n" + " " * 40, ", # inner\n" + " " * 40]))
         parts = [
-            ("" if key is None else f"{quoted(key)}: ") + written(item, draw, depth, True)
+            ("" if key is None else f"{quoted(key)}: ") + written(item, draw, depth, True, anchors)
             for key, item in items
         ]
         joined = separator.join(parts)
@@ -81,11 +110,12 @@ def written(value: Any, draw: Any, depth: int, flow: bool) -> str:
     lines = ""
     for key, item in items:
         lines += draw(st.sampled_from(["", "", "\n", f"{indent}# above\n", f"\n{indent}# above\n"]))
-        text = written(item, draw, depth + draw(st.integers(1, 3)), False)
+        text = written(item, draw, depth + draw(st.integers(1, 3)), False, anchors)
         head = "-" if key is None else f"{quoted(key)}:"
         beside = draw(st.sampled_from(["", "", " # beside"]))
-        if text.startswith("\n"):
-            lines += f"{indent}{head}{beside}{text}"
+        if "\n" in text and text.split("\n")[0] in ("", *(f"&a{n}" for n in range(99))):
+            anchor, below = text.split("\n", 1)
+            lines += f"{indent}{head} {anchor}{beside}\n{below}"
         else:
             lines += f"{indent}{head} {text}{beside}\n"
     lines += draw(st.sampled_from(["", "", f"{indent}# below\n", "# far below\n"]))
@@ -95,7 +125,7 @@ def written(value: Any, draw: Any, depth: int, flow: bool) -> str:
 @settings(max_examples=300, deadline=None)
 @given(st.dictionaries(names, data, min_size=1, max_size=4), st.data())
 def test_laws_hold_for_any_style(value: dict[str, Any], chosen: st.DataObject) -> None:
-    text = written(value, chosen.draw, 0, False)
+    text = plain(value, chosen.draw, 0, False, [])
     assert read_text("a.yaml", text).data == value
     hold(text)
 
