@@ -121,6 +121,13 @@ def explain(options: Namespace) -> int:
     return 0
 
 
+def ages(options: Namespace) -> int:
+    """Print how old values are where they are read."""
+    from specc.cli.ages import run_ages
+
+    return run_ages(options)
+
+
 def diff(options: Namespace) -> int:
     """Say how two specifications differ in meaning."""
     from specc.cli.differing import run_diff

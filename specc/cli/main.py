@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from specc import __version__
+from specc.cli.ages import add_ages
 from specc.cli.differing import add_diff
 from specc.cli.importing import add_import
 
@@ -111,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
     explain.add_argument("--page", action="store_true", help="print docs/diagnostics.md")
 
+    add_ages(commands)
     add_diff(commands)
     add_import(commands)
 

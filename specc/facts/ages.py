@@ -45,12 +45,20 @@ class Ages:
             return None
         edges = {n: tuple(e for e in edges[n] if e[0] in measured) for n in order if n in measured}
         order = [n for n in order if n in measured]
-        on_arrival = not node.peer or self._only_on_arrival(node)
+        on_arrival = not node.peer or self.only_on_arrival(node)
         held = self._held(order, edges, node, on_arrival)
         if held is not None:
             return held
         periods_s = {n: self._period_s(n) for n in order}
         return Timeline(self.sources, order, edges, periods_s).oldest(node, on_arrival)
+
+    def only_on_arrival(self, node: Node) -> bool:
+        """Whether a subsystem uses a value only where it is fresh."""
+        reader = self._facts.connections.subsystems.get(node.reader)
+        if reader is None:
+            return False
+        own = [read for read in self.sources.own_reads(reader) if read.input == node[1:]]
+        return bool(own) and all(read.on_arrival for read in own)
 
     def _period_s(self, node: Node) -> Fraction:
         """Between two time stamps of a reader; a device reads whenever something is sent."""
@@ -59,11 +67,6 @@ class Ages:
         sent = self.sources.of(node)
         assert isinstance(sent, Sent)
         return self._periods[sent.sender.qualified_name]
-
-    def _only_on_arrival(self, node: Node) -> bool:
-        reader = self._facts.connections.subsystems[node.reader]
-        own = [read for read in self.sources.own_reads(reader) if read.input == node[1:]]
-        return bool(own) and all(read.on_arrival for read in own)
 
     def _upstream(self, node: Node) -> Edges:
         edges: Edges = {}

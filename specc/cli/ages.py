@@ -1,0 +1,113 @@
+"""`specc ages`: its arguments, and how old the values are that subsystems and devices receive."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from specc.facts.ages import Ages, Held
+    from specc.facts.sources import Node
+    from specc.facts.trails import Trail
+    from specc.model.system import Element, System
+
+VERSION = 1
+
+
+def add_ages(commands: Any) -> None:
+    """Add the command to the parser's subcommands."""
+    parser = commands.add_parser("ages", help="show how old values are where they are read")
+    parser.add_argument("spec", metavar="SPEC")
+    parser.add_argument("--format", choices=("text", "json"), default="text")
+
+
+def run_ages(options: argparse.Namespace) -> int:
+    """Print the greatest age of every value that is received; 1 if the specification has errors."""
+    from specc import pipeline
+    from specc.diagnostics.render import text
+    from specc.diagnostics.report import report, resolve
+
+    result = pipeline.compile_spec(options.spec)
+    if not result.ok or result.system is None:
+        found = report(resolve(result.diagnostics, result.sources), [options.spec])
+        colour = sys.stderr.isatty() and "NO_COLOR" not in os.environ
+        sys.stderr.write(text.render(found, colour=colour))
+        return 2 if result.system is None else 1
+    shown = _as_json if options.format == "json" else _as_text
+    sys.stdout.write(shown(result.system))
+    return 0
+
+
+def _as_text(system: System) -> str:
+    """A table: reader, element, greatest age, what is allowed, and the way of the oldest value."""
+    rows = [("reader", "element", "age", "allowed", "way of the oldest value")]
+    for node, element, oldest, ages in _found(system):
+        limit = element.max_age_s
+        allowed = "" if limit is None else _ms(limit)
+        age, way = _age(oldest, ages)
+        rows.append((node.reader, _name(node), age, allowed, way))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in rows)
+    return "".join(f"{line.rstrip()}\n" for line in lines)
+
+
+def _as_json(system: System) -> str:
+    """An object with `version`, `system` and `values`; ages in s, null where none is known."""
+    from specc.facts.trails import Trail
+
+    values = []
+    for node, element, oldest, ages in _found(system):
+        limit = element.max_age_s
+        values.append(
+            {
+                "reader": node.reader,
+                "element": _name(node),
+                "age_s": float(oldest.age_s) if isinstance(oldest, Trail) else None,
+                "max_age_s": None if limit is None else float(limit),
+                "way": _age(oldest, ages)[1],
+            }
+        )
+    return (
+        json.dumps({"version": VERSION, "system": system.name, "values": values}, indent=2) + "\n"
+    )
+
+
+def _name(node: Node) -> str:
+    return node.short if node.peer else node.element
+
+
+def _found(system: System) -> list[tuple[Node, Element, Trail | Held | None, Ages]]:
+    from specc.facts import Facts
+    from specc.facts.ages import Ages
+    from specc.facts.sources import received
+
+    facts = Facts(system)
+    ages = Ages(facts)
+    return [(node, element, ages.oldest(node), ages) for node, element in received(facts)]
+
+
+def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
+    """The age in words, and how it comes about."""
+    from specc.facts.ages import Held
+    from specc.facts.sources import Measured
+
+    if oldest is None:
+        return "-", "no measurement"
+    if isinstance(oldest, Held):
+        state = oldest.sent.silent.name if oldest.sent.silent else ""
+        return "any", f"`{oldest.sent.sender.qualified_name}` is silent in `{state}`"
+    hops = oldest.hops()
+    source = ages.sources.of(hops[0].node)
+    start = f"{source.device}.{hops[0].node.element}" if isinstance(source, Measured) else ""
+    steps = [f"{hop.node.reader} after {_ms(hop.read_s - oldest.measured_s)}" for hop in hops]
+    when = ", used only when fresh" if ages.only_on_arrival(oldest.node) else ""
+    return _ms(oldest.age_s), " -> ".join((start, *steps)) + when
+
+
+def _ms(seconds: Any) -> str:
+    from specc.facts.words import ms
+
+    return ms(seconds)
