@@ -19,11 +19,16 @@ _MEANING = {
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0407 and E0408; an agent with a broken subsystem may have more than is known."""
+    """E0407 and E0408; an agent with a broken subsystem may have more than is known.
+
+    Whether one is useless is seen once its control subsystem has states.
+    """
     for agent in system.agents:
         if _is_unsure(agent, facts):
             continue
         kind = _derived(agent, system)
+        if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
+            continue
         if kind == "C":
             yield Diagnostic(
                 "E0408",

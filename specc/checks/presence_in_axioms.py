@@ -12,7 +12,7 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0704."""
-    for subsystem in facts.followed_subsystems:
+    for subsystem in facts.consistent_subsystems:
         yield from reported("E0704", _absences(subsystem, facts), subsystem, facts)
 
 

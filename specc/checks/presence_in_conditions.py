@@ -16,7 +16,7 @@ Asked = tuple[Condition, frozenset[InputName]]
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0702."""
-    for subsystem in facts.followed_subsystems:
+    for subsystem in facts.consistent_subsystems:
         yield from reported("E0702", _absences(subsystem, facts), subsystem, facts)
 
 

@@ -12,7 +12,7 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0703."""
-    for subsystem in facts.followed_subsystems:
+    for subsystem in facts.consistent_subsystems:
         yield from reported("E0703", _absences(subsystem, facts), subsystem, facts)
 
 

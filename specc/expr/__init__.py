@@ -4,7 +4,7 @@
 Types and operator signatures are read here too. Nothing here executes what a file contains.
 """
 
-from specc.expr.errors import ExprError, ExprErrors
+from specc.expr.errors import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors
 from specc.expr.evaluate import Environment, evaluate
 from specc.expr.parse import parse
 from specc.expr.parse_types import TypeNames, parse_type
@@ -14,6 +14,7 @@ from specc.expr.signatures import Signature, parse_signature
 from specc.expr.typing import check, expression
 
 __all__ = [
+    "FOR_WANT_OF_CONTEXT",
     "RESERVED",
     "Declared",
     "Environment",

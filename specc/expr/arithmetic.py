@@ -36,7 +36,7 @@ def binary(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
 def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
     """`not a`, `-a`; a negative number is one literal."""
     if isinstance(node.op, ast.Not):
-        return Unary("not", ctx.expect(node.operand, Bool()), type=Bool(), span=span(node))
+        return Unary("not", ctx.truth(node.operand), type=Bool(), span=span(node))
     operand = ctx.infer(node.operand, hint)
     if isinstance(operand, Number):
         return Number(-operand.value, type=operand.type, span=span(node))

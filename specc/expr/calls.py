@@ -8,7 +8,7 @@ from specc.diagnostics.nearest import nearest
 from specc.expr.alike import needs_context
 from specc.expr.builtins import BUILTINS
 from specc.expr.context import Context
-from specc.expr.errors import ExprError, ExprErrors, one_of
+from specc.expr.errors import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors, one_of
 from specc.expr.mismatch import fits, way_out
 from specc.expr.origin import Origin
 from specc.expr.parse import span
@@ -53,11 +53,12 @@ class _Application:
         self.operator = operator
         self.hint = hint
         self.bindings: Bindings = {}
+        self.misfits = False
 
-    def typed(self) -> Call:
+    def typed(self) -> Expr:
         parameters, args = self.operator.parameters, self.node.args
         if len(args) != len(parameters):
-            raise self._wrong_number()
+            raise ExprErrors([self._wrong_number(), *self._inner_errors()])
         order = sorted(range(len(args)), key=lambda i: needs_context(args[i], self.ctx.scope))
         found: dict[int, Expr] = {}
         errors: list[ExprError] = []
@@ -69,10 +70,27 @@ class _Application:
             except ExprErrors as failure:
                 errors += failure.errors
         if errors:
-            raise ExprErrors(errors)
+            return self._failed(ExprErrors(errors))
         ordered = tuple(found[i] for i in range(len(args)))
         result = substitute(self.operator.result, self.bindings)
         return Call(self.operator.name, ordered, type=result, span=span(self.node))
+
+    def _failed(self, failure: ExprErrors) -> Expr:
+        """A call of this operator was meant if each argument is wrong in itself, if at all."""
+        result = substitute(self.operator.result, self.bindings)
+        if self.misfits or has_variables(result):
+            raise failure
+        return self.ctx.unknown(self.node, result, failure)
+
+    def _inner_errors(self) -> list[ExprError]:
+        """What is wrong with arguments wherever they belong."""
+        found: list[ExprError] = []
+        for node in self.node.args:
+            try:
+                self.ctx.infer(node)
+            except ExprErrors as failure:
+                found += (e for e in failure.errors if e.code not in FOR_WANT_OF_CONTEXT)
+        return found
 
     def _waits(self, node: ast.expr, pattern: Type) -> bool:
         """Whether an argument has its frames from others; if those failed, it would fail too."""
@@ -87,6 +105,7 @@ class _Application:
         expr = self.ctx.infer(node, None if has_variables(wanted) else wanted)
         if fits(expr.type, wanted) or unify(wanted, expr.type, self.bindings):
             return expr
+        self.misfits = True
         quoted = self.ctx.quote(node)
         message = f"{quoted} is {expr.type}; {self.operator.name} takes {name}: {wanted}"
         help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from specc.expr.errors import ExprError, ExprErrors
@@ -12,8 +12,8 @@ from specc.expr.mismatch import fits, way_out
 from specc.expr.origin import Origin, origins
 from specc.expr.parse import span
 from specc.expr.scope import Scope
-from specc.model.expr import Expr
-from specc.model.types import Type
+from specc.model.expr import Expr, Unknown
+from specc.model.types import Bool, Type
 
 Rule = Callable[["Context", ast.expr, "Type | None"], Expr]
 """Types one kind of syntax. The type is a hint for literals; whether it fits is checked outside."""
@@ -30,6 +30,8 @@ class Context:
     scope: Scope
     text: str
     rules: Mapping[type[ast.expr], Rule]
+    errors: list[ExprError] = field(default_factory=list)
+    """What was found wrong where the typing could go on."""
 
     def infer(self, node: ast.expr, hint: Type | None = None) -> Expr:
         """The typed expression; literals take the hinted type if they can."""
@@ -43,6 +45,19 @@ class Context:
         message = f"{self.quote(node)} is {expr.type}; expected {expected}"
         help = way_out(expr, expected, self.quote(node), self.scope)
         raise self.error(node, message, help).because(self.origins(expr), expected)
+
+    def truth(self, node: ast.expr) -> Expr:
+        """The typed condition; one with an error in it is an unknown truth value."""
+        try:
+            return self.expect(node, Bool())
+        except ExprErrors as failure:
+            return self.unknown(node, Bool(), failure)
+
+    def unknown(self, node: ast.expr, type: Type, failure: ExprErrors) -> Expr:
+        """A value of a type that is certain although something inside has an error."""
+        self.errors.extend(failure.errors)
+        start, end = span(node)
+        return Unknown(self.text[start:end], type=type, span=(start, end))
 
     def each(self, *jobs: Callable[[], T]) -> list[T]:
         """Results of independent jobs; if some fail, the errors of all of them at once."""

@@ -6,13 +6,21 @@ from collections.abc import Iterable, Sequence
 
 from specc.diagnostics.nearest import surely_meant
 from specc.expr.origin import Origin
+from specc.model.expr import Expr
 from specc.model.types import Type
+
+FOR_WANT_OF_CONTEXT = ("E0231", "E0317", "E0318")
+"""Codes of what would not be wrong with an expression where its type is expected."""
 
 
 class ExprErrors(Exception):
-    """Everything that is wrong with one text; `errors` has at least one entry, in text order."""
+    """Everything that is wrong with one text; `errors` has at least one entry, in text order.
 
-    def __init__(self, errors: Iterable[ExprError]) -> None:
+    `expr` is what it means all the same, if that is clear but for unknown parts.
+    """
+
+    def __init__(self, errors: Iterable[ExprError], expr: Expr | None = None) -> None:
+        self.expr = expr
         self.errors: tuple[ExprError, ...] = tuple(
             sorted(errors, key=lambda error: (error.start, error.end))
         )

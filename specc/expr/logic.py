@@ -27,9 +27,9 @@ _OPERATORS: dict[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
 
 def boolean(ctx: Context, node: ast.BoolOp, hint: Type | None) -> Expr:
     """`a and b and c`, `a or b`."""
-    operands = ctx.each(*(partial(ctx.expect, item, Bool()) for item in node.values))
+    operands = tuple(ctx.truth(item) for item in node.values)
     op: Literal["and", "or"] = "and" if isinstance(node.op, ast.And) else "or"
-    return Logic(op, tuple(operands), type=Bool(), span=span(node))
+    return Logic(op, operands, type=Bool(), span=span(node))
 
 
 def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
@@ -67,7 +67,8 @@ def _check_equality(ctx: Context, left: Side, right: Side) -> None:
     if isinstance(a, Spatial):
         help = "compare the components one by one: near(a.z, b.z, tolerance)"
     message = f"values of type {a} are not compared exactly"
-    raise ExprError(message, span(left[0])[0], span(right[0])[1], help, "E0319")
+    # What is meant is clear, so that the rest can be judged.
+    ctx.errors.append(ExprError(message, span(left[0])[0], span(right[0])[1], help, "E0319"))
 
 
 def _is_discrete(type: Type) -> bool:
@@ -107,7 +108,7 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
     """`then if test else otherwise`; the branches are of one type."""
     branches = [node.body, node.orelse]
     (test,), (then, otherwise) = ctx.each(
-        lambda: [ctx.expect(node.test, Bool())], lambda: infer_alike(ctx, branches, hint)
+        lambda: [ctx.truth(node.test)], lambda: infer_alike(ctx, branches, hint)
     )
     if fits(otherwise.type, then.type):
         return Choice(test, then, otherwise, type=then.type, span=span(node))

@@ -23,7 +23,7 @@ def quantifier(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     element = _element(ctx, comprehension.iter, over)
     generator = node.args[0]
     assert isinstance(generator, ast.GeneratorExp)  # _comprehension looked
-    body = ctx.inside(ctx.scope.binding(variable, element)).expect(generator.elt, Bool())
+    body = ctx.inside(ctx.scope.binding(variable, element)).truth(generator.elt)
     kind: Literal["all", "any"] = "all" if ctx.quote(node.func) == "all" else "any"
     return Quantifier(kind, variable, over, body, type=Bool(), span=span(node))
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from specc.expr import arithmetic, calls, literals, logic, names, parts, quantifiers
 from specc.expr.context import Context
+from specc.expr.errors import ExprErrors
 from specc.expr.parse import parse
 from specc.expr.scope import Scope
 from specc.model.expr import Expr
@@ -36,7 +37,14 @@ def check(tree: ast.expr, text: str, scope: Scope, expected: Type | None = None)
     Raises:
         ExprErrors: everything that is wrong; an error has no follow-up errors.
     """
-    return Context(scope, text, _RULES).expect(tree, expected)
+    ctx = Context(scope, text, _RULES)
+    try:
+        expr = ctx.expect(tree, expected)
+    except ExprErrors as failure:
+        raise ExprErrors([*ctx.errors, *failure.errors]) from None
+    if ctx.errors:
+        raise ExprErrors(ctx.errors, expr)
+    return expr
 
 
 def expression(text: str, scope: Scope, expected: Type | None = None) -> Expr:

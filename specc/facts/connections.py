@@ -65,7 +65,10 @@ class Connections:
         )
 
     def arrivals(self, subsystem: Subsystem, broken: Collection[str]) -> Arrivals:
-        """When the inputs of a subsystem have values; nothing is expected of a broken sender."""
+        """When the inputs of a subsystem have values; a broken sender may send at any time.
+
+        So may any other of which it is not known when it sends what.
+        """
         always = set(self.always_present(subsystem))
         later: set[InputName] = set()
         together: dict[InputName, frozenset[InputName]] = {}
@@ -76,11 +79,23 @@ class Connections:
             if sender is None or end is None or port.other_end in broken:
                 always |= {(port.peer, element.name) for element in port.elements}
                 continue
-            if sender.rate_hz >= subsystem.rate_hz:
-                first = sender.state(sender.initial_state).behaviour
-                later |= {(port.peer, name) for name in _sent(first, end.peer)}
+            if _in_time(sender, subsystem):
+                later |= {(port.peer, name) for name in _first_sent(sender, end)}
             together |= _sent_together(sender, end, port)
         return Arrivals(frozenset(always), frozenset(later), together)
+
+
+def _in_time(sender: Subsystem, reader: Subsystem) -> bool:
+    """Whether what the first period of a sender sends may be there in the reader's second."""
+    return not (sender.rated and reader.rated) or sender.rate_hz >= reader.rate_hz
+
+
+def _first_sent(sender: Subsystem, end: Port) -> frozenset[str]:
+    """What the first period of a sender sends, and all that it may if that is not known."""
+    first = sender.state(sender.initial_state).behaviour if sender.begun else None
+    if first is None or not first.whole:
+        return frozenset(element.name for element in end.elements)
+    return _sent(first, end.peer)
 
 
 def _sent(behaviour: Behaviour, peer: str) -> frozenset[str]:
@@ -91,15 +106,19 @@ def _sent_together(
     sender: Subsystem, end: Port, port: Port
 ) -> dict[InputName, frozenset[InputName]]:
     behaviours = {state.behaviour.name: state.behaviour for state in sender.states}
-    sent = [names for b in behaviours.values() if (names := _sent(b, end.peer))]
+    # A behaviour that is not known may well send nothing of this, or all of it.
+    known = [behaviour for behaviour in behaviours.values() if behaviour.whole]
+    sent = [names for b in known if (names := _sent(b, end.peer))]
+    everything = frozenset(element.name for element in end.elements)
+    unsure = len(known) < len(behaviours) or not behaviours
     found = {}
     for element in port.elements:
         # What has an initial value is present also before anything was sent.
         if element.init is not None:
             continue
         with_it = [names for names in sent if element.name in names]
-        if with_it:
-            others = frozenset.intersection(*with_it) - {element.name}
+        if with_it or unsure:
+            others = everything.intersection(*with_it) - {element.name}
             if others:
                 found[port.peer, element.name] = frozenset((port.peer, n) for n in others)
     return found

@@ -9,17 +9,17 @@ from functools import cached_property, partial
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
+from specc.facts.partial import View, is_vague, possible, sure, unmet
 from specc.facts.presence import Presence, find_presence
 from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
 from specc.facts.unused_components import Carriers
-from specc.facts.vague import has_vague_ways, is_vague, row_is_vague
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
-from specc.proof import Prover, RowVerdict, Witness
+from specc.proof import Decision, Prover, RowVerdict, Witness
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +58,7 @@ class Facts:
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
         self._dead_ends: dict[str, tuple[State, ...]] = {}
         self._readings: dict[str, Readings] = {}
+        self._views: dict[tuple[str, View], Prover] = {}
 
     def prover(self, subsystem: Subsystem) -> Prover:
         """The prover of a subsystem."""
@@ -101,45 +102,38 @@ class Facts:
     def decided(self) -> Iterator[Decided]:
         """The verdicts about every state and cause of every subsystem.
 
-        A cause that may be anything is left out, and so are rows that may be.
+        Where conditions are unknown, what they say holds whatever these are.
         """
         for subsystem in self.consistent_subsystems:
             for state in subsystem.states:
                 for cause in CAUSES:
-                    if subsystem.qualified_name in self.faulty:
-                        yield from self._decided_in_part(subsystem, state, cause)
-                    else:
-                        yield Decided(
-                            subsystem, state, cause, self.verdict(subsystem, state.name, cause)
-                        )
+                    verdict = self._certain(subsystem, state, cause)
+                    if verdict is not None:
+                        yield Decided(subsystem, state, cause, verdict)
 
-    def _decided_in_part(
-        self, subsystem: Subsystem, state: State, cause: Cause
-    ) -> Iterator[Decided]:
-        if is_vague(state.behaviour, cause):
-            return
-        verdict = self.verdict(subsystem, state.name, cause)
-        if any(row_is_vague(row) for row in verdict.rows):
-            verdict = self._known_rows(subsystem).prove_rows(state.name, cause)
-            verdict = replace(verdict, decision=replace(verdict.decision, gap=None))
-            if not verdict.rows:
-                return
-        yield Decided(subsystem, state, cause, verdict)
+    def _certain(self, subsystem: Subsystem, state: State, cause: Cause) -> RowVerdict | None:
+        """The verdict that does not depend on anything unknown; None if there is none."""
+        if not self._is_vague(subsystem, state, cause):
+            return self.verdict(subsystem, state.name, cause)
+        known, gaps, all_ = (
+            self._seen(view(cause), subsystem, state.name) for view in (sure, unmet, possible)
+        )
+        if known.possible != all_.possible:
+            return None
+        decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="")
+        return RowVerdict(tuple(row for _, row in subsystem.rows(state.name, cause)), decision)
 
-    def _known_rows(self, subsystem: Subsystem) -> Prover:
-        """The prover of a subsystem without its unknown rows."""
-        name = f"{subsystem.qualified_name} without unknown rows"
-        if name not in self._provers:
-            rows = tuple(row for row in subsystem.transitions if not row_is_vague(row))
+    def _is_vague(self, subsystem: Subsystem, state: State, cause: Cause) -> bool:
+        return subsystem.qualified_name in self.faulty and is_vague(subsystem, state, cause)
+
+    def _seen(self, view: View, subsystem: Subsystem, state: str) -> Decision:
+        """The decision about a machine with unknowns in one view of it."""
+        key = subsystem.qualified_name, view
+        if key not in self._views:
             always = self.connections.always_present(subsystem)
-            known = replace(subsystem, transitions=rows)
-            self._provers[name] = Prover(known, self._constants, always)
-        return self._provers[name]
-
-    @cached_property
-    def followed_subsystems(self) -> tuple[Subsystem, ...]:
-        """The consistent subsystems of which it is known on what way a state is entered."""
-        return tuple(s for s in self.consistent_subsystems if not has_vague_ways(s))
+            self._views[key] = Prover(view.of(subsystem), self._constants, always)
+        present = self.presence(subsystem).in_conditions(state)
+        return self._views[key].prove_rows(state, view.cause, present=present).decision
 
     @cached_property
     def finished_subsystems(self) -> tuple[Subsystem, ...]:
@@ -199,19 +193,38 @@ class Facts:
         """
         name = subsystem.qualified_name
         if name not in self._steps:
-            self._steps[name] = find_steps(subsystem, self.prover(subsystem))
+            self._steps[name] = find_steps(subsystem, self.prover(subsystem).prove_rows)
         return self._steps[name]
+
+    def _sure_steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
+        """The rows that may be taken whatever is unknown."""
+        if not any(
+            self._is_vague(subsystem, s, cause) for s in subsystem.states for cause in CAUSES
+        ):
+            return self.steps(subsystem)
+        always = self.connections.always_present(subsystem)
+        provers = {
+            cause: Prover(sure(cause).of(subsystem), self._constants, always) for cause in CAUSES
+        }
+
+        def prove(state: str, cause: Cause) -> RowVerdict:
+            rows = tuple(row for _, row in subsystem.rows(state, cause))
+            return RowVerdict(rows, provers[cause].prove_rows(state, cause).decision)
+
+        return find_steps(subsystem, prove)
 
     def reached(self, subsystem: Subsystem) -> frozenset[str]:
         """The states of a subsystem that it can enter."""
+        if not subsystem.begun:
+            return frozenset(state.name for state in subsystem.states)
         return reached_from(subsystem.initial_state, self.steps(subsystem))
 
     def presence(self, subsystem: Subsystem) -> Presence:
         """Where the inputs of a subsystem surely have values."""
         name = subsystem.qualified_name
         if name not in self._presence:
-            arrivals = self.connections.arrivals(subsystem, self.broken | self.faulty)
-            self._presence[name] = find_presence(subsystem, self.steps(subsystem), arrivals)
+            arrivals = self.connections.arrivals(subsystem, self.broken)
+            self._presence[name] = find_presence(subsystem, self._sure_steps(subsystem), arrivals)
         return self._presence[name]
 
     def readings(self, subsystem: Subsystem) -> Readings:

@@ -60,7 +60,10 @@ class Presence:
 
 
 def find_presence(subsystem: Subsystem, steps: Sequence[Step], arrivals: Arrivals) -> Presence:
-    """The greatest solution of the flow equations; a state never entered has everything."""
+    """The greatest solution of the flow equations; a state never entered has everything.
+
+    So has every state if it is not known where the machine begins.
+    """
     everything = frozenset(
         (port.peer, element.name)
         for port in subsystem.ports
@@ -69,6 +72,8 @@ def find_presence(subsystem: Subsystem, steps: Sequence[Step], arrivals: Arrival
     )
     sets = {state.name: everything for state in subsystem.states}
     presence = Presence(subsystem.initial_state, arrivals, tuple(steps), sets)
+    if not subsystem.begun:
+        return presence
     sets[subsystem.initial_state] = presence.in_first_period
     if presence.in_first_period == everything:
         return presence

@@ -14,6 +14,7 @@ from specc.model.expr import (
     Logic,
     Present,
     Unary,
+    Unknown,
     children,
 )
 from specc.model.system import Let, Subsystem
@@ -43,18 +44,30 @@ class Readings:
     subsystem: Subsystem
     close: Callable[[Names], Names]
     _lets: dict[str, Let] = field(init=False)
+    _everything: Names = field(init=False)
     _told: dict[tuple[str, bool], Names] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._lets = {item.name: item for item in self.subsystem.lets}
+        self._everything = frozenset(
+            (port.peer, element.name)
+            for port in self.subsystem.ports
+            if port.direction == "x"
+            for element in port.elements
+        )
 
     def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
         """What `expr` may read in vain where only `present` is sure; tests in it are heeded."""
         yield from self._read(expr, present, None, set())
 
     def told(self, expr: Expr, holds: bool) -> Names:
-        """Inputs that must have a value where a condition holds, or where it does not."""
+        """Inputs that must have a value where a condition holds, or where it does not.
+
+        What is unknown may be about any input.
+        """
         match expr:
+            case Unknown():
+                return self._everything
             case Fresh(input=element) | Present(input=element) if holds:
                 return frozenset(((element.peer, element.element),))
             case Unary(op="not", operand=operand):

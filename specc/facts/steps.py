@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
-from specc.proof import InputName, Prover
+from specc.proof import InputName, RowVerdict
 
 CAUSES: tuple[Cause, ...] = ("terminal", "error")
 
@@ -20,12 +20,12 @@ class Step:
     ensures: frozenset[InputName]
 
 
-def find_steps(subsystem: Subsystem, prover: Prover) -> tuple[Step, ...]:
-    """The rows whose cause and condition can hold together."""
+def find_steps(subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]) -> tuple[Step, ...]:
+    """The rows whose cause and condition can hold together; `prove` says what of a state."""
     found: dict[int, Step] = {}
     for state in subsystem.states:
         for cause in CAUSES:
-            verdict = prover.prove_rows(state.name, cause)
+            verdict = prove(state.name, cause)
             decision = verdict.decision
             for row, possible, ensures in zip(
                 verdict.rows, decision.satisfiable, decision.ensures, strict=True

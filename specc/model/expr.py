@@ -202,7 +202,7 @@ class Quantifier(Node):
 class Unknown(Node):
     """What a text means that is missing or has an error in it: some value, nobody knows which.
 
-    Only conditions and assignments are unknown, each as a whole; nothing is generated from one.
+    Nothing is generated from one. Two of one name are the same value.
     """
 
     name: str
@@ -239,3 +239,8 @@ def walk(expr: Expr) -> Iterator[Expr]:
     yield expr
     for child in children(expr):
         yield from walk(child)
+
+
+def has_unknown(expr: Expr) -> bool:
+    """Whether a part of an expression is unknown."""
+    return any(isinstance(node, Unknown) for node in walk(expr))

@@ -42,18 +42,25 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A transition function: all values are of time stamp i, all results take effect at i+1."""
+    """A transition function: all values are of time stamp i, all results take effect at i+1.
+
+    It is not `whole` if a target of it is not known.
+    """
 
     name: str
     assignments: tuple[Assignment, ...]
     title: str
     trace: Trace
     place: Place
+    whole: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """Transition functions, a terminal condition and an error condition (eq. 3)."""
+    """Transition functions, a terminal condition and an error condition (eq. 3).
+
+    It is not `whole` if a function or target of it is not known.
+    """
 
     name: str
     functions: tuple[Function, ...]
@@ -62,6 +69,7 @@ class Behaviour:
     title: str
     trace: Trace
     place: Place
+    whole: bool = True
 
     @property
     def assignments(self) -> tuple[Assignment, ...]:

@@ -125,6 +125,10 @@ class Subsystem:
     place: Place
     outside: tuple[Outside, ...] = ()
     """Constants and files of the file that describes it."""
+    rated: bool = True
+    """Whether its rate is known; `rate_hz` is 1 if it is not."""
+    begun: bool = True
+    """Whether its initial state is known."""
 
     @property
     def qualified_name(self) -> str:

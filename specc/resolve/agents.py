@@ -146,7 +146,7 @@ class AgentResolver:
         where: Where,
         peers: Mapping[str, str],
         at: Setting,
-        rate: Fraction,
+        rate: Fraction | None,
     ) -> Subsystem:
         expressions = Expressions(self.findings, at.definitions)
         buffers = resolve_buffers(definition, where, peers, expressions)
@@ -158,7 +158,7 @@ class AgentResolver:
             name,
             kind,
             definition.title,
-            rate,
+            rate or Fraction(1),
             tuple(port for port in buffers.ports if port.other_end),
             at.given,
             buffers.memory,
@@ -173,17 +173,19 @@ class AgentResolver:
             trace_of(definition),
             where.key,
             at.definitions.outside(),
+            rated=rate is not None,
+            begun=definition.initial_state in definition.states,
         )
 
     def _rate(
         self, user: SubsystemDef, where: Where, described: SubsystemDef, here: Where
-    ) -> Fraction:
+    ) -> Fraction | None:
         text, at = (user.rate, where) if user.rate is not None else (described.rate, here)
         if text is None:
             message = "the subsystem has no rate yet"
             self.findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
-            return Fraction(1)
-        return rate_of(text, at["rate"], self.findings) or Fraction(1)
+            return None
+        return rate_of(text, at["rate"], self.findings)
 
     def _initial_state(self, definition: SubsystemDef, where: Where) -> str:
         if definition.initial_state in definition.states:
@@ -227,7 +229,10 @@ class AgentResolver:
         )
 
 
-_INNER = frozenset(("memory", "let", "conditions", "functions", "behaviours", "states"))
+_INNER = frozenset(
+    ("rate", "memory", "let", "conditions", "functions", "behaviours", "states", "initial_state")
+)
+_NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 
 def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
@@ -235,7 +240,7 @@ def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
 
     A row with an unknown condition is known to exist; one with an unknown state is not.
     """
-    if finding.code == "O0601":
+    if finding.code in _NOT_THERE:
         return True
     place, depth = finding.primary, len(subsystem.route)
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:

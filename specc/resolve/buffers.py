@@ -11,7 +11,7 @@ from typing import Literal
 
 from specc.expr import Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
-from specc.resolve.context import Where, trace_of
+from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.durations import duration_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
@@ -127,9 +127,10 @@ def _memory(
             expressions.findings.report("O0203", message, at.key, help=help_text)
         elif type_ is not None:
             init = expressions.value(at["init"], item.init, scope, type_, at.key)
-        if type_ is None or init is None:
+        if type_ is None:
             expressions.broken.add(name)
         else:
+            init = init or nobody_knows(at, type_)
             found.append(Memory(name, type_, init, item.title, trace_of(item), at.key))
     return tuple(found)
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
 from specc.expr import ExprError, Scope
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
+from specc.model.types import Type
 from specc.schema.base import Traced
 from specc.source import Place, Route
 
@@ -132,3 +133,8 @@ def suggestion(name: str, known: list[str]) -> str:
 def trace_of(part: Traced) -> Trace:
     """Where in the paper a part comes from."""
     return Trace(part.eq, part.table, part.fig)
+
+
+def nobody_knows(where: Where, type_: Type) -> Unknown:
+    """A value of its own for every place, so that no two of them are taken for the same."""
+    return Unknown("/".join(map(str, where.route)), type=type_)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from specc.diagnostics import Related
-from specc.expr import ExprError, ExprErrors, Scope, check, parse, parse_type
-from specc.model.expr import Expr
-from specc.model.types import Type
+from specc.expr import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors, Scope, check, parse, parse_type
+from specc.model.expr import Expr, has_unknown
+from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
 from specc.resolve.context import Findings, Meaning, Where
 from specc.resolve.definitions import Definitions
@@ -52,12 +52,35 @@ class Expressions:
         expected: Type | None,
         declared: Place | None = None,
     ) -> Expr | None:
-        """The typed expression, or None after reporting.
+        """The typed expression, or None after reporting where it is not clear what it means.
 
         What it is assigned to is declared as of the expected type at `declared`.
         """
+        expr = self._meant(where, text, scope, expected, declared)
+        return None if expr is None or has_unknown(expr) else expr
+
+    def condition(self, where: Where, text: str, scope: Scope) -> Expr | None:
+        """The typed condition, parts of which are unknown after reporting, or None."""
+        return self._meant(where, text, scope, Bool(), None)
+
+    def inside(self, where: Where, text: str, scope: Scope) -> None:
+        """Report what is wrong in an expression for whatever it is meant."""
+        tree = self.tree(where, text)
+        if tree is None:
+            return
+        try:
+            check(tree, text, scope)
+        except ExprErrors as errors:
+            for error in errors.errors:
+                if error.code not in FOR_WANT_OF_CONTEXT:
+                    self._report(where, text, error)
+
+    def _meant(
+        self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
+    ) -> Expr | None:
         expr = self._typed(where, text, scope, expected, declared)
-        self.findings.meanings.append(Meaning(where, text, scope, expr))
+        known = None if expr is None or has_unknown(expr) else expr
+        self.findings.meanings.append(Meaning(where, text, scope, known))
         return expr
 
     def _typed(
@@ -75,7 +98,7 @@ class Expressions:
                     Related(declared, f"declared as {expected}") if declared and meant else None
                 )
                 self._report(where, text, error, target)
-            return None
+            return errors.expr
 
     def _report(
         self, where: Where, text: str, error: ExprError, target: Related | None = None

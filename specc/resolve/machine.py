@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from specc.expr import Scope
-from specc.model.expr import FALSE, TRUE, Expr, Unknown
+from specc.model.expr import FALSE, TRUE, Expr
 from specc.model.fsm import (
     Assignment,
     Axiom,
@@ -20,12 +20,10 @@ from specc.model.fsm import (
 from specc.model.system import Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool, Type
-from specc.resolve.context import Where, trace_of
+from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.expressions import Expressions
 from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, SubsystemDef
 from specc.source import Place
-
-BOOL = Bool()
 
 
 @dataclass(slots=True)
@@ -79,14 +77,14 @@ class MachineResolver:
                 at = self.where["conditions"][kind][name]
                 when = self._when(kind, name, item, at)
                 if when is None:
-                    when = _nobody_knows(at)
+                    when = nobody_knows(at, Bool())
                 self._conditions[kind, name] = Condition(
                     name, kind, when, item.title, trace_of(item), at.key
                 )
 
     def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Expr | None:
         if item.when is not None:
-            return self.expressions.value(at.scalar("when"), item.when, self.scope, BOOL)
+            return self.expressions.condition(at.scalar("when"), item.when, self.scope)
         message = f"nothing says when {kind} condition `{name}` holds"
         self._open("O0202", message, at, "add `when:` with a Boolean expression")
         return None
@@ -102,34 +100,37 @@ class MachineResolver:
             return Condition(name, kind, fixed[name], "", Trace(), where.place)
         known = [n for k, n in self._conditions if k == kind] + list(fixed)
         self.expressions.findings.unknown("E0212", f"{kind} condition", name, known, where.place)
-        return Condition(name, kind, _nobody_knows(where), "", Trace(), where.place)
+        return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), where.place)
 
     def _resolve_functions(self) -> None:
         for name, item in self.definition.functions.items():
             at = self.where["functions"][name]
+            targets = item.__pydantic_extra__ or {}
             found = [
                 assignment
-                for target, value in (item.__pydantic_extra__ or {}).items()
+                for target, value in targets.items()
                 if (assignment := self._assignment(target, value, at[target]))
             ]
-            if not item.__pydantic_extra__:
+            if not targets:
                 message = f"function `{name}` assigns nothing yet"
                 self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
-            self._functions[name] = self._function(name, item, tuple(found), at)
+            whole = bool(found) and len(found) == len(targets)
+            self._functions[name] = self._function(name, item, tuple(found), at, whole)
 
     def _function(
-        self, name: str, item: FunctionDef, found: tuple[Assignment, ...], at: Where
+        self, name: str, item: FunctionDef, found: tuple[Assignment, ...], at: Where, whole: bool
     ) -> Function:
-        return Function(name, found, item.title, trace_of(item), at.key)
+        return Function(name, found, item.title, trace_of(item), at.key, whole)
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
         peer, name, type_ = self._target(target, at)
         if type_ is None:
+            self.expressions.inside(at.scalar("is"), item.value, self.scope)
             return None
         declared = self._declared(peer, name)
         value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_, declared)
         if value is None:
-            value = _nobody_knows(at, type_)
+            value = nobody_knows(at, type_)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
     def _target(self, target: str, at: Where) -> tuple[str, str, Type | None]:
@@ -174,8 +175,9 @@ class MachineResolver:
                     )
             terminal = self._terminal(name, item.terminal, at)
             error = self._condition("error", item.error, at["error"])
+            whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
             self._behaviours[name] = Behaviour(
-                name, tuple(functions), terminal, error, item.title, trace_of(item), at.key
+                name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
             )
 
     def _terminal(self, behaviour: str, name: str | None, at: Where) -> Condition:
@@ -247,11 +249,7 @@ def vague_behaviour(name: str, where: Where) -> Behaviour:
     """A behaviour of which nothing is known but its name."""
     ends: tuple[ConditionKind, ConditionKind] = ("terminal", "error")
     terminal, error = (
-        Condition(name, kind, _nobody_knows(where[kind]), "", Trace(), where.place) for kind in ends
+        Condition(name, kind, nobody_knows(where[kind], Bool()), "", Trace(), where.place)
+        for kind in ends
     )
-    return Behaviour(name, (), terminal, error, "", Trace(), where.place)
-
-
-def _nobody_knows(where: Where, type_: Type = BOOL) -> Unknown:
-    """A value of its own for every place, so that no two of them are taken for the same."""
-    return Unknown("/".join(map(str, where.route)), type=type_)
+    return Behaviour(name, (), terminal, error, "", Trace(), where.place, whole=False)

@@ -110,3 +110,109 @@ def test_two_known_rows_overlap_beside_an_unknown_one(tmp_path: Path) -> None:
     assert codes(tmp_path, more, REST["overlap"][0]) == ["E0212", "E0602"]
     moved = ("[S1, terminal, moving", "[S1, terminal, halted")
     assert codes(tmp_path, more, moved) == ["E0212", "E0602"]
+
+
+PARTS = {
+    "an overlap is one whatever else a row asks": (
+        ("moving: not fresh(x.c.stop)", "moving: fresh(x.c.stop) or goign"),
+        ["E0201", "E0602"],
+    ),
+    "a row that may hold elsewhere overlaps nothing": (
+        ("moving: not fresh(x.c.stop)", "moving: goign or not fresh(x.c.stop)"),
+        ["E0201"],
+    ),
+    "a row that may apply elsewhere leaves no gap": (
+        ("moving: not fresh(x.c.stop)", "moving: not fresh(x.c.stop) and x.c.go or goign"),
+        ["E0201"],
+    ),
+    "a gap is one whatever a row asks besides": (
+        ("moving: not fresh(x.c.stop)", "moving: not fresh(x.c.stop) and x.c.go and not goign"),
+        ["E0201", "E0601"],
+    ),
+    "what an unknown operand of `not` is does not matter": (
+        ("moving: not fresh(x.c.stop)", "moving: fresh(x.c.stop) or not (going and goign)"),
+        ["E0201", "E0602"],
+    ),
+    "an exact comparison is what it says": (
+        ("told: fresh(x.c.go)", "told: d_d == 0"),
+        ["E0319"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", PARTS)
+def test_what_holds_whatever_a_part_of_a_condition_is(case: str, tmp_path: Path) -> None:
+    change, expected = PARTS[case]
+    assert codes(tmp_path, change) == expected
+
+
+def test_rows_overlap_when_a_refused_comparison_holds(tmp_path: Path) -> None:
+    wrong = ("told: fresh(x.c.go)", "told: d_d == 0")
+    both = ("stay: not going", "stay: not going or fresh(x.c.go)")
+    assert codes(tmp_path, wrong, both) == ["E0319", "E0602"]
+
+
+READER = (
+    "functions: [send], terminal: never}}\n      states: {S0: work}\n",
+    "functions: [send], terminal: far}}\n      states: {S0: work}\n"
+    '      conditions: {terminal: {far: "x.m.d > 1[m]"}}\n'
+    "      transitions: [[S0, terminal, always, S0]]\n",
+)
+SILENT = ("{y.c.d: d_d}", "{d_d: d_d}")
+SENDERS = {
+    "a value with an error is sent all the same": (
+        (),
+        ("y.c.d: d_d}", "y.c.d: d_c}"),
+        "E0201",
+        False,
+    ),
+    "an error elsewhere": ((SILENT,), ("y.c.d: d_d, d_d", "y.c.d: d_c, d_d"), "E0201", True),
+    "a condition with an error": ((SILENT,), ("go: going", "go: goign"), "E0201", True),
+    "a behaviour with an error": (
+        (SILENT,),
+        ("[move], terminal", "[mvoe], terminal"),
+        "E0215",
+        True,
+    ),
+    "an unknown target may be it": ((), ("{y.c.d: d_d}", "{y.c.e: d_d}"), "E0214", False),
+    "an unknown function may send it": (
+        (SILENT,),
+        ("[hold], t", "[hold, hodl], t"),
+        "E0215",
+        False,
+    ),
+    "an unknown behaviour may send it": ((SILENT,), ("S0: idle", "S0: idel"), "E0216", False),
+    "what has no initial state": (
+        (SILENT,),
+        ("initial_state: S0\n        tr", "tr"),
+        "O0602",
+        False,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", SENDERS)
+def test_a_reader_of_a_sender_with_errors(case: str, tmp_path: Path) -> None:
+    """It is known that a value need not have come unless what is wrong may send it."""
+    before, wrong, code, known = SENDERS[case]
+    assert codes(tmp_path, READER, *before) == (["E0702"] if before else [])
+    expected = sorted([code, *(["E0702"] if known else [])])
+    assert codes(tmp_path, READER, *before, wrong) == expected
+
+
+def test_a_sender_without_a_rate_may_be_fast_enough(tmp_path: Path) -> None:
+    faster = ("rate: 10 Hz\n      x: {m", "rate: 20 Hz\n      x: {m")
+    unrated = ("m:\n        rate: 10 Hz\n", "m:\n")
+    assert codes(tmp_path, READER, faster) == ["E0702"]
+    assert codes(tmp_path, READER, faster, unrated) == ["O0601"]
+
+
+def test_a_known_way_into_a_state_is_followed_beside_an_unknown_one(tmp_path: Path) -> None:
+    reads = ('d_d: "d_d + 0.001[m]"', 'd_d: "d_d if x.c.late else 0"')
+    late = ("stop: {type: bool, init: False}}", "stop: {type: bool, init: False}, late: bool}")
+    sent = (("go: bool, stop", "late: bool, go: bool, stop"),)
+    unknown = ("[S0, terminal, stay, S0]", "[S0, terminal, stya, S1]")
+    told = sorted(["E0212", "E0701"])
+    assert codes(tmp_path, *sent, late, reads, unknown) == told
+    whole = ("terminal: told}", "terminal: tolled}")
+    assert codes(tmp_path, *sent, late, reads, whole) == ["E0212"]
