@@ -34,6 +34,25 @@ _PROBLEMS = (
     ("unexpected end of stream", "the file ends inside quotes", _UNCLOSED),
     ("did not find expected node content", "expected a value", _UNCLOSED),
     ("unknown escape character", "unknown escape sequence", "write a backslash as \\\\"),
+    ("hexdecimal number", "an escape sequence lacks digits", "write e.g. \\x07 or \\u00e9"),
+    ("Unicode character escape", "no character has this number", "write the character itself"),
+    (
+        "found unexpected ':'",
+        "a `:` is not expected inside { } and [ ]",
+        "put the text in double quotes; a colon that ends a key has a space behind it",
+    ),
+    ("block sequence entries", "a `- ` item is not expected here", _INDENT),
+    ("mapping keys are not allowed", "a key is not expected here", _INDENT),
+    ("violates indentation", "a tab indents this line", "indent with spaces"),
+    ("document indicator", "`---` or `...` stands inside quotes", _UNCLOSED),
+    ("document start", "more text follows behind the end", "delete the `...`"),
+    (
+        "alphabetic or numeric",
+        "`&` and `*` are followed by a name",
+        f"{_QUOTE} if the character belongs to it",
+    ),
+    ("comment or line break", "text stands behind the sign of a block", _QUOTE),
+    ("directive", "a line that begins with % is not expected", _QUOTE),
     ("incompatible YAML document", "unsupported version of YAML", "specc reads YAML 1.2"),
 )
 _CONTEXTS = (
@@ -44,6 +63,10 @@ _CONTEXTS = (
     ("simple key", "the key starts here"),
     ("block mapping", "the mapping starts here"),
     ("block collection", "the list starts here"),
+    ("plain scalar", "the text starts here"),
+    ("block scalar", "the block starts here"),
+    ("anchor", "the anchor is here"),
+    ("alias", "the alias is here"),
 )
 _TAB_INDENT = re.compile(r"^ *\t[ \t]*", re.MULTILINE)
 
@@ -85,4 +108,4 @@ def _context(path: str, fault: YamlSyntaxError) -> tuple[Related, ...]:
         return ()
     place = Place(path, (), "text", fault.context_at, fault.context_at)
     ours = [readable for words, readable in _CONTEXTS if words in fault.context]
-    return (Related(place, ours[0] if ours else fault.context),)
+    return (Related(place, ours[0] if ours else "what is not finished starts here"),)
