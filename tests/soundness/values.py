@@ -34,6 +34,12 @@ TURNS = [
     for perm in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
     for signs in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
 ]
+IDENTITY = (
+    (1.0, 0.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+    (0.0, 0.0, 0.0, 1.0),
+)
 NASTY = (0.0, -0.0, 5e-324, -1e-9, 1e-9, 1e16, -1e16, 1.7e308, -1.7e308)
 
 
@@ -68,12 +74,16 @@ class Chooser:
             case Vector():
                 if isinstance(type_.element, Enum) and rng.random() < 0.3:
                     return (rng.choice(type_.element.members),) * type_.size
+                if isinstance(type_.element, Real) and rng.random() < 0.3:
+                    return (self.number(),) * type_.size
                 return tuple(self.value(type_.element) for _ in range(type_.size))
             case Spatial():
                 return tuple(self.number() for _ in range(6))
             case ListOf():
                 return tuple(self.value(type_.element) for _ in range(rng.choice((0, 1, 1, 2, 3))))
             case Pose():
+                if rng.random() < 0.4:
+                    return IDENTITY
                 turn = rng.choice(TURNS)
                 return (*((*row, rng.randint(-24, 24) / 8) for row in turn), (0.0, 0.0, 0.0, 1.0))
             case Record():

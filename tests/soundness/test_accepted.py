@@ -1,0 +1,109 @@
+"""What was accepted decides: every step finds one row, and reads no input without a value."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from specc.pipeline import compile_spec
+from tests.soundness.open_inputs import Findings, tried
+from tests.soundness.running import compiled
+from tests.soundness.specifications import Tree, specification
+from tests.soundness.values import NASTY
+
+ROOT = Path(__file__).parents[2]
+WRITTEN = [
+    *sorted((ROOT / "specs").glob("*.yaml")),
+    *sorted((ROOT / "specs/skeletons").glob("*/*.yaml")),
+    *sorted((ROOT / "tests/cases").glob("*/ok-*.yaml")),
+]
+REFUSED = {"irp_picking_as_published.yaml"}
+
+
+@pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.name)
+def test_written_specifications(path: Path) -> None:
+    result = compile_spec(str(path))
+    if path.name in REFUSED or not result.ok or result.system is None:
+        pytest.skip("not accepted for building")
+    findings = Findings()
+    try:
+        tried(result.system, "1", 400, findings, odd=NASTY)
+    except ImportError as missing:
+        pytest.skip(f"its types are classes that are not there: {missing}")
+    assert findings.faults == []
+    assert findings.steps == 400
+
+
+def test_the_flagship_goes_through_most_of_its_states() -> None:
+    result = compile_spec(str(ROOT / "specs/irp_picking.yaml"))
+    assert result.ok
+    assert result.system is not None
+    findings = Findings()
+    tried(result.system, "2", 4000, findings)
+    assert findings.faults == []
+    assert findings.visited > 0.3 * findings.states
+
+
+def test_random_specifications(tmp_path: Path) -> None:
+    findings = Findings()
+    for seed in range(30):
+        result = compiled(specification(Random(seed)), tmp_path)
+        if result.ok and result.system is not None:
+            tried(result.system, str(seed), 150, findings, odd=NASTY)
+    assert findings.faults == []
+    assert findings.systems >= 10
+    assert findings.rows_taken > 50
+
+
+def small(rows: dict[str, str]) -> Tree:
+    """A subsystem with one state, whose rows ask about what a device reports."""
+    return {
+        "specc": 1,
+        "system": "small",
+        "agents": {
+            "a": {
+                "real_effectors": {"m": {"x": {"u": "real"}, "y": {"p": "real", "q": "real"}}},
+                "control": {
+                    "rate": "10 Hz",
+                    "x": {"m": {"n": "int"}},
+                    "behaviours": {"wait": {"terminal": "never"}},
+                    "states": {"S0": "wait"},
+                    "initial_state": "S0",
+                },
+                "virtual_effectors": {
+                    "m": {
+                        "rate": "10 Hz",
+                        "x": {"E": {"p": "real", "q": "real"}},
+                        "y": {"E": {"u": "real"}, "c": {"n": "int"}},
+                        "conditions": {"initial": rows},
+                        "functions": {"drive": {"y.E.u": "x.E.p", "y.c.n": 1}},
+                        "behaviours": {"drive": {"functions": ["drive"], "terminal": "always"}},
+                        "states": {"S0": "drive"},
+                        "initial_state": "S0",
+                        "transitions": [["S0", "terminal", name, "S0"] for name in rows],
+                    }
+                },
+            }
+        },
+    }
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        {"low": "x.E.p < 0.5", "high": "x.E.p > 0.5"},
+        {"low": "x.E.p <= 0.5", "high": "x.E.p >= 0.5"},
+        {"less": "x.E.p < x.E.q", "more": "x.E.q < x.E.p"},
+        {"near": "near(x.E.p, 1, 0.25)", "far": "x.E.p < 0.75 or x.E.p > 1.5"},
+    ],
+    ids=["gap", "overlap", "equality", "near"],
+)
+def test_the_steps_find_what_is_refused(rows: dict[str, str], tmp_path: Path) -> None:
+    result = compiled(small(rows), tmp_path)
+    assert not result.ok
+    assert result.system is not None
+    findings = Findings()
+    tried(result.system, "1", 300, findings)
+    assert findings.faults
