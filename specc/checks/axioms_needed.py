@@ -13,7 +13,7 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0610."""
-    for subsystem in facts.whole_subsystems:
+    for subsystem in facts.proved_subsystems:
         for index, axiom in enumerate(subsystem.axioms):
             if not _is_needed(subsystem, index, facts):
                 yield Diagnostic(

@@ -7,33 +7,28 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
 from specc.facts.places import below
-from specc.facts.timeline import base_tick, hyperperiod
+from specc.facts.rates import LONGEST
 from specc.model.system import Subsystem, System
-
-LONGEST = 100_000
-"""Base ticks after which the timeline has to repeat."""
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0409, at the first subsystem whose rate does not go with those before it."""
-    before: list[Subsystem] = []
-    for subsystem in facts.subsystems:
-        periods = [1 / s.rate_hz for s in (*before, subsystem)]
-        ticks = hyperperiod(periods) / base_tick(periods)
-        if ticks > LONGEST:
-            related = [
-                Related(below(s.place, "rate"), f"`{s.qualified_name}`: {_rate(s)}") for s in before
-            ]
-            yield Diagnostic(
-                "E0409",
-                f"with {_rate(subsystem)} the timeline repeats only after {_count(ticks)} ticks",
-                below(subsystem.place, "rate"),
-                f"`{subsystem.qualified_name}`: {_rate(subsystem)}",
-                tuple(related[:4]),
-                f"choose rates that divide one another; at most {LONGEST} ticks are scheduled",
-            )
-            return
-        before.append(subsystem)
+    """E0409, at the subsystem whose rate does not go with those of the others."""
+    clash = facts.clash
+    if clash is None:
+        return
+    related = [Related(below(s.place, "rate"), _rated(s)) for s in clash.others]
+    yield Diagnostic(
+        "E0409",
+        f"with {_rate(clash.odd)} the timeline repeats only after {_count(clash.ticks)} ticks",
+        below(clash.odd.place, "rate"),
+        _rated(clash.odd),
+        tuple(related[:4]),
+        f"choose rates that divide one another; at most {LONGEST} ticks are scheduled",
+    )
+
+
+def _rated(subsystem: Subsystem) -> str:
+    return f"`{subsystem.qualified_name}`: {_rate(subsystem)}"
 
 
 def _rate(subsystem: Subsystem) -> str:

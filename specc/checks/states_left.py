@@ -15,6 +15,8 @@ from specc.model.system import Subsystem, System
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0612, once for states that only lead to one another."""
     for subsystem in facts.whole_subsystems:
+        if not facts.ways_are_known(subsystem):
+            continue
         edges = [(step.row.source, step.row.target) for step in facts.steps(subsystem)]
         reached = facts.reached(subsystem)
         if all_lead_to(subsystem.initial_state, edges, reached):

@@ -17,6 +17,8 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
     if len(name) > _LONGEST:
         return []
     close = get_close_matches(name.casefold(), by_folded, n=MOST)
+    # Of `is` for `si` half the letters are wrong, and yet nothing else can be meant.
+    close += [n for n in by_folded if n not in close and _is_swap(*_unlike(name, n))]
     return [candidate for match in close for candidate in by_folded[match]][:MOST]
 
 
@@ -34,14 +36,23 @@ def surely_meant(name: str, close: Sequence[str]) -> str:
 
 
 def _is_slip(one: str, other: str) -> bool:
+    one, other = _unlike(one, other)
+    if any(char.isdigit() for char in one + other):
+        return False
+    return max(len(one), len(other)) <= 1 or _is_swap(one, other)
+
+
+def _is_swap(one: str, other: str) -> bool:
+    return len(one) == 2 and one == other[::-1]
+
+
+def _unlike(one: str, other: str) -> tuple[str, str]:
+    """Two names without what both begin and end with."""
     one, other = one.casefold(), other.casefold()
     start = _common(one, other)
     one, other = one[start:], other[start:]
     end = _common(one[::-1], other[::-1])
-    one, other = one[: len(one) - end], other[: len(other) - end]
-    if any(char.isdigit() for char in one + other):
-        return False
-    return max(len(one), len(other)) <= 1 or (len(one) == 2 and one == other[::-1])
+    return one[: len(one) - end], other[: len(other) - end]
 
 
 def _common(one: str, other: str) -> int:

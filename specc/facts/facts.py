@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property, partial
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
 from specc.facts.partial import View, is_vague, possible, sure, unmet
 from specc.facts.presence import Presence, find_presence
+from specc.facts.rates import Clash, Misfit, find_clash, find_misfits
 from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
+from specc.facts.timeline import base_tick
 from specc.facts.unused_components import Carriers
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth
@@ -32,6 +36,12 @@ class Decided:
     verdict: RowVerdict
 
 
+def _named_twice(system: System) -> frozenset[str]:
+    """Names of several subsystems; what is sent to them has no one place to go."""
+    names = Counter(s.qualified_name for s in system.subsystems)
+    return frozenset(name for name, count in names.items() if count > 1)
+
+
 class Facts:
     """Answers about a system.
 
@@ -46,10 +56,10 @@ class Facts:
         faulty: frozenset[str] = frozenset(),
     ) -> None:
         self.system = system
-        self.broken = broken
+        self.broken = broken | _named_twice(system)
         self.faulty = faulty
         self.connections = Connections(system)
-        self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in broken)
+        self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self._constants = {c.name: c.value for c in system.constants}
         self._provers: dict[str, Prover] = {}
         self._minding: dict[str, Prover | None] = {}
@@ -57,6 +67,7 @@ class Facts:
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
         self._dead_ends: dict[str, tuple[State, ...]] = {}
+        self._ways: dict[str, bool] = {}
         self._readings: dict[str, Readings] = {}
         self._views: dict[tuple[str, View], Prover] = {}
 
@@ -186,6 +197,37 @@ class Facts:
             self._verdicts[key] = prover.prove_rows(state, cause, present=present, without=without)
         return self._verdicts[key]
 
+    def ways_are_known(self, subsystem: Subsystem) -> bool:
+        """Whether no row is missing and no condition has one value by mistake.
+
+        Where the table has to be mended anyway, nobody knows yet which states can be reached.
+        """
+        name = subsystem.qualified_name
+        if name not in self._ways:
+            self._ways[name] = not any(
+                self.settled(subsystem, condition) is not None for condition in _used(subsystem)
+            ) and not any(
+                verdict.decision.gap or (verdict.decision.possible and not verdict.rows)
+                for state in subsystem.states
+                for cause in CAUSES
+                if (verdict := self._certain(subsystem, state, cause))
+            )
+        return self._ways[name]
+
+    @cached_property
+    def proved_subsystems(self) -> tuple[Subsystem, ...]:
+        """The whole subsystems about whose rows nothing is refuted."""
+        return tuple(
+            s
+            for s in self.whole_subsystems
+            if self.ways_are_known(s)
+            and not any(
+                self.verdict(s, state.name, cause).decision.overlap
+                for state in s.states
+                for cause in CAUSES
+            )
+        )
+
     def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows of a subsystem that may be taken, in the order of the file.
 
@@ -214,8 +256,8 @@ class Facts:
         return find_steps(subsystem, prove)
 
     def reached(self, subsystem: Subsystem) -> frozenset[str]:
-        """The states of a subsystem that it can enter."""
-        if not subsystem.begun:
+        """The states of a subsystem that it can enter; all of them where that is not known."""
+        if not subsystem.begun or not self.ways_are_known(subsystem):
             return frozenset(state.name for state in subsystem.states)
         return reached_from(subsystem.initial_state, self.steps(subsystem))
 
@@ -241,6 +283,29 @@ class Facts:
         return tuple(bound_elements(self.system))
 
     @cached_property
+    def clash(self) -> Clash | None:
+        """The rate that does not go with the others, of those that are known."""
+        return find_clash([s for s in self.system.subsystems if s.rated])
+
+    @cached_property
+    def timed_subsystems(self) -> tuple[Subsystem, ...]:
+        """The subsystems with rates, if these go with one another."""
+        return () if self.clash else tuple(s for s in self.subsystems if s.rated)
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """Sensors whose rates do not go with the others."""
+        return tuple(find_misfits(self.bindings, self.timed_subsystems, self._base_tick_s()))
+
+    def _base_tick_s(self) -> Fraction | None:
+        """The base tick, if all rates are known."""
+        every = self.system.subsystems
+        known = {s.qualified_name for s in every} | self.connections.devices.keys()
+        if self.clash or not every or not all(s.rated for s in every) or not self.broken <= known:
+            return None
+        return base_tick(1 / s.rate_hz for s in every)
+
+    @cached_property
     def model(self) -> Model | ModelError | None:
         """What the plant's model file declares, or why it cannot be read; None without a plant."""
         plant = self.system.plant
@@ -251,3 +316,11 @@ class Facts:
             return read_model(os.path.join(base, plant.model))
         except ModelError as error:
             return error
+
+
+def _used(subsystem: Subsystem) -> Iterable[Condition]:
+    """The conditions that lead from state to state, each once."""
+    behaviours = [state.behaviour for state in subsystem.states]
+    every = [condition for b in behaviours for condition in (b.terminal, b.error)]
+    every += [row.condition for row in subsystem.transitions]
+    return {(condition.kind, condition.name): condition for condition in every}.values()

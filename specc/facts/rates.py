@@ -25,12 +25,12 @@ class Clash:
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """A sensor whose rate does not go with those of `readers`, or with none of all `tick`s."""
+    """A sensor whose rate does not go with those of `readers`; if none, with the base tick."""
 
     bound: Bound
     rate_hz: Fraction
     readers: tuple[Subsystem, ...]
-    tick: Fraction
+    tick_s: Fraction | None
 
 
 def find_clash(subsystems: Sequence[Subsystem]) -> Clash | None:
@@ -46,17 +46,16 @@ def find_clash(subsystems: Sequence[Subsystem]) -> Clash | None:
 
 
 def find_misfits(
-    bindings: Iterable[Bound], subsystems: Sequence[Subsystem], *, whole: bool
+    bindings: Iterable[Bound], readers: Sequence[Subsystem], tick_s: Fraction | None
 ) -> Iterator[Misfit]:
-    """Sensors whose rates do not fit; the base tick is known of a `whole` system only."""
-    tick = base_tick(1 / s.rate_hz for s in subsystems) if subsystems else Fraction(1)
+    """Sensors whose rates go neither with those of their readers nor with the tick, if known."""
     for bound in bindings:
         rate = bound.binding.rate_hz
         if rate is None or bound.commanded:
             continue
-        readers = tuple(s for s in subsystems if _reads(s, bound) and not _goes(rate, s.rate_hz))
-        if readers or (whole and (1 / rate / tick).denominator != 1):
-            yield Misfit(bound, rate, readers, tick)
+        strangers = tuple(s for s in readers if _reads(s, bound) and not _goes(rate, s.rate_hz))
+        if strangers or (tick_s is not None and (1 / rate / tick_s).denominator != 1):
+            yield Misfit(bound, rate, strangers, tick_s)
 
 
 def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:

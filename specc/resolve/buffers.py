@@ -9,7 +9,7 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
-from specc.expr import Declared, Scope
+from specc.expr import RESERVED, Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.durations import duration_of
@@ -38,17 +38,30 @@ def resolve_buffers(
     """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
     ports = _ports(definition, where, ends, expressions)
     inputs = {(p.peer, e.name): e.type for p in ports if p.direction == "x" for e in p.elements}
-    constants = constant_scope(expressions.definitions)
+    expressions.broken |= _twice(definition, expressions)
+    constants = _without(constant_scope(expressions.definitions), expressions.broken)
     declared = {**constants.declared, **_declared_inputs(ports)}
     outside = replace(constants, inputs=inputs, declared=declared)
     memory = _memory(definition, where, outside, expressions)
     known = _without(outside, expressions.broken)
     declared = {**declared, **{m.name: Declared(m.place) for m in memory}}
-    types = {m.name: m.type for m in memory}
+    types = {m.name: m.type for m in memory if _is_clear(m.name, expressions)}
     inside = replace(known, memory=types, declared=declared, allow_clock=True)
     lets = _Lets(definition, where["let"], inside, expressions).resolve()
-    scope = _with_lets(inside, lets)
+    scope = _with_lets(inside, [item for item in lets if _is_clear(item.name, expressions)])
     return Buffers(ports, memory, lets, scope)
+
+
+def _twice(definition: SubsystemDef, expressions: Expressions) -> set[str]:
+    """Names that stand for two things here; what expressions mean by them is not known."""
+    outside = {*expressions.definitions.constants, *expressions.definitions.files}
+    memory, lets = set(definition.memory), set(definition.let)
+    return (memory & lets) | (memory & outside) | (lets & outside)
+
+
+def _is_clear(name: str, expressions: Expressions) -> bool:
+    """Whether expressions mean a memory element or a let by its name."""
+    return name not in expressions.broken and name not in RESERVED
 
 
 def _without(scope: Scope, broken: Collection[str]) -> Scope:
@@ -153,7 +166,8 @@ class _Lets:
             if depths[name] > DEEPEST_LET:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
-            scope = _with_lets(self.scope, found)
+            clear = [item for item in found if _is_clear(item.name, self.expressions)]
+            scope = _with_lets(self.scope, clear)
             value = self.expressions.value(at.scalar("is"), item.value, scope, None)
             if value is None:
                 self.expressions.broken.add(name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from specc.diagnostics import nearest
 from specc.expr import ExprError, parse_type
 from specc.model.system import Constant
 from specc.model.types import Frame, Type
@@ -88,12 +89,14 @@ class _Binder:
         return tuple(constants)
 
     def _names(self, parameters: Mapping[str, str]) -> None:
+        meant = set()
         for name in self.arguments:
             if name not in parameters:
                 self._fail()
                 self.findings.unknown("E0210", "parameter", name, parameters, self.where[name].key)
+                meant |= set(nearest(name, parameters))
         for name in parameters:
-            if name not in self.arguments:
+            if name not in self.arguments and name not in meant:
                 self._fail()
                 message = f"parameter `{name}` has no value"
                 help_text = f"add `{name}: ...` under `with:`"
