@@ -49,7 +49,7 @@ agents:
           other: not (fresh(x.slow.n) and x.slow.n < 10)
         terminal: {came: "fresh(x.slow.n) or elapsed > 0.1[s]"}
         error: {high: "present(x.slow.n) and x.slow.n > 20"}
-      memory: {last: {type: int, init: 0}, since: {type: "real[s]", init: 1}}
+      memory: {last: {type: int, init: 0}, since: {type: "real[s]", init: "1[s]"}}
       functions:
         keep: {last: "x.slow.n if present(x.slow.n) else -1", y.slow.last: last, since: elapsed}
       behaviours: {wait: {functions: [keep], terminal: came, error: high}}
@@ -73,7 +73,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def runs_of(text: str, folder: Path, ticks: int) -> tuple[Run, Run]:
     """The runs of a specification without devices, by the interpreter and by generated code."""
     (folder / "fixed.yaml").write_text(text, encoding="utf-8")
-    system = compile_spec(str(folder / "fixed.yaml")).system
+    result = compile_spec(str(folder / "fixed.yaml"))
+    system = result.system
+    assert result.ok
     assert system is not None
 
     def nothing(name: str, tick: int) -> Any:
