@@ -1,7 +1,8 @@
 """Where in the structure of a file somebody is typing, though the line is not finished.
 
 The text up to the cursor, with a mark there and with what is open closed, is YAML more often than
-not; the place of the mark in it says which key or value is being written.
+not; the place of the mark in it says which key or value is being written. If it is no YAML, because
+of an error above, the indentation of its lines says as much.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from specc.lsp.outline import outline
 from specc.lsp.symbols import values
 from specc.read import read_text
 from specc.schema import ROW_KEYS
@@ -19,6 +21,8 @@ _MARK = "specc_cursor"
 _BLOCK = re.compile(r"(?:^|[:\-?]\s+)[|>][+\-\d]*\s*(?:#.*)?$")
 _TOKEN = re.compile(r"[\"'\[\]{}#]")
 _CLOSING = {"[": "]", "{": "}"}
+_ENDS = ("", "]", "}", "'", '"')
+_LINE_BREAK = re.compile(r"\r\n|\r|\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +38,20 @@ class Cursor:
 def cursors(text: str, offset: int) -> list[Cursor]:
     """What may be being written at an offset: a value, a key, or either of them."""
     head = text[:offset]
-    closing = _closing(head)
+    found = _in_head(head, *_closing(head))
+    if not found:
+        head = outline(head)
+        found = _in_head(head, *_closing(head))
+    return found
+
+
+def _in_head(head: str, closing: str, plausible: bool) -> list[Cursor]:
     found: dict[Cursor, None] = {}
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):
-        document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
-        if document.source.spans is not None:
-            found |= dict.fromkeys(_marked(document.source.spans))
+        if plausible:
+            document = read_text("", f"{head}{_MARK}{ending}\n", ROW_KEYS)
+            if document.source.spans is not None:
+                found |= dict.fromkeys(_marked(document.source.spans))
     return list(found)
 
 
@@ -66,20 +78,28 @@ def _spelled(route: Route) -> Route:
     return tuple(s.partition(_MARK)[0] if isinstance(s, str) else s for s in route)
 
 
-def _closing(head: str) -> str:
-    """The quotes and brackets that close what a text leaves open."""
+def _closing(head: str) -> tuple[str, bool]:
+    """The quotes and brackets that close what a text leaves open, and whether it may be open.
+
+    What is inside brackets or quotes stands further right than the line that opens them.
+    """
     stack: list[str] = []
     quote = ""
     block: int | None = None
-    for line in head.split("\n"):
+    opened_at = -1
+    for line in _LINE_BREAK.split(head):
         indent = len(line) - len(line.lstrip())
         if block is not None and (indent > block or not line.strip()):
             continue
         block = None
+        if not quote and not stack:
+            opened_at = indent
+        elif line.strip()[:1] not in _ENDS and indent <= opened_at:
+            return "", False
         quote = _scan(line, stack, quote)
         if not quote and not stack and _BLOCK.search(line):
             block = indent
-    return quote + "".join(_CLOSING[opened] for opened in reversed(stack))
+    return quote + "".join(_CLOSING[opened] for opened in reversed(stack)), True
 
 
 def _scan(line: str, stack: list[str], quote: str) -> str:

@@ -11,11 +11,13 @@ from functools import cached_property
 
 from specc.lsp.links import Links, links_of
 from specc.lsp.references import Reference, references_of
-from specc.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force
+from specc.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Meaning
-from specc.source import Place, Route, Sources
+from specc.source import Place, Route, SourceFile, Sources
+
+_DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +71,23 @@ class Index:
 
     def references(self, symbol: Symbol) -> Iterator[tuple[str, Occurrence]]:
         """Every place, in any file, that defines or names a symbol or another end of it."""
-        wanted = set(symbol.declarations)
+        yield from self.naming(symbol.declarations)
+
+    def naming(self, symbols: Iterable[Symbol]) -> Iterator[tuple[str, Occurrence]]:
+        """Every place, in any file, that defines or names one of some symbols."""
+        wanted = set(symbols)
         for source in self.sources:
             for occurrence in self.occurrences(source.path):
                 if occurrence.symbol in wanted:
                     yield source.path, occurrence
+
+    def twin(self, symbol: Symbol) -> Symbol | None:
+        """The symbol that is defined here where one of another index is defined there."""
+        file = self.files.get(symbol.place.file)
+        found = file.by_route.get(symbol.place.route) if file else None
+        if found is None and file is not None:
+            found = file.top.get((symbol.kind, symbol.qualified))
+        return found if found is not None and found.kind == symbol.kind else None
 
     def visible(self, path: str, owner: Route) -> Iterator[Symbol]:
         """The symbols that a text in a subsystem of a file may name."""
@@ -103,6 +117,8 @@ def build_index(sources: Sources, system: System | None, meanings: Iterable[Mean
     files = {source.path: collect(source) for source in sources}
     links = links_of(system)
     _attach(files, links)
+    for source in sources:
+        _tie(files[source.path], source)
     return Index(sources, system, _by_place(meanings), files, links)
 
 
@@ -127,6 +143,18 @@ def _attach(files: Mapping[str, FileSymbols], links: Links) -> None:
             joined = tuple(dict.fromkeys((*a.declarations, *b.declarations)))
             for end in joined:
                 end.ends = joined
+
+
+def _tie(file: FileSymbols, source: SourceFile) -> None:
+    """A virtual effector or receptor without `uses` works with the device of its own name."""
+    for route, symbol in file.by_route.items():
+        group = (
+            _DEVICES.get(str(route[-2])) if symbol.kind == "subsystem" and len(route) > 2 else None
+        )
+        device = file.by_route.get((*route[:-2], group, route[-1])) if group else None
+        node = node_at(source, route)
+        if device is not None and node is not None and "uses" not in node.values:
+            symbol.tied, device.tied = (device,), (symbol,)
 
 
 def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from specc.lsp.python_names import enums_in_python
 from specc.lsp.symbols import Key
 from specc.model.system import Device, Element, Subsystem, System
 from specc.model.types import Type
@@ -19,11 +20,16 @@ class Links:
     ends: list[tuple[Key, Key]] = field(default_factory=list)
     peers: dict[Key, Key] = field(default_factory=dict)
     """Key of a buffer (owner, direction, peer) -> subsystem or device at the other end."""
+    named: dict[Key, Key] = field(default_factory=dict)
+    """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
+    agents: dict[str, Key] = field(default_factory=dict)
     bindings: dict[Key, Key] = field(default_factory=dict)
     subsystems: dict[str, Key] = field(default_factory=dict)
     states: dict[str, Key] = field(default_factory=dict)
     """States of the subsystem that the task counts; so with its memory."""
     memory: dict[str, Key] = field(default_factory=dict)
+    in_python: dict[str, str] = field(default_factory=dict)
+    """Enums whose members Python code knows by their names -> the code."""
 
 
 def links_of(system: System | None) -> Links:
@@ -33,6 +39,8 @@ def links_of(system: System | None) -> Links:
         return links
     for constant in system.constants:
         links.types[key_of(constant.place)] = constant.value.type
+    links.agents = {agent.name: key_of(agent.place) for agent in system.agents}
+    links.in_python = enums_in_python(system)
     parts: dict[str, Subsystem | Device] = {s.qualified_name: s for s in system.subsystems}
     links.subsystems = {name: key_of(part.place) for name, part in parts.items()}
     parts |= {d.qualified_name: d for d in system.devices}
@@ -65,6 +73,8 @@ def _connections(links: Links, subsystem: Subsystem, parts: dict[str, Subsystem 
         if other is None:
             continue
         links.peers.setdefault(key_of(port.place), key_of(other.place))
+        agent = links.agents.get(other.agent) if other.agent != subsystem.agent else None
+        links.named.setdefault(key_of(port.place), agent or key_of(other.place))
         far = {e.name: e for e in _elements(other, subsystem.qualified_name, port.direction)}
         for element in port.elements:
             if element.name in far:

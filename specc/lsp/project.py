@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from specc.diagnostics import Diagnostic
 from specc.lsp.index import Index, build_index
+from specc.lsp.library import check_alone
+from specc.lsp.mending import mended
 from specc.lsp.shift import Shift, shift
 from specc.model.system import System
 from specc.pipeline import compile_spec
 from specc.policy import judge, settings_for
 from specc.read import Document, read_file, read_text
 from specc.resolve import Findings
-from specc.resolve.library import Library
 from specc.resolve.loader import Loader
 from specc.source import SourceFile
 
@@ -24,15 +25,21 @@ _SYSTEM = re.compile(r"^system\s*:", re.MULTILINE)
 _VERSION = re.compile(r"^specc\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
 _MOST_FILES = 2000
+_LITTLE = 200
+"""Characters; after a change of no more than them an earlier analysis says what matters."""
+Read = Callable[[str, tuple[str, ...]], Document]
 
 
 @dataclass
 class Analysis:
-    """What was found about one file and all that it uses."""
+    """What was found about one file, `root`, and all that it uses."""
 
+    root: str
     loader: Loader
     system: System | None
     diagnostics: tuple[Diagnostic, ...]
+    is_system: bool = True
+    """Whether the file describes a system; any other was looked at by itself."""
 
     @property
     def complete(self) -> bool:
@@ -63,6 +70,7 @@ class Project:
     _documents: dict[str, tuple[object, Document]] = field(default_factory=dict)
     _current: dict[str, Analysis] = field(default_factory=dict)
     _understood: dict[str, Analysis] = field(default_factory=dict)
+    _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
 
     def put(self, path: str, text: str) -> None:
         """Take the text of an open file, saved or not."""
@@ -102,32 +110,51 @@ class Project:
         return found or [path]
 
     def analyse(self, root: str) -> Analysis:
-        """Compile a system, or look at the definitions of a file that is none."""
-        loader = Loader(Findings(), self._read)
-        if _SYSTEM.search(self.source(root).text):
-            result = compile_spec(root, loader)
-            analysis = Analysis(loader, result.system, result.diagnostics)
-        else:
-            _look_at_definitions(loader, root)
-            analysis = Analysis(loader, None, tuple(loader.findings.diagnostics))
-        settings = settings_for(os.path.dirname(root)).settings
-        judged = judge(analysis.diagnostics, loader.sources, settings)
-        analysis.diagnostics = judged.diagnostics
+        """Compile a system, or look at a file that is none by itself."""
+        analysis = self._analysed(root, self._read)
         self._current[root] = analysis
         if analysis.complete:
             self._understood[root] = analysis
         return analysis
 
-    def compare(
-        self, path: str, texts: Mapping[str, str]
-    ) -> tuple[list[Diagnostic], list[Diagnostic]]:
-        """What is wrong with the specifications of a file now, and with other texts in it."""
+    def _analysed(self, root: str, read: Read) -> Analysis:
+        loader = Loader(Findings(), read)
+        if _SYSTEM.search(self.source(root).text):
+            result = compile_spec(root, loader)
+            analysis = Analysis(root, loader, result.system, result.diagnostics)
+        else:
+            alone = check_alone(loader, root)
+            found = tuple(loader.findings.diagnostics)
+            analysis = Analysis(root, loader, alone, found, is_system=False)
+        settings = settings_for(os.path.dirname(root)).settings
+        judged = judge(analysis.diagnostics, loader.sources, settings)
+        analysis.diagnostics = judged.diagnostics
+        return analysis
+
+    def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
+        """What is wrong with the specifications that read some files, now and with other texts."""
         other = Project(self.folders, {**self._open}, {**self._documents})
         for changed, text in texts.items():
             other.put(changed, text)
-        roots = self.roots(path)
-        before = [d for root in roots for d in self.analyse(root).diagnostics]
-        return before, [d for root in roots for d in other.analyse(root).diagnostics]
+        roots = [analysis.root for analysis in self._readers(texts)]
+        before = [d for root in roots for d in self._analysed(root, self._read).diagnostics]
+        after = [d for root in roots for d in other.analyse(root).diagnostics]
+        return before, after
+
+    def indexes(self, paths: Iterable[str]) -> list[Index]:
+        """The symbols of all systems that read one of some files, whether they are open or not."""
+        return [analysis.index for analysis in self._readers(paths)]
+
+    def _readers(self, paths: Iterable[str]) -> list[Analysis]:
+        """The analyses that one of some files is part of; systems are looked for on the disk."""
+        wanted = list(paths)
+        found = dict(self._current)
+        for name in {os.path.basename(path) for path in wanted}:
+            for root in self._systems(name):
+                if root not in found:
+                    found[root] = self._analysed(root, self._read)
+        best = [(self._best(root) or analysis) for root, analysis in found.items()]
+        return [a for a in best if any(a.loader.sources.get(path) for path in wanted)]
 
     def analyses(self) -> Iterable[Analysis]:
         """All present analyses."""
@@ -144,16 +171,43 @@ class Project:
         return None
 
     def _best(self, root: str) -> Analysis | None:
+        """The analysis that says most: of texts with errors, an earlier or a mended one."""
         current = self._current.get(root)
         if current is None or current.complete:
             return current
-        return self._understood.get(root, current)
+        earlier = self._understood.get(root)
+        if earlier is not None and self._differs(earlier) <= _LITTLE:
+            return earlier
+        known = self._mended.get(root)
+        if known is None or known[0] is not current:
+            best = self._analysed(root, self._read_mended)
+            known = self._mended[root] = (current, best)
+        return known[1] if known[1].complete else earlier or current
+
+    def _differs(self, earlier: Analysis) -> int:
+        """The most characters of a file that lie in the stretch that has changed since."""
+        return max(
+            (
+                shift(known.text, self.source(known.path).text).size
+                for known in earlier.loader.sources
+            ),
+            default=0,
+        )
+
+    def _read_mended(self, path: str, row_keys: tuple[str, ...]) -> Document:
+        document = self._read(path, row_keys)
+        text = document.source.text
+        return (mended(path, text) if text else None) or document
 
     def _using(self, path: str) -> Iterator[str]:
         """Systems that are known to read a file."""
         for root, analysis in list(self._current.items()):
-            best = self._best(root) or analysis
-            if best.system is not None and best.loader.sources.get(path) is not None:
+            best = analysis if analysis.complete else self._understood.get(root, analysis)
+            if (
+                best.is_system
+                and best.system is not None
+                and best.loader.sources.get(path) is not None
+            ):
                 yield root
 
     def _forget(self, root: str) -> None:
@@ -163,6 +217,7 @@ class Project:
         ):
             self._current.pop(root, None)
             self._understood.pop(root, None)
+            self._mended.pop(root, None)
 
     def _systems(self, named: str) -> Iterator[str]:
         """Files of systems, in the folders of the editor, that speak of a file by its name."""
@@ -188,15 +243,6 @@ def _stamp(path: str) -> object:
     except (OSError, ValueError):
         return None
     return status.st_mtime_ns, status.st_size
-
-
-def _look_at_definitions(loader: Loader, path: str) -> None:
-    """Types, operators and constants of a file that no system is known to use."""
-    file = loader.load(path)
-    if file is not None:
-        frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
-        library = Library(loader.load, os.path.dirname(path) or ".", loader.findings)
-        library.definitions(file, frames)
 
 
 def _yaml_files(folders: Iterable[str]) -> Iterator[str]:

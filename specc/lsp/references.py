@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -13,6 +14,8 @@ from specc.lsp.type_mentions import signature_mentions, type_mentions
 from specc.model.types import Type
 from specc.resolve.context import Meaning
 from specc.source import Node, Place, Route, SourceFile
+
+_PART = re.compile(r"[^.]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,14 +69,24 @@ class _Reader:
         match rest:
             case ("functions", _, str(target)) if target not in TRACE_KEYS:
                 yield from self._target(route, owner, target)
-            case ("x" | "y", str()) if (self.path, route) in self.links.peers:
-                yield from self._linked(Place(self.path, route, "key"), self.links.peers, route)
+            case ("x" | "y", str()):
+                yield from self._linked(Place(self.path, route, "key"), self.links.named, route)
             case (*_, "with", str(name)):
                 yield from self._parameter(route, name)
             case ("plant", "bind", str(name)):
-                start = name.rfind(".") + 1
-                place = Place(self.path, route, "key", start, len(name))
-                yield from self._linked(place, self.links.bindings, route)
+                yield from self._bound(route, name)
+
+    def _bound(self, route: Route, name: str) -> Iterator[Reference]:
+        """Agent, device and element in `irp.E.m.c_d`."""
+        element = self._at(self.links.bindings.get((self.path, route)))
+        device = self._at((element.place.file, element.owner)) if element else None
+        agent = self._at(self.links.agents.get(name.partition(".")[0]))
+        parts = list(_PART.finditer(name))
+        if len(parts) == 4:
+            for part, symbol in zip(parts, (agent, None, device, element), strict=True):
+                if symbol is not None:
+                    place = Place(self.path, route, "key", *part.span())
+                    yield Reference(place, symbol, type=symbol.type)
 
     def in_value(self, route: Route, text: str) -> Iterator[Reference]:
         """Names in the text of a value."""
@@ -102,7 +115,7 @@ class _Reader:
             return
         middle = 2 + len(parts[1])
         peer = Place(self.path, route, "key", 2, middle)
-        yield from self._linked(peer, self.links.peers, (*owner, "y", parts[1]))
+        yield from self._linked(peer, self.links.named, (*owner, "y", parts[1]))
         place = Place(self.path, route, "key", middle + 1, len(target))
         yield from self._named(place, owner, ("element",), target)
 
@@ -128,17 +141,32 @@ class _Reader:
 
     def _name(self, route: Route, owner: Route, role: Role, text: str) -> Iterator[Reference]:
         place = Place(self.path, route)
-        if role.form == "name" and role.kind is not None:
+        if role == Role("name", "device"):
+            yield from self._device(place, owner, text)
+        elif role == Role("task", "subsystem"):
+            yield from self._subsystem(route, text)
+        elif role.form == "name" and role.kind is not None:
             yield from self._named(place, owner, (role.kind,), text)
-            return
-        known = {
-            "subsystem": self.links.subsystems,
-            "state": self.links.states,
-            "memory": self.links.memory,
-        }
-        symbol = self._at(known[role.kind or ""].get(text))
-        if symbol is not None:
-            yield Reference(place, symbol)
+        else:
+            known = self.links.states if role.kind == "state" else self.links.memory
+            symbol = self._at(known.get(text))
+            if symbol is not None:
+                yield Reference(place, symbol)
+
+    def _device(self, place: Place, owner: Route, name: str) -> Iterator[Reference]:
+        """A device that a virtual effector or receptor uses, in the same agent."""
+        for group in ("real_effectors", "real_receptors"):
+            symbol = self._at((self.path, (*owner[:-2], group, name)))
+            if symbol is not None and owner:
+                yield Reference(place, symbol)
+
+    def _subsystem(self, route: Route, name: str) -> Iterator[Reference]:
+        """Agent and subsystem in `irp.m`."""
+        agent = self._at(self.links.agents.get(name.partition(".")[0]))
+        subsystem = self._at(self.links.subsystems.get(name))
+        for part, symbol in zip(_PART.finditer(name), (agent, subsystem), strict=False):
+            if symbol is not None:
+                yield Reference(Place(self.path, route, "value", *part.span()), symbol)
 
     def _named(
         self, place: Place, owner: Route, kinds: tuple[Kind, ...], name: str
@@ -157,7 +185,7 @@ class _Reader:
                 yield self._variable(place, owner, mention, variables)
             elif mention.kinds == ("subsystem",):
                 peer = (*owner, *mention.name.split("."))
-                yield from self._linked(place, self.links.peers, peer)
+                yield from self._linked(place, self.links.named, peer)
             else:
                 for found in self._named(place, owner, mention.kinds, mention.name):
                     yield replace(found, guess=guess, type=mention.type or found.type)

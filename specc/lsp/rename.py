@@ -4,33 +4,24 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from specc.expr import RESERVED
-from specc.lsp.expression_completion import TYPE_WORDS
 from specc.lsp.index import Index, Occurrence
-from specc.lsp.project import Project
-from specc.lsp.structure import Kind, split
-from specc.lsp.symbols import Symbol, node_at
-from specc.model.units import UNITS
-
-_NAME = re.compile(r"[^\W\d]\w*")
-_YAML_WORDS = frozenset({"true", "false", "null"})
-_FIXED: dict[Kind, str] = {
-    "agent": "agents are part of the names of subsystems; edit the file",
-    "subsystem": "the name is that of a device or a peer too; edit the file",
-    "device": "the name is that of a virtual effector or receptor too; edit the file",
-    "member": "the Python code of operators knows members of enums by their names",
-}
-_VALUES: frozenset[Kind] = frozenset(
-    {"memory", "let", "parameter", "constant", "file", "operator", "member", "variable"}
+from specc.lsp.names import (
+    RenameError,
+    check_free,
+    check_name,
+    check_renameable,
+    check_unclaimed,
 )
-"""Kinds that expressions name plainly: one name of them all."""
+from specc.lsp.project import Project
+from specc.lsp.symbols import Symbol
 
+__all__ = ["Edit", "RenameError", "apply", "check_renameable", "rename"]
 
-class RenameError(Exception):
-    """Why a symbol is not renamed, in words for the person who asked."""
+_SPELLED_APART = frozenset(("member", "field", "agent", "subsystem", "device"))
+"""Kinds that a text which could not be typed may name without anybody knowing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,37 +33,22 @@ class Edit:
     end: int
 
 
-def check_renameable(index: Index, symbol: Symbol) -> None:
-    """Raise `RenameError` if symbols of this kind keep their names."""
-    if symbol.kind in _FIXED:
-        raise RenameError(f"`{symbol.name}` is not renamed: {_FIXED[symbol.kind]}")
-    if symbol.kind == "field":
-        type_ = node_at(index.sources.get(symbol.place.file), symbol.place.route[:2])
-        if type_ is not None and "python" in type_.values:
-            message = f"`{symbol.name}` is not renamed: a class of Python has the field"
-            raise RenameError(message)
-
-
 def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Edit]:
-    """The edits that give a symbol another name.
+    """The edits that give a symbol another name in every system that has to do with it.
 
     Raises:
-        RenameError: the name cannot be one, is taken, or specc would understand less afterwards.
+        RenameError: the name cannot be one, is taken, or specc would find other things afterwards.
     """
     check_renameable(index, symbol)
-    _check_name(symbol, new)
-    found = list(index.references(symbol))
-    for path, occurrence in found:
-        if project.source(path).text != index.text(path):
-            raise RenameError("mend the errors in the file first: it is not fully understood")
-        if occurrence.reference.guess:
-            message = f"mend the expression first that may mean this `{symbol.name}`"
-            raise RenameError(message)
-        _check_free(index, symbol, path, occurrence, new)
-    edits = [Edit(path, o.start, o.end) for path, o in found if _spells(index, path, o)]
-    edits = list(dict.fromkeys(edits))
-    _check_effect(project, symbol, edits, new)
-    return edits
+    check_name(symbol, new)
+    edits: dict[Edit, None] = {}
+    for around, twin in _everywhere(project, index, symbol):
+        for other in (twin, *twin.tied):
+            check_renameable(around, other)
+            check_unclaimed(around, other, new)
+        edits |= dict.fromkeys(_edits(project, around, twin, new))
+    _check_effect(project, edits, new)
+    return list(edits)
 
 
 def apply(text: str, edits: Iterable[Edit], new: str) -> str:
@@ -82,37 +58,50 @@ def apply(text: str, edits: Iterable[Edit], new: str) -> str:
     return text
 
 
-def _check_name(symbol: Symbol, new: str) -> None:
-    if new == symbol.name:
-        raise RenameError("this is the name that it has")
-    if not _NAME.fullmatch(new) or not new.isidentifier():
-        raise RenameError(f"`{new}` is no name: letters, digits and _ make one")
-    if new in RESERVED or new.lower() in _YAML_WORDS or new in ("always", "never"):
-        raise RenameError(f"`{new}` is a word of the language")
-    if symbol.kind == "type" and new in UNITS:
-        raise RenameError(f"`{new}` is a unit")
-    if symbol.kind == "type" and new in TYPE_WORDS:
-        raise RenameError(f"`{new}` is a word of the language")
+def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[Index, Symbol]]:
+    """The symbol in each system that has to do with it.
+
+    A system that reads a file with one of its ends may have another end in one of its own files.
+    """
+    found = [(index, symbol)]
+    seen: set[str] = set()
+    for around, twin in found:
+        named = {path for path, _ in around.naming((*twin.declarations, *twin.tied))}
+        if symbol.kind != "variable" and not named <= seen:
+            for other in project.indexes(named - seen):
+                ends = (other.twin(end) for end in (*twin.declarations, *twin.tied))
+                counterpart = next((end for end in ends if end is not None), None)
+                if counterpart is not None and all(other is not known for known, _ in found):
+                    found.append((other, counterpart))
+        seen |= named
+    return found
 
 
-def _check_free(index: Index, symbol: Symbol, path: str, occurrence: Occurrence, new: str) -> None:
-    """Nothing that can be named where the symbol is named has the new name already."""
-    owner, _ = split(occurrence.reference.place.route)
-    for other in index.visible(path, owner):
-        if other.name == new and _same_namespace(symbol, other):
-            line = index.sources.span(other.place).line
-            raise RenameError(f"`{new}` is taken: {other.kind} `{new}`, line {line}")
+def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[Edit]:
+    symbols = (*symbol.declarations, *symbol.tied)
+    _check_typed(index, symbol)
+    for path, occurrence in index.naming(symbols):
+        if project.source(path).text != index.text(path):
+            raise RenameError("mend the errors in the file first: it is not fully understood")
+        if occurrence.reference.guess:
+            raise RenameError(_mend_first(symbol))
+        check_free(index, symbol, path, occurrence, new)
+        if _spells(index, path, occurrence):
+            yield Edit(path, occurrence.start, occurrence.end)
 
 
-def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
-    if symbol.kind in _VALUES:
-        return other.kind in _VALUES
-    if symbol.kind != other.kind:
-        return False
-    if symbol.kind in ("element", "field"):
-        groups = {end.qualified.rpartition(".")[0] for end in symbol.declarations}
-        return other.qualified.rpartition(".")[0] in groups
-    return True
+def _check_typed(index: Index, symbol: Symbol) -> None:
+    """Texts with errors may name what only their meaning tells."""
+    if symbol.kind not in _SPELLED_APART:
+        return
+    word = re.compile(rf"\b{re.escape(symbol.name)}\b")
+    for meaning in index.meanings.values():
+        if meaning.expr is None and word.search(meaning.text):
+            raise RenameError(_mend_first(symbol))
+
+
+def _mend_first(symbol: Symbol) -> str:
+    return f"mend the expression first that may mean this `{symbol.name}`"
 
 
 def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
@@ -121,14 +110,16 @@ def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
     return text[occurrence.start : occurrence.end] == occurrence.symbol.name
 
 
-def _check_effect(project: Project, symbol: Symbol, edits: list[Edit], new: str) -> None:
-    """With the new name the specification means no less than before."""
+def _check_effect(project: Project, edits: Iterable[Edit], new: str) -> None:
+    """With the new name specc finds what it found before, no more and no less."""
     texts = {
         path: apply(project.source(path).text, [e for e in edits if e.path == path], new)
         for path in {edit.path for edit in edits}
     }
-    before, after = project.compare(symbol.place.file, texts)
+    before, after = project.compare(texts)
     worse = Counter(d.code for d in after) - Counter(d.code for d in before)
     for diagnostic in after:
         if diagnostic.code in worse:
             raise RenameError(f"`{new}` would be an error: {diagnostic.message}")
+    if Counter(d.code for d in before) - Counter(d.code for d in after):
+        raise RenameError(f"`{new}` would change what the specification means")

@@ -1,7 +1,8 @@
 """Where a text of a moment ago stands in the present one.
 
 While a line is being typed the file often is no YAML. Then the last text that could be understood
-answers, and offsets are carried over the one stretch that changed.
+answers, and offsets are carried over the one stretch that changed. A mended text has blanks where
+there are errors, and everything else in its place (`specc.lsp.mending`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,11 @@ class Shift:
     old_end: int
     new_end: int
 
+    @property
+    def size(self) -> int:
+        """Characters that the longer of the two stretches has."""
+        return max(self.old_end, self.new_end) - self.start
+
     def to_new(self, offset: int) -> int | None:
         """The offset in the present text; None if what was there has changed."""
         return _moved(offset, self.start, self.old_end, self.new_end)
@@ -28,12 +34,17 @@ class Shift:
 
 def shift(old: str, new: str) -> Shift:
     """What lies between the common beginning and the common end of two texts."""
-    if old == new:
+    if len(old) == len(new) and (old == new or _blanked(old, new)):
         return Shift(len(old), len(old), len(new))
     start = _common(old, new)
     rest = min(len(old), len(new)) - start
     ending = _common(old[len(old) - rest :][::-1], new[len(new) - rest :][::-1])
     return Shift(start, len(old) - ending, len(new) - ending)
+
+
+def _blanked(old: str, new: str) -> bool:
+    """Whether the texts differ only in characters that are blank in the old one."""
+    return all(a == b or a == " " for a, b in zip(old, new, strict=True))
 
 
 def _common(a: str, b: str) -> int:

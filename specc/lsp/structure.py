@@ -20,11 +20,6 @@ Form = Literal[
 ]
 """Expressions (over constants, over inputs too, over everything), types, and sorts of names."""
 
-CONDITION_KINDS: dict[str, Kind] = {
-    "initial": "initial condition",
-    "terminal": "terminal condition",
-    "error": "error condition",
-}
 TRACE_KEYS = ("title", "eq", "table", "fig")
 _VIRTUAL = ("virtual_effectors", "virtual_receptors")
 _REAL = ("real_effectors", "real_receptors")

@@ -28,6 +28,8 @@ class Symbol:
     type: Type | None = None
     ends: tuple[Symbol, ...] = ()
     """All declarations of an element of a connection, this one included; empty for one."""
+    tied: tuple[Symbol, ...] = ()
+    """Others that have the same name because one is found by the name of the other."""
 
     @property
     def declarations(self) -> tuple[Symbol, ...]:

@@ -7,7 +7,7 @@ import pytest
 from specc.lsp import answers
 from specc.lsp.cursor import Cursor, cursors
 from specc.lsp.project import Project
-from tests.editor.workspace import LIBRARY, SYSTEM, opened, place
+from tests.editor.workspace import LIBRARY, SYSTEM, opened, place, write
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +90,51 @@ def test_proposes(
     found = labels(project, system, SYSTEM, old, new)
     assert set(there.split()) <= found
     assert not set(absent.split()) & found
+
+
+@pytest.mark.parametrize(
+    ("above", "at"),
+    [("frames: {", "frames: ["), ("  DK: {", "  DK {"), ("    control:\n", "    control\n")],
+)
+@pytest.mark.parametrize(
+    ("old", "new", "there"),
+    [
+        ('"near(q_p,', '"near(q_|', "q_p T_c"),
+        ("[S0, terminal, going, S1]", "[S0, terminal, |", "going resting always"),
+        ("        let:\n", "        let:\n          new: x.c.|\n", "q_d mode"),
+        ("        let:\n", "        let:\n          new: {is: q_|\n", "q_p"),
+        (
+            "          hold: {",
+            "          new:\n            y.|\n          hold: {",
+            "y.E.q_d y.c.X_c",
+        ),
+        ("        states: {", "        stat|\n        states: {", "states transitions"),
+    ],
+)
+def test_proposes_below_an_error_in_a_file_that_was_never_understood(
+    above: str, at: str, old: str, new: str, there: str, tmp_path: Path
+) -> None:
+    write(tmp_path)
+    system = str(tmp_path / "arm.yaml")
+    before, after = SYSTEM.replace(old, new).replace(above, at).split("|")
+    project = Project((str(tmp_path),))
+    project.put(system, before + after)
+    for root in project.roots(system, search=True):
+        project.analyse(root)
+    found = {c.item.label for c in answers.completions(project, system, len(before))}
+    assert set(there.split()) <= found
+
+
+def test_an_error_above_hides_no_hover(tmp_path: Path) -> None:
+    write(tmp_path)
+    system = str(tmp_path / "arm.yaml")
+    text = SYSTEM.replace("frames: {", "frames: [")
+    project = Project((str(tmp_path),))
+    project.put(system, text)
+    project.analyse(system)
+    hover = answers.hover(project, system, place(text, "X_c: |T_c, grip"))
+    assert hover is not None
+    assert "eq. 24" in hover.text
 
 
 def test_proposes_parameters_of_a_reused_file(workspace: tuple[Project, str, str]) -> None:

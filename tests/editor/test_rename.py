@@ -8,7 +8,7 @@ import pytest
 from specc.lsp import answers
 from specc.lsp.project import Project
 from specc.lsp.rename import RenameError, apply
-from tests.editor.workspace import LIBRARY, SYSTEM, opened, place
+from tests.editor.workspace import LIBRARY, SYSTEM, opened, place, write
 from tests.house.tree import ROOT
 
 FLAGSHIP = str(ROOT / "specs/irp_picking.yaml")
@@ -71,6 +71,156 @@ def test_renames_both_ends_in_both_files(workspace: tuple[Project, str, str]) ->
     assert "y.c.width: d_p" in texts[library]
 
 
+PARTS = (
+    SYSTEM
+    + """\
+  watch:
+    control:
+      rate: 10 Hz
+      x: {irp: {n: int}}
+      memory: {n: {type: int, init: 0}}
+      functions: {look: {n: x.irp.n if present(x.irp.n) else n}}
+      behaviours: {look: {functions: [look], terminal: never}}
+      states: {S0: look}
+      initial_state: S0
+plant:
+  model: arm.xml
+  bind:
+    irp.E.m.q_d: {actuators: [a, b]}
+    irp.E.m.q_m: {joints: [a, b]}
+    irp.E.g.d_d: {actuators: [c]}
+    irp.E.g.d_m: {joints: [c]}
+task:
+  cycle: {of: irp.m, from: S1, to: S0}
+  watch: [q_p]
+"""
+)
+PARTS = PARTS.replace("      y: {m: {q_d: Joints,", "      y: {watch: {n: int}, m: {q_d: Joints,")
+PARTS = PARTS.replace("{command: {y.m.q_d", "{command: {y.watch.n: 1, y.m.q_d")
+
+
+@pytest.mark.parametrize(
+    ("at", "new", "expected"),
+    [
+        (
+            "|irp:\n    real",
+            "arm",
+            [
+                ("irp:\n    real", "arm:\n    real"),
+                ("x: {irp: {n", "x: {arm: {n"),
+                ("x.irp.n if present(x.irp.n)", "x.arm.n if present(x.arm.n)"),
+                ("irp.E.m.q_d:", "arm.E.m.q_d:"),
+                ("irp.E.m.q_m:", "arm.E.m.q_m:"),
+                ("irp.E.g.d_d:", "arm.E.g.d_d:"),
+                ("irp.E.g.d_m:", "arm.E.g.d_m:"),
+                ("of: irp.m", "of: arm.m"),
+            ],
+        ),
+        (
+            "of: irp.|m",
+            "hand",
+            [
+                ("m: {x: {q_d", "hand: {x: {q_d"),
+                ("m:\n        rate", "hand:\n        rate"),
+                ("x: {m: {X_c", "x: {hand: {X_c"),
+                ("m: {q_d: Joints, mode", "hand: {q_d: Joints, mode"),
+                ("y.m.q_d: q_home", "y.hand.q_d: q_home"),
+                ("y.m.mode", "y.hand.mode"),
+                ("irp.E.m.q_d:", "irp.E.hand.q_d:"),
+                ("irp.E.m.q_m:", "irp.E.hand.q_m:"),
+                ("of: irp.m", "of: irp.hand"),
+            ],
+        ),
+        (
+            "enum[|go",
+            "run",
+            [("enum[go", "enum[run"), ("mode in {go}", "mode in {run}"), ("mode: go", "mode: run")],
+        ),
+    ],
+)
+def test_renames_parts_wherever_they_are_named(
+    at: str, new: str, expected: list[tuple[str, str]], tmp_path: Path
+) -> None:
+    system, _ = write(tmp_path)
+    project = Project((str(tmp_path),))
+    project.put(system, PARTS)
+    before = project.analyse(system).diagnostics
+    texts = renamed(project, system, place(PARTS, at), new)
+    wanted = PARTS
+    for old, given in expected:
+        assert wanted.count(old) == 1, old
+        wanted = wanted.replace(old, given)
+    assert texts == {system: wanted}
+    project.put(system, wanted)
+    after = project.analyse(system).diagnostics
+    assert sorted(d.code for d in after) == sorted(d.code for d in before)
+
+
+def test_a_virtual_effector_with_uses_and_its_device_have_names_of_their_own(
+    tmp_path: Path,
+) -> None:
+    system, _ = write(tmp_path)
+    text = SYSTEM.replace("      m:\n        rate", "      m:\n        uses: [m]\n        rate")
+    project = Project((str(tmp_path),))
+    project.put(system, text)
+    project.analyse(system)
+    device = renamed(project, system, place(text, "|m: {x: {q_d"), "motor")[system]
+    assert "motor: {x: {q_d" in device
+    assert "uses: [motor]" in device
+    assert "      m:\n        uses" in device
+    virtual = renamed(project, system, place(text, "|m:\n        uses"), "hand")[system]
+    assert "hand:\n        uses: [m]" in virtual
+    assert "m: {x: {q_d" in virtual
+
+
+def test_members_that_python_knows_keep_their_names(tmp_path: Path) -> None:
+    system, _ = write(tmp_path)
+    text = SYSTEM.replace(
+        "  GR: {", '  SG: {signature: "(m: Mode) -> bool", python: "arm:sg"}\n  GR: {'
+    )
+    project = Project((str(tmp_path),))
+    project.put(system, text)
+    project.analyse(system)
+    with pytest.raises(RenameError, match="operator `SG`"):
+        answers.rename_at(project, system, place(text, "enum[|go"), "run")
+
+
+def test_a_frame_does_not_get_the_name_of_a_variable_of_a_signature(tmp_path: Path) -> None:
+    system, _ = write(tmp_path)
+    text = SYSTEM.replace(
+        "  GR: {", '  TP: {signature: "(X: pose[P, E]) -> pose[P, E]", python: "arm:tp"}\n  GR: {'
+    )
+    project = Project((str(tmp_path),))
+    project.put(system, text)
+    project.analyse(system)
+    with pytest.raises(RenameError, match="any frame"):
+        answers.rename_at(project, system, place(text, "frames: {|B"), "P")
+
+
+def test_renames_in_every_system_that_uses_a_library(tmp_path: Path) -> None:
+    system, library = write(tmp_path)
+    other = tmp_path / "other.yaml"
+    other.write_text(SYSTEM.replace("system: arm", "system: other"))
+    project = Project((str(tmp_path),))
+    project.put(system, SYSTEM)
+    project.analyse(system)
+    texts = renamed(project, system, place(SYSTEM, "g: {|d_c"), "width")
+    assert set(texts) == {system, library, str(other)}
+    assert texts[str(other)] == texts[system].replace("system: arm", "system: other")
+
+
+def test_refuses_what_would_break_another_system(tmp_path: Path) -> None:
+    system, library = write(tmp_path)
+    other = tmp_path / "other.yaml"
+    text = SYSTEM.replace("system: arm", "system: other")
+    other.write_text(text.replace('g: {d_c: "real[m]"}', 'g: {d_c: "real[m]", width: "real[m]"}'))
+    project = Project((str(tmp_path),))
+    project.put(system, SYSTEM)
+    project.analyse(system)
+    with pytest.raises(RenameError, match="taken"):
+        answers.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), "width")
+
+
 def test_renames_a_variable_in_its_text_only(workspace: tuple[Project, str, str]) -> None:
     project, system, _ = workspace
     texts = renamed(project, system, place(SYSTEM, "all(|v <"), "joint")
@@ -99,8 +249,10 @@ def test_renames_a_variable_in_its_text_only(workspace: tuple[Project, str, str]
         ("|Mode: {type", "rad", "unit"),
         ("|Joints: vector", "vector", "word"),
         ("|reached:", "never", "word"),
-        ("enum[|go,", "run", "Python"),
-        ("|m: {x: {q_d", "arm", "edit the file"),
+        ("|m: {x: {q_d", "g", "taken"),
+        ("|m: {x: {q_d", "E", "word of the language"),
+        ("|control:", "brain", "everywhere"),
+        ("|irp:", "m", "taken"),
         ("all(v < |1[rad]", "one", "no name that specc knows"),
     ],
 )

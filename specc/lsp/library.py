@@ -1,0 +1,105 @@
+"""A file that no system is known to use: all of it that can be checked by itself.
+
+Its parameters have types and no values, its peers are whoever the user has. What is certain then is
+what the texts mean and what holds of the tables; what the other ends would have to say is left out.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+from specc.checks import run_checks
+from specc.diagnostics import Diagnostic
+from specc.expr import ExprError, parse_type
+from specc.model.expr import ConstantRef
+from specc.model.system import Agent, Constant, System
+from specc.resolve.agents import AgentResolver, Setting
+from specc.resolve.context import Findings
+from specc.resolve.definitions import Definitions
+from specc.resolve.library import Library, Loaded
+from specc.resolve.loader import Loader
+from specc.schema.files import AgentDef
+
+_NEEDS_USER = ("E04", "O0", "W04", "W05", "E05")
+_OF_TABLES = ("E06", "W06")
+
+
+def check_alone(loader: Loader, path: str) -> System | None:
+    """Resolve a description with its user left open; what is wrong goes to the loader's findings.
+
+    The system that is returned holds the described part alone; None if the file has not its shape.
+    """
+    file = loader.load(path)
+    if file is None:
+        return None
+    library = Library(loader.load, os.path.dirname(path) or ".", loader.findings)
+    frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
+    scratch = Library(loader.load, library.base, Findings()).definitions(file, frames)
+    given = _parameters(file, scratch, loader.findings)
+    setting = Setting(file, library.definitions(file, frames, given), given)
+    agent, resolver = _described(file, library, setting, loader.findings)
+    system = _system(agent, setting.definitions)
+    found = loader.findings.diagnostics
+    found[:] = [d for d in found if not d.code.startswith(_NEEDS_USER)]
+    checked, _ = run_checks(
+        system, frozenset(resolver.broken), frozenset(resolver.faulty), sound=False
+    )
+    found += [d for d in checked if _is_certain(d, path)]
+    return system
+
+
+def _is_certain(diagnostic: Diagnostic, path: str) -> bool:
+    return diagnostic.code.startswith(_OF_TABLES) and diagnostic.primary.file == path
+
+
+def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[Constant, ...]:
+    """The value parameters as constants that stand for themselves."""
+    given = []
+    for name, text in file.spec.parameters.items():
+        where = file.top["parameters"][name]
+        if text == "frame":
+            continue
+        try:
+            type_ = parse_type(text, known.names())
+        except ExprError as error:
+            findings.expression_error(where, error)
+        else:
+            given.append(Constant(name, ConstantRef(name, type=type_), "", where.key))
+    return tuple(given)
+
+
+def _described(
+    file: Loaded, library: Library, setting: Setting, findings: Findings
+) -> tuple[Agent, AgentResolver]:
+    """The agent of the file, or one that consists of the subsystem of the file."""
+    spec, top = file.spec, file.top
+    control = spec.agent.control if spec.agent else spec.subsystem
+    peers = tuple(dict.fromkeys((*control.x, *control.y))) if control else ()
+    resolver = AgentResolver(library, findings, ("", *peers))
+    nobody = Agent("", "", "", (), (), top.key)
+    if spec.agent is not None:
+        return resolver.resolve("", spec.agent, top["agent"], setting) or nobody, resolver
+    if spec.subsystem is None:
+        return nobody, resolver
+    around = AgentDef.model_validate({})
+    ends = {peer: f"{peer}.c" for peer in peers}
+    where = top["subsystem"]
+    subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)
+    return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver
+
+
+def _system(agent: Agent, known: Definitions) -> System:
+    return System(
+        name="",
+        title="",
+        file="",
+        frames=tuple(sorted(known.frame_titles.items())),
+        types=tuple(sorted(known.type_traces.items())),
+        operators=tuple(known.operators.values()),
+        constants=tuple(known.constants.values()),
+        files=tuple(sorted(known.files.items())),
+        agents=(agent,),
+        plant=None,
+        task=None,
+    )

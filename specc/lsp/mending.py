@@ -1,0 +1,101 @@
+"""A text with errors without them: what cannot be understood is overwritten by blanks.
+
+Every other character stays where it is, so what is known of the mended text holds for the text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from specc.diagnostics import Diagnostic
+from specc.read import Document, read_text
+from specc.schema import ROW_KEYS, shape
+from specc.source import Place
+
+ROUNDS = 8
+"""More errors than this are too many to say anything about the rest."""
+_KEY = re.compile(r"\s*[\w.]+:(?=\s+[^\s#])")
+_DASH_BEFORE = re.compile(r"-\s+$")
+_NOT_BREAK = re.compile(r"[^\r\n]")
+_COMMA_BEHIND = re.compile(r"\s*,")
+_COMMA_BEFORE = re.compile(r",\s*$")
+
+
+def mended(path: str, text: str) -> Document | None:
+    """The text without what is not YAML or has not its shape; None if that leaves nothing."""
+    document = read_text(path, text, ROW_KEYS)
+    for _ in range(ROUNDS):
+        if not document.ok:
+            better = _readable(document)
+        else:
+            wrong = shape(document.data, path)[1]
+            if not wrong:
+                return document
+            better = _shaped(document, wrong)
+        if better is None or better.source.text == document.source.text:
+            return None
+        document = better
+    return None
+
+
+def _readable(document: Document) -> Document | None:
+    """The document without one line that the reader complains of, or of which it notices later."""
+    wrong = next(d for d in document.diagnostics if d.severity == "error")
+    if wrong.primary.part != "text":
+        return None
+    best, furthest = None, -1
+    for line in _suspects(document, wrong):
+        candidate = _without(document, *line)
+        error = next((d for d in candidate.diagnostics if d.severity == "error"), None)
+        if error is None:
+            return candidate
+        at = error.primary.start or 0
+        if error.primary.part == "text" and at > furthest:
+            best, furthest = candidate, at
+    return best
+
+
+def _suspects(document: Document, wrong: Diagnostic) -> Iterator[tuple[int, int]]:
+    """Values and whole lines: at the error, where its construct begins, and those above."""
+    source = document.source
+    seen = set()
+    for place in (wrong.primary, *(related.place for related in wrong.related)):
+        at = source.span(place).line
+        above = next((n for n in range(at - 1, 0, -1) if source.line(n).strip()), at)
+        for number in (at, above):
+            if number not in seen and source.line(number).strip():
+                seen.add(number)
+                start, line = source.line_starts[number - 1], source.line(number)
+                if key := _KEY.match(line):
+                    yield start + key.end(), start + len(line)
+                yield start, start + len(line)
+
+
+def _shaped(document: Document, wrong: list[Diagnostic]) -> Document | None:
+    """The document without the entries of which the schema complains."""
+    better: Document | None = document
+    for found in wrong:
+        if better is not None and found.primary.route:
+            better = _without(better, *_entry(document, found.primary))
+    return better
+
+
+def _entry(document: Document, place: Place) -> tuple[int, int]:
+    """From the key of a value to its end, with one of the commas beside it."""
+    source = document.source
+    key = source.offsets(Place(place.file, place.route, "key"))
+    value = source.offsets(Place(place.file, place.route))
+    start, end = min(key[0], value[0]), max(key[1], value[1])
+    if dash := _DASH_BEFORE.search(source.text, max(0, start - 80), start):
+        return dash.start(), end
+    if behind := _COMMA_BEHIND.match(source.text, end):
+        return start, behind.end()
+    before = _COMMA_BEFORE.search(source.text, max(0, start - 200), start)
+    return (before.start() if before else start), end
+
+
+def _without(document: Document, start: int, end: int) -> Document:
+    text = document.source.text
+    blank = _NOT_BREAK.sub(" ", text[start:end])
+    return read_text(document.source.path, text[:start] + blank + text[end:], ROW_KEYS)

@@ -1,0 +1,77 @@
+"""Texts with errors lose what cannot be understood, and nothing else."""
+
+import random
+
+import pytest
+
+from specc.lsp.mending import mended
+from specc.lsp.outline import outline
+from tests.editor.workspace import SYSTEM
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "gone"),
+    [
+        ("  Joints: vector", "  Joi\n  Joints: vector", "  Joi"),
+        ("frames: {", "frames: [", None),
+        ("        let:\n", "        let:\n          new:\n", "          new:"),
+        ("        let:\n", "        let:\n          - [new\n", "          - [new"),
+        ("        let:\n", '        let:\n          new: "a b\n', 'new: "a b'),
+        (
+            "          - [S0, terminal, going, S1]\n",
+            "          - [S0, terminal]\n",
+            "- [S0, terminal]",
+        ),
+        ('{is: "0.5[rad]", title', '{is: "0.5[rad]", unit: 1, title', "unit: 1,"),
+        ("  DK: {signature", "\tx: 1\n  DK: {signature", "\tx: 1"),
+    ],
+)
+def test_overwrites_the_error_only(old: str, new: str, gone: str | None) -> None:
+    assert SYSTEM.count(old) == 1
+    text = SYSTEM.replace(old, new)
+    document = mended("arm.yaml", text)
+    assert document is not None
+    found = document.source.text
+    assert len(found) == len(text)
+    lost = [a for a, b in zip(text, found, strict=True) if a != b]
+    if gone is not None:
+        assert "".join(lost) == gone.replace(" ", "")
+    else:
+        assert len(lost) < 120
+
+
+def test_what_is_left_is_always_the_text() -> None:
+    rng = random.Random(4)
+    understood = 0
+    for _ in range(80):
+        at = rng.randrange(len(SYSTEM))
+        typed = rng.choice(['"', "{", "[", "}", "\n  a", "- ", ": ", "\n\t", ",", "'", "\r\nb"])
+        text = SYSTEM[:at] + typed + SYSTEM[at:]
+        document = mended("arm.yaml", text)
+        if document is not None:
+            understood += 1
+            left = document.source.text
+            assert all(a in (b, " ") for a, b in zip(left, text, strict=True))
+    assert understood > 60
+
+
+def test_a_text_without_errors_stays_as_it_is() -> None:
+    document = mended("arm.yaml", SYSTEM)
+    assert document is not None
+    assert document.source.text == SYSTEM
+
+
+@pytest.mark.parametrize(
+    ("head", "expected"),
+    [
+        ("a:\n  b: [1\n  c: x", "a:\n  b: 0\n  c: x"),
+        ("a:\n  b: {c: 1,\n    d: x", "a:\n  b: {c: 1,\n    d: x"),
+        ("a:\n  b: >-\n    one\n    two", "a:\n  b: >-\n    one\n    two"),
+        ("a: 1\nb:\n- [x\n- [y, ", "a: 0\nb:\n- 0\n- [y, "),
+        ("b:\n  - c: 1\n    d: ", "b:\n  - c:\n    d: "),
+        ("a: 1\n  ", "a:\n  "),
+        ("  'q: r': {\n    a", "  'q: r': {\n    a"),
+    ],
+)
+def test_the_outline_of_a_line(head: str, expected: str) -> None:
+    assert outline(head) == expected
