@@ -140,7 +140,7 @@ def test_many_specifications_are_accepted_and_many_are_not(folder: Path) -> None
         counts["rejected, run all the same"] += verdict.usable and not verdict.accepted
         counts["steps"] += verdict.steps
     assert counts["accepted"] >= 15
-    assert counts["rejected, run all the same"] >= 8
+    assert counts["rejected, run all the same"] >= 4
     assert counts["UndecidedTransition"] >= 1
     assert counts["AxiomViolated"] >= 3
     assert counts["steps"] >= 2000
