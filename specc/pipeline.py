@@ -20,6 +20,8 @@ class Result:
     proofs: Any
     diagnostics: tuple[Diagnostic, ...]
     sources: Sources
+    broken: frozenset[str] = frozenset()
+    """Qualified names of subsystems that lack parts; nothing is generated from them."""
 
     @property
     def ok(self) -> bool:
@@ -56,7 +58,8 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
     resolved = resolve(file, loader.load, findings)
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
-    return Result(resolved.system, proofs, (*findings.diagnostics, *checked), loader.sources)
+    found = (*findings.diagnostics, *checked)
+    return Result(resolved.system, proofs, found, loader.sources, resolved.broken)
 
 
 def read_spec(path: str) -> Result:
@@ -65,7 +68,9 @@ def read_spec(path: str) -> Result:
     file = loader.load(path)
     resolved = resolve(file, loader.load, loader.findings) if file is not None else None
     diagnostics = tuple(loader.findings.diagnostics)
-    return Result(resolved.system if resolved else None, None, diagnostics, loader.sources)
+    if resolved is None:
+        return Result(None, None, diagnostics, loader.sources)
+    return Result(resolved.system, None, diagnostics, loader.sources, resolved.broken)
 
 
 def build(path: str) -> Build:

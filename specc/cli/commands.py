@@ -135,6 +135,13 @@ def diff(options: Namespace) -> int:
     return run_diff(options)
 
 
+def witness(options: Namespace) -> int:
+    """Write tests that run what is refuted."""
+    from specc.cli.witness import run_witness
+
+    return run_witness(options)
+
+
 def import_(options: Namespace) -> int:
     """Make a specification of files of another tool."""
     from specc.cli.importing import run_import

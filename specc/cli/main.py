@@ -15,6 +15,7 @@ from specc import __version__
 from specc.cli.ages import add_ages
 from specc.cli.differing import add_diff
 from specc.cli.importing import add_import
+from specc.cli.witness import add_witness
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 FAULT, INTERRUPTED, BROKEN_PIPE = 70, 130, 141
@@ -114,6 +115,7 @@ def _parser() -> argparse.ArgumentParser:
 
     add_ages(commands)
     add_diff(commands)
+    add_witness(commands)
     add_import(commands)
 
     commands.add_parser("schema", help="print the JSON Schema of specifications")

@@ -27,7 +27,25 @@ def emit(plan: SystemPlan) -> dict[str, str]:
 
 def filled(plan: SystemPlan) -> dict[str, str]:
     """The templates filled in: valid Python, but neither sorted nor formatted."""
-    environment = Environment(
+    environment = _environment()
+    return {
+        path: environment.get_template(TEMPLATES[type(part)]).render(plan=part)
+        for path, part in plan.files
+    }
+
+
+def printed(template: str, plan: object) -> str:
+    """One template filled in with a plan of its own, as formatted Python.
+
+    Raises:
+        FormatError: the formatter is missing or refuses it.
+    """
+    text = _environment().get_template(template).render(plan=plan)
+    return formatted({"text.py": text})["text.py"]
+
+
+def _environment() -> Environment:
+    return Environment(
         loader=FileSystemLoader(templates_dir()),
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -35,7 +53,3 @@ def filled(plan: SystemPlan) -> dict[str, str]:
         keep_trailing_newline=True,
         autoescape=False,  # the output is Python; lowering has spelled every text
     )
-    return {
-        path: environment.get_template(TEMPLATES[type(part)]).render(plan=part)
-        for path, part in plan.files
-    }

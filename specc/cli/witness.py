@@ -1,0 +1,123 @@
+"""`specc witness`: its arguments, and writing tests that run what was refuted."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from specc.diagnostics import nearest
+
+if TYPE_CHECKING:
+    from specc.pipeline import Result
+    from specc.scenario.refutations import Refutation
+
+
+def add_witness(commands: Any) -> None:
+    """Add the command to the parser's subcommands."""
+    parser = commands.add_parser(
+        "witness", help="write tests that run what is refuted, and fail until it is repaired"
+    )
+    parser.add_argument("spec", metavar="SPEC")
+    parser.add_argument("--code", metavar="CODE", help="findings with this code only")
+    parser.add_argument("--subsystem", metavar="NAME", help="of this subsystem only: irp.m")
+    parser.add_argument("--state", metavar="NAME", help="of this state only")
+    parser.add_argument(
+        "--out", metavar="DIR", default="witnesses", help="a file per finding goes here"
+    )
+
+
+def run_witness(options: argparse.Namespace) -> int:
+    """Write scenarios; 0 if nothing is refuted, 1 if something is, 2 for wrong usage."""
+    from specc import pipeline
+    from specc.diagnostics.render import text
+    from specc.diagnostics.report import report, resolve
+
+    result = pipeline.compile_spec(options.spec)
+    if result.system is None:
+        findings = resolve(result.diagnostics, result.sources)
+        colour = sys.stderr.isatty() and "NO_COLOR" not in os.environ
+        sys.stderr.write(text.render(report(findings, [options.spec]), colour=colour))
+        unreadable = any(f.code in ("E0001", "E0002", "E0003", "E0004") for f in result.diagnostics)
+        return 2 if unreadable else 1
+    if fault := _unknown(options, result):
+        return _say(fault, 2)
+    return _write_all(options, result)
+
+
+def _write_all(options: argparse.Namespace, result: Result) -> int:
+    from specc.scenario.refutations import refutations
+
+    found = [item for item in refutations(result.proofs.facts) if _is_asked(item, options)]
+    if not found:
+        others = sum(1 for finding in result.diagnostics if finding.severity == "error")
+        hint = "; `specc validate` reports errors of other kinds" if others else ""
+        return _say(f"{options.spec}: nothing to show is refuted{hint}", 0)
+    return max(_write(item, options, result) for item in found)
+
+
+def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int:
+    from specc.emit import FormatError
+    from specc.scenario.plan import Planner
+    from specc.scenario.text import file_name, scenario
+    from specc.scenario.write import ForeignFileError, put
+
+    assert result.system is not None  # something is refuted of it
+    planner = Planner(result.system, result.proofs.facts, item)
+    script = planner.script()
+    where = f"{item.code}: {item.subsystem}: {item.words}"
+    if script is None:
+        return _say(f"{where}: no values were found that a run could show this with", 1)
+    path = Path(options.out, file_name(item))
+    try:
+        spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
+        put(path, scenario(item, script, planner.subsystem, spec))
+    except ForeignFileError:
+        return _say(f"{path} was not written by specc and stays; `--out` names another folder", 2)
+    except FormatError as error:
+        return _say(str(error), 2)
+    except OSError as error:
+        return _say(f"{path} cannot be written: {(error.strerror or 'unknown reason').lower()}", 2)
+    return _say(f"wrote {path}: {where}", 1)
+
+
+def _unknown(options: argparse.Namespace, result: Result) -> str:
+    """What is wrong with the names in the options; empty if nothing is."""
+    from specc.scenario.refutations import CODES
+
+    assert result.system is not None
+    subsystems = [
+        s for s in result.system.subsystems if options.subsystem in (None, s.qualified_name)
+    ]
+    if options.code is not None and options.code.upper() not in CODES:
+        return _no("code that a run can show is", options.code, CODES)
+    if not subsystems:
+        names = (s.qualified_name for s in result.system.subsystems)
+        return _no("subsystem is", options.subsystem, names)
+    states = {state.name: None for s in subsystems for state in s.states}
+    if options.state is not None and options.state not in states:
+        return _no("state is", options.state, states)
+    return ""
+
+
+def _no(what: str, name: str, known: Iterable[str]) -> str:
+    listed = list(known)
+    close = " or ".join(nearest(name, listed))
+    hint = f"did you mean {close}?" if close else f"there are {', '.join(listed)}"
+    return f"no {what} called {name!r}; {hint}"
+
+
+def _is_asked(item: Refutation, options: argparse.Namespace) -> bool:
+    return (
+        options.code in (None, item.code, item.code.lower())
+        and options.subsystem in (None, item.subsystem)
+        and options.state in (None, item.state)
+    )
+
+
+def _say(words: str, code: int) -> int:
+    print(f"specc: {words}", file=sys.stderr)
+    return code

@@ -1,0 +1,71 @@
+"""Which numbers are worth trying: those that conditions compare with, and what lies between."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
+from specc.model.expr import Builtin, Compare, Expr, Number, walk
+from specc.scenario.situation import Meaning, Situation
+
+_HOLDS = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+_MOST = 8
+
+
+class Thresholds:
+    """Numbers that some conditions compare with."""
+
+    def __init__(self, conditions: Iterable[Expr], meaning: Meaning, at: Situation) -> None:
+        """`at` is any situation; what depends on it counts with the value that it has there."""
+        known = {0.0}
+        for condition in (*conditions, *meaning.lets.values()):
+            for node in walk(condition):
+                if isinstance(node, Compare):
+                    known |= _numbers((node.left, node.right), meaning, at)
+                elif isinstance(node, Builtin) and node.name == "near":
+                    known |= _numbers(node.args, meaning, at)
+                elif isinstance(node, Number):
+                    known.add(float(node.value))
+        self._known = sorted(known)
+
+    def below_or_above(self, op: str, limit: float, *, whole: bool) -> Iterator[float]:
+        """Numbers n with `n op limit`, at most eight, the nearest to other thresholds first."""
+        found: dict[float, None] = {}
+        for number in self._around(limit):
+            rounded: float = round(number) if whole else number
+            if _HOLDS[op](rounded, limit):
+                found[rounded] = None
+        yield from list(found)[:_MOST]
+
+    def _around(self, limit: float) -> Iterator[float]:
+        """Round numbers and the middles of gaps near a threshold, then the next gaps."""
+        yield from (limit, limit + 1, limit - 1)
+        above = [n for n in self._known if n > limit]
+        below = [n for n in reversed(self._known) if n < limit]
+        for side in (above, below):
+            edges = [limit, *side]
+            yield from ((a + b) / 2 for a, b in pairwise(edges))
+            yield from side[:2]
+            yield edges[-1] + math.copysign(1.0, edges[-1] - limit)
+        yield from (limit + 1000, limit - 1000)
+
+
+def _numbers(parts: Iterable[Expr], meaning: Meaning, at: Situation) -> set[float]:
+    found = set()
+    for part in parts:
+        try:
+            value = meaning.value(part, at)
+        except (ArithmeticError, ValueError, LookupError):
+            continue
+        if isinstance(value, (int, float)) and math.isfinite(value):
+            found.add(float(value))
+    return found

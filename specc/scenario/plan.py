@@ -1,0 +1,174 @@
+"""From a refutation to a script: driven by inputs where a run leads there, else put in place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from specc.facts import Facts
+from specc.model.expr import Input, Present
+from specc.model.fsm import Transition
+from specc.model.system import System
+from specc.model.types import Bool
+from specc.scenario.drive import Drive, Driver
+from specc.scenario.machine import AbsentError, StrayError, ending
+from specc.scenario.refutations import Refutation
+from specc.scenario.script import Placed, Script, step_between
+from specc.scenario.search import Goal, find
+from specc.scenario.situation import Meaning, Situation
+from specc.scenario.subject import alone
+from specc.scenario.values import Value
+
+MOST_ABSENT = 8
+
+
+class Planner:
+    """Finds the script of one refutation."""
+
+    def __init__(self, system: System, facts: Facts, refutation: Refutation) -> None:
+        """`system` is the whole one, `facts` are of it."""
+        whole = next(s for s in system.subsystems if s.qualified_name == refutation.subsystem)
+        self.system = alone(system, refutation.subsystem)
+        (self.subsystem,) = self.system.subsystems
+        self.meaning = Meaning(self.system, self.subsystem)
+        self._driver = Driver(self.meaning, facts, whole)
+        self._refutation = refutation
+        self._rows = tuple(self._own(row) for row in refutation.rows)
+
+    def script(self) -> Script | None:
+        """The script that needs the least put in place; None if no values were found."""
+        for goals in self._goals():
+            for attempt in (self._driven, self._driven_towards, self._put):
+                script = attempt(goals)
+                if script is not None:
+                    return script
+        return None
+
+    def _own(self, row: Transition) -> Transition:
+        return next(other for other in self.subsystem.transitions if other.place == row.place)
+
+    def _goals(self) -> Iterator[list[Goal]]:
+        """The goals of the last step: first without, then with further rows that apply."""
+        state, cause = self._refutation.state, self._refutation.cause
+        exact = [*self._driver.context(state, cause, self._rows), *self._refutation.goals]
+        yield exact
+        others = {id(r.condition.when) for _, r in self.subsystem.rows(state, cause)}
+        others -= {id(row.condition.when) for row in self._rows}
+        if self._rows and others:
+            yield [goal for goal in exact if id(goal[0]) not in others]
+
+    def _driven(self, goals: list[Goal]) -> Script | None:
+        """Only by inputs, from the first period on."""
+        return self._along(None, goals, self._reached)
+
+    def _driven_towards(self, goals: list[Goal]) -> Script | None:
+        """By inputs that have from the start the values that the last step needs."""
+        wanted = self._anywhere(goals)
+        if wanted is None:
+            return None
+        script = self._along(wanted, goals, self._reached)
+        return script or self._along(wanted, goals, self._remembered)
+
+    def _along(
+        self,
+        wanted: Situation | None,
+        goals: list[Goal],
+        last: Callable[[Drive, list[Goal]], Script],
+    ) -> Script | None:
+        for path in self._driver.paths(self._refutation.state):
+            try:
+                drive = self._driver.first(wanted)
+                for row in path:
+                    drive = self._driver.along(drive, row)
+                return last(drive, goals)
+            except StrayError:
+                continue
+        return None
+
+    def _reached(self, drive: Drive, goals: list[Goal]) -> Script:
+        """The last step of a run that is driven by inputs alone."""
+        for _ in range(MOST_ABSENT):
+            reached, seen = self._driver.reach(drive, goals)
+            try:
+                rows = self._rows_at(seen)
+                self._driver.replay(reached, seen)
+                return Script(
+                    reached.steps, None, step_between(reached.seen, seen), seen.answers, rows
+                )
+            except AbsentError as error:
+                goals = [*goals, _present(error)]
+        raise StrayError("inputs are missing")
+
+    def _remembered(self, drive: Drive, goals: list[Goal]) -> Script:
+        """The last step with memory, time and old inputs put in place."""
+        seen, rows = self._settled(drive.at, goals)
+        self._driver.replay(drive, replace(drive.at, answers=seen.answers))
+        periods = None if seen.periods == drive.at.periods else seen.periods
+        placed = Placed(None, _changed(drive.at, seen), periods)
+        return Script(drive.steps, placed, step_between(drive.seen, seen), seen.answers, rows)
+
+    def _put(self, goals: list[Goal]) -> Script | None:
+        """The state itself put in place after the first period."""
+        try:
+            drive = self._driver.first()
+            at = replace(drive.at, periods=1)
+            seen, rows = self._settled(at, goals)
+        except StrayError:
+            return None
+        left = self._driver.after_first(drive, seen)
+        placed = Placed(self._refutation.state, _changed(left, seen), seen.periods)
+        return Script(drive.steps, placed, step_between(drive.seen, seen), seen.answers, rows)
+
+    def _anywhere(self, goals: list[Goal]) -> Situation | None:
+        try:
+            return self._settled(self._driver.first().at, goals)[0]
+        except StrayError:
+            return None
+
+    def _settled(self, at: Situation, goals: Sequence[Goal]) -> tuple[Situation, tuple[int, ...]]:
+        """A situation that meets the goals whatever led to it, and the rows that apply.
+
+        Raises:
+            StrayError: nothing was found.
+        """
+        sure = self._driver.sure(self._refutation.state)
+        freedom = self._driver.freedom(placed=True, time=True, sure=sure)
+        at = replace(at, present=at.present | sure)
+        for _ in range(MOST_ABSENT):
+            seen = find(self.meaning, at, goals, freedom)
+            if seen is None:
+                break
+            try:
+                return seen, self._rows_at(seen)
+            except AbsentError as error:
+                goals = [*goals, _present(error)]
+        raise StrayError("no values were found")
+
+    def _rows_at(self, seen: Situation) -> tuple[int, ...]:
+        """The rows that apply in the last step, which are those of the refutation at least.
+
+        Raises:
+            StrayError: it ends otherwise.
+        """
+        ended = ending(self.meaning, self._refutation.state, seen)
+        wanted = {i for i, row in enumerate(self.subsystem.transitions) if row in self._rows}
+        if (
+            ended is None
+            or ended.cause != self._refutation.cause
+            or not wanted <= set(ended.rows)
+            or len(ended.rows) == 1
+            or bool(ended.rows) != bool(wanted)
+        ):
+            raise StrayError("the situation does not show it")
+        return ended.rows
+
+
+def _changed(before: Situation, at: Situation) -> dict[str, Value]:
+    """Memory that has other values than before."""
+    known = before.memory
+    return {n: value for n, value in at.memory.items() if repr(value) != repr(known[n])}
+
+
+def _present(error: AbsentError) -> Goal:
+    peer, element = error.name
+    return Present(Input(peer, element, type=Bool()), type=Bool()), True

@@ -1,0 +1,62 @@
+"""Finding a situation that meets goals: repair what is not met, whatever mends most first."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Sequence
+
+from specc.model.expr import Expr
+from specc.scenario.conditions import Conditions, conjuncts
+from specc.scenario.freedom import Freedom
+from specc.scenario.numbers import Thresholds
+from specc.scenario.situation import Meaning, Situation
+
+Goal = tuple[Expr, bool]
+"""A condition and whether it is to hold."""
+
+STARTS, REPAIRS = 6, 40
+_STRAYING = 0.15
+"""How often a repair is taken that is not the best one, which leads out of circles."""
+
+
+def find(
+    meaning: Meaning, start: Situation, goals: Iterable[Goal], freedom: Freedom
+) -> Situation | None:
+    """A situation near `start` that meets all goals; None if none was found.
+
+    The same question always has the same answer.
+    """
+    wanted = [part for goal in goals for part in conjuncts(*goal, meaning)]
+    if not _unmet(meaning, wanted, start):
+        return start
+    thresholds = Thresholds([condition for condition, _ in wanted], meaning, start)
+    conditions = Conditions(meaning, freedom, thresholds)
+    for seed in range(STARTS):
+        found = _repaired(meaning, start, wanted, conditions, random.Random(seed))
+        if found is not None:
+            return found
+    return None
+
+
+def _repaired(
+    meaning: Meaning,
+    start: Situation,
+    wanted: Sequence[Goal],
+    conditions: Conditions,
+    rng: random.Random,
+) -> Situation | None:
+    at = start
+    for _ in range(REPAIRS):
+        unmet = _unmet(meaning, wanted, at)
+        if not unmet:
+            return at
+        ways = conditions.some_ways(*rng.choice(unmet), at)
+        if not ways:
+            continue
+        scores = [len(_unmet(meaning, wanted, way)) for way in ways]
+        at = rng.choice(ways) if rng.random() < _STRAYING else ways[scores.index(min(scores))]
+    return None
+
+
+def _unmet(meaning: Meaning, wanted: Sequence[Goal], at: Situation) -> list[Goal]:
+    return [goal for goal in wanted if meaning.holds(goal[0], at) is not goal[1]]

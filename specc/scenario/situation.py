@@ -1,0 +1,123 @@
+"""What a subsystem sees and remembers in one period, and what expressions are worth then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from specc.expr import Environment, evaluate
+from specc.model.expr import Expr
+from specc.model.system import Subsystem, System
+from specc.proof import InputName
+from specc.scenario.values import Value, alike, first_value
+
+Answer = tuple[str, tuple[Value, ...], Value]
+"""An operator, its arguments and what it gives for them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """One period of a subsystem.
+
+    `inputs` has something for every element; only those `present` are there. `answers` are what
+    operators give, otherwise the first value of their type. `periods` counts from 0, the period
+    in which the state was entered.
+    """
+
+    inputs: Mapping[InputName, Value]
+    present: frozenset[InputName]
+    fresh: frozenset[InputName] = frozenset()
+    memory: Mapping[str, Value] = field(default_factory=dict)
+    periods: int = 0
+    answers: tuple[Answer, ...] = ()
+
+    def answer(self, operator: str, args: tuple[Value, ...]) -> Value | None:
+        """What an operator is known to give; None if nothing is said of it."""
+        for name, known, result in self.answers:
+            if name == operator and alike(known, args):
+                return result
+        return None
+
+
+class Values(Mapping[str, Value]):
+    """Values by name, computed when they are first asked for."""
+
+    def __init__(self, names: Mapping[str, Expr], compute: Callable[[Expr], Value]) -> None:
+        self._names = names
+        self._compute = compute
+        self._known: dict[str, Value] = {}
+
+    def __getitem__(self, name: str) -> Value:
+        if name not in self._known:
+            self._known[name] = self._compute(self._names[name])
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+class Meaning:
+    """What the expressions of one subsystem mean."""
+
+    def __init__(self, system: System, subsystem: Subsystem) -> None:
+        self.subsystem = subsystem
+        self.lets: dict[str, Expr] = {item.name: item.value for item in subsystem.lets}
+        declared = (*system.constants, *subsystem.constants)
+        self.constants: dict[str, Expr] = {item.name: item.value for item in declared}
+        self.period_s = float(1 / subsystem.rate_hz)
+        self.results = {operator.name: operator.result for operator in system.operators}
+        self._files = dict(system.files)
+
+    def value(self, expr: Expr, at: Situation, *, strictly: bool = False) -> Value:
+        """The value of an expression; raises what `evaluate` raises.
+
+        `strictly`, an element that is not present has no value.
+        """
+        return evaluate(expr, self._environment(at, strictly))
+
+    def holds(self, expr: Expr, at: Situation) -> bool | None:
+        """Whether a condition holds; None if it has no value."""
+        try:
+            return bool(self.value(expr, at))
+        except (ArithmeticError, ValueError, LookupError):
+            return None
+
+    def _environment(self, at: Situation, strictly: bool) -> Environment:
+        inputs = at.inputs
+        if strictly:
+            inputs = {name: value for name, value in inputs.items() if name in at.present}
+        clock = {
+            "elapsed": at.periods * self.period_s,
+            "entered": at.periods == 0,
+            "period": self.period_s,
+        }
+        operators = {name: partial(self._call, at, name) for name in self.results}
+        env = Environment(
+            inputs=inputs,
+            fresh=at.fresh,
+            present=at.present,
+            memory=at.memory,
+            files=self._files,
+            clock=clock,
+            operators={**operators, "is_used": _is_used},
+        )
+        constants = Values(self.constants, lambda expr: evaluate(expr, known))
+        known = replace(env, constants=constants)
+        lets = Values(self.lets, lambda expr: evaluate(expr, whole))
+        whole = replace(known, lets=lets)
+        return whole
+
+    def _call(self, at: Situation, operator: str, *args: Value) -> Value:
+        known = at.answer(operator, args)
+        return first_value(self.results[operator]) if known is None else known
+
+
+def _is_used(value: Value) -> bool:
+    """What proofs ask of a component that may be `_`."""
+    parts = value if isinstance(value, tuple) else (value,)
+    return not any(isinstance(part, float) and math.isnan(part) for part in parts)

@@ -1,0 +1,154 @@
+"""A script as the text of a test."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from textwrap import wrap
+
+from specc.emit import printed
+from specc.model.system import Subsystem
+from specc.proof import InputName
+from specc.scenario.refutations import Refutation
+from specc.scenario.script import Placed, Script, Step
+from specc.scenario.values import Value, spelled
+
+MARK = "# Written by `specc witness`, which may write it anew; without this line it does not."
+_HELPERS = ("Fields", "Token", "Trial", "translation")
+_WIDTH = 92
+
+
+@dataclass(frozen=True, slots=True)
+class CallPlan:
+    """A statement of the test, with lines of comment before it."""
+
+    method: str
+    arguments: str
+    comment: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioPlan:
+    """What the template of a scenario prints."""
+
+    mark: str
+    title: str
+    about: tuple[str, ...]
+    imports: str
+    spec: str
+    name: str
+    subsystem: str
+    calls: tuple[CallPlan, ...]
+
+
+def file_name(refutation: Refutation) -> str:
+    """The file of a scenario; a refutation always has the same one."""
+    return f"test_{_identifier(refutation)}.py"
+
+
+def scenario(refutation: Refutation, script: Script, subsystem: Subsystem, spec: str) -> str:
+    """The text of a scenario; `spec` is the path of the specification from its directory.
+
+    Raises:
+        FormatError: the formatter is missing.
+    """
+    calls = tuple(_calls(refutation, script, subsystem))
+    used = " ".join(call.arguments for call in calls) + " Trial("
+    return printed(
+        "scenario.py.j2",
+        ScenarioPlan(
+            mark=MARK,
+            title=_documented(f"{refutation.code}: {refutation.words}."),
+            about=tuple(map(_documented, _about(refutation, script, spec))),
+            imports=", ".join(name for name in _HELPERS if f"{name}(" in used),
+            spec=repr(spec.replace(os.sep, "/")),
+            name=f"test_{_identifier(refutation)}",
+            subsystem=repr(refutation.subsystem),
+            calls=calls,
+        ),
+    )
+
+
+def _identifier(refutation: Refutation) -> str:
+    parts = (refutation.subsystem, refutation.state, refutation.cause, refutation.code)
+    return re.sub(r"[^A-Za-z0-9_]", "_", "_".join(parts))
+
+
+def _about(refutation: Refutation, script: Script, spec: str) -> Iterator[str]:
+    where = f"Subsystem {refutation.subsystem} of {os.path.basename(spec)}"
+    yield from wrap(
+        f"{where}, state {refutation.state}, {refutation.cause} condition. This test fails until "
+        "the specification is repaired, and passes from then on.",
+        _WIDTH,
+    )
+    if script.answers:
+        names = ", ".join(dict.fromkeys(name for name, _, _ in script.answers))
+        yield ""
+        yield from wrap(
+            f"It rests on operators, of which proofs know nothing but that the same arguments give "
+            f"the same value: {names}.",
+            _WIDTH,
+        )
+
+
+def _calls(refutation: Refutation, script: Script, subsystem: Subsystem) -> Iterator[CallPlan]:
+    for operator, args, result in script.answers:
+        given = [repr(operator), *map(spelled, args), f"gives={spelled(result)}"]
+        yield CallPlan("operator", ", ".join(given))
+    for step in script.steps:
+        into = [repr(step.into), *_inputs(step)]
+        if step.periods != 1:
+            into.append(f"periods={step.periods}")
+        yield CallPlan("step", ", ".join(into), (_commented(step.way),))
+    if script.placed is not None:
+        yield _place(script.placed)
+    rows = [str(i) for i in script.rows]
+    table = [subsystem.transitions[int(i)] for i in rows]
+    held = " and ".join(f"{r.condition.name} -> {r.target}" for r in table) or "none"
+    comment = _commented(f"{refutation.cause} condition holds, and of its rows: {held}")
+    yield CallPlan("decide", ", ".join(_inputs(script.last)), tuple(wrap(comment, _WIDTH)))
+
+
+def _place(placed: Placed) -> CallPlan:
+    arguments = []
+    if placed.state is not None:
+        arguments.append(f"state={placed.state!r}")
+        comment = "No run was found that leads there by inputs alone: this is put in place."
+    else:
+        comment = "Inputs alone were not found to lead there: this is put in place."
+    if placed.memory:
+        inside = ", ".join(f"{name!r}: {spelled(v)}" for name, v in placed.memory.items())
+        arguments.append(f"memory={{{inside}}}")
+    if placed.periods is not None:
+        arguments.append(f"periods={placed.periods}")
+    return CallPlan("place", ", ".join(arguments), (comment,))
+
+
+def _inputs(step: Step) -> Iterator[str]:
+    if step.arrives:
+        yield f"arrives={_by_name(step.arrives)}"
+    if step.there:
+        yield f"there={_by_name(step.there)}"
+    if step.absent:
+        yield f"absent={[_name(name) for name in step.absent]!r}"
+
+
+def _by_name(values: Mapping[InputName, Value]) -> str:
+    inside = ", ".join(f"{_name(name)!r}: {spelled(value)}" for name, value in values.items())
+    return f"{{{inside}}}"
+
+
+def _name(name: InputName) -> str:
+    return f"x.{name[0]}.{name[1]}"
+
+
+def _documented(text: str) -> str:
+    """A text for the inside of a docstring."""
+    return text.replace("\\", "\\\\").replace('"', "'")
+
+
+def _commented(text: str) -> str:
+    """A text for a comment of one line, without instructions to linters."""
+    return " ".join(text.replace("#", "").split())

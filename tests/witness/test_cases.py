@@ -1,0 +1,70 @@
+"""A scenario of every case fails for the reason reported, and passes once that is mended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from specc.pipeline import compile_spec
+from specc_runtime.faults import UndecidedTransition
+from tests.witness.runs import CASES, mended, run, written
+
+MACHINES = CASES / "machines"
+ENABLED = {
+    "E0602-both-fresh": ("S0 terminal d_came -> S0", "S0 terminal go_came -> S0"),
+    "E0602-thresholds": ("S0 terminal small -> S0", "S0 terminal large -> S0"),
+}
+"""Rows that apply; none in the other cases."""
+FILES = sorted(path for code in ("E0601", "E0602", "E0603") for path in MACHINES.glob(f"{code}-*"))
+
+
+@pytest.mark.parametrize("case", [*FILES, *MACHINES.glob("W0616-*")], ids=lambda path: path.stem)
+def test_it_fails_for_the_reason_reported(case: Path, tmp_path: Path) -> None:
+    (scenario,) = written(case, tmp_path / "out")
+    error = run(scenario, tmp_path)
+    assert isinstance(error, UndecidedTransition)
+    assert case.stem[:5] in scenario.name
+    assert f"_{error.state}_{error.cause}_" in scenario.name
+    assert error.rows == ENABLED.get(case.stem, ())
+
+
+@pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
+def test_the_repair_of_the_report_makes_it_pass(case: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "spec.yaml"
+    copy.write_text(case.read_text(encoding="utf-8"), encoding="utf-8")
+    (scenario,) = written(copy, tmp_path / "out")
+    before = scenario.read_bytes()
+    assert run(scenario, tmp_path) is not None
+    (finding,) = compile_spec(str(copy)).diagnostics
+    copy.write_text(mended(copy.read_text(encoding="utf-8"), finding), encoding="utf-8")
+    assert run(scenario, tmp_path) is None
+    assert scenario.read_bytes() == before
+
+
+def test_the_failure_names_the_places_in_the_specification(tmp_path: Path) -> None:
+    (scenario,) = written(MACHINES / "E0602-both-fresh.yaml", tmp_path / "out")
+    error = run(scenario, tmp_path)
+    assert error is not None
+    notes = [note.rpartition("/")[2] for note in error.__notes__]
+    assert notes == [
+        "E0602-both-fresh.yaml:38: state S0",
+        "E0602-both-fresh.yaml:41: S0 terminal d_came -> S0",
+        "E0602-both-fresh.yaml:42: S0 terminal go_came -> S0",
+    ]
+
+
+def test_an_assumption_repairs_as_well(tmp_path: Path) -> None:
+    copy = tmp_path / "spec.yaml"
+    text = (MACHINES / "E0602-both-fresh.yaml").read_text(encoding="utf-8")
+    copy.write_text(text, encoding="utf-8")
+    (scenario,) = written(copy, tmp_path / "out")
+    assume = 'assume: [{that: "not (fresh(x.c.d) and fresh(x.c.go))", because: they alternate}]'
+    copy.write_text(f"{text}        {assume}\n", encoding="utf-8")
+    assert run(scenario, tmp_path) is None
+
+
+def test_scenarios_are_the_same_every_time(tmp_path: Path) -> None:
+    case = MACHINES / "E0601-equal.yaml"
+    texts = [written(case, tmp_path / "out")[0].read_bytes() for _ in range(2)]
+    assert texts[0] == texts[1]
