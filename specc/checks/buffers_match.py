@@ -16,7 +16,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     for subsystem in facts.subsystems:
         for port in subsystem.ports:
             device = facts.connections.devices.get(port.other_end)
-            if port.other_end in facts.broken:
+            if port.other_end in facts.broken | facts.connections.contested:
                 continue
             if device is not None:
                 elements = facts.connections.device_elements(port)
@@ -94,7 +94,8 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
         for port in subsystem.ports
         if port.other_end == device.qualified_name
     ]
-    if not ends or any(s.qualified_name in facts.broken for s, _ in ends):
+    contested = device.qualified_name in facts.connections.contested
+    if not ends or contested or any(s.qualified_name in facts.broken for s, _ in ends):
         return
     subsystem, port = ends[0]
     sides = (

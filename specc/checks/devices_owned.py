@@ -6,34 +6,29 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
-from specc.model.system import Device, Subsystem, System
+from specc.facts.places import below
+from specc.model.system import Device, Port, Subsystem, System
 from specc.source import Place
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0406."""
+    """E0406, at what makes a subsystem the second owner."""
     for device in system.devices:
-        users = _users(device, system)
-        for name, place in users[1:]:
+        owners = facts.connections.owners(device)
+        for subsystem, port in owners[1:]:
+            first, its_port = owners[0]
             yield Diagnostic(
                 "E0406",
-                f"`{device.qualified_name}` belongs to `{users[0][0]}` already",
-                place,
-                f"`{name}` uses it too",
-                (Related(users[0][1], "used here first"), Related(device.place, "the device")),
+                f"`{device.qualified_name}` belongs to `{first.qualified_name}` already",
+                _claim(device, subsystem, port),
+                f"`{subsystem.qualified_name}` uses it too",
+                (Related(its_port.place, "used here"), Related(device.place, "the device")),
                 "let one subsystem work with it and pass the data on",
             )
 
 
-def _users(device: Device, system: System) -> list[tuple[str, Place]]:
-    """Who may not share the device: users of an effector, those that command a receptor."""
-    found: dict[str, Place] = {}
-    for subsystem in system.subsystems:
-        for port in subsystem.ports:
-            if port.other_end == device.qualified_name and _owns(device, subsystem, port.direction):
-                found.setdefault(subsystem.qualified_name, port.place)
-    return list(found.items())
-
-
-def _owns(device: Device, subsystem: Subsystem, direction: str) -> bool:
-    return device.kind == "real_effector" or direction == "y"
+def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
+    """Where a subsystem says that it works with a device."""
+    if subsystem.kind == "control" or subsystem.name == device.name:
+        return port.place
+    return below(subsystem.place, "uses")

@@ -10,9 +10,9 @@ from specc.model.system import System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """O0404; nothing is said of an agent with a broken subsystem, which may use the device."""
+    """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
     used = {port.other_end for s in system.subsystems for port in s.ports}
-    unsure = {name.split(".")[0] for name in facts.broken}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.connections.contested}
     for device in system.devices:
         if device.qualified_name not in used and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from specc.model.fsm import Behaviour
 from specc.model.system import Device, Element, Port, Subsystem, System
@@ -53,6 +54,21 @@ class Connections:
         if device is None:
             return ()
         return device.y if port.direction == "x" else device.x
+
+    def owners(self, device: Device) -> list[tuple[Subsystem, Port]]:
+        """Who works with an effector or commands a receptor, the one of its name first."""
+        name, found = device.qualified_name, dict[str, tuple[Subsystem, Port]]()
+        for subsystem in self.subsystems.values():
+            for port in subsystem.ports:
+                owns = device.kind == "real_effector" or port.direction == "y"
+                if owns and port.other_end == name:
+                    found.setdefault(subsystem.qualified_name, (subsystem, port))
+        return sorted(found.values(), key=lambda owner: owner[0].name != device.name)
+
+    @cached_property
+    def contested(self) -> frozenset[str]:
+        """Devices of several owners; what these want of them is no matter before there is one."""
+        return frozenset(n for n, device in self.devices.items() if len(self.owners(device)) > 1)
 
     def always_present(self, subsystem: Subsystem) -> frozenset[InputName]:
         """Inputs that have a value from the first period on."""
