@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic
 from specc.facts import Facts
-from specc.model.system import System
+from specc.model.system import Device, System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -20,5 +20,14 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 "O0404",
                 f"no subsystem uses the real {kind} `{device.name}`",
                 device.place,
-                help=f"add a virtual {kind} `{device.name}`, or delete the device",
+                help=_way_out(device, kind, system),
             )
+
+
+def _way_out(device: Device, kind: str, system: System) -> str:
+    """Its own virtual effector or receptor, if there is one, lacks the buffers."""
+    names = {subsystem.qualified_name for subsystem in system.subsystems}
+    if f"{device.agent}.{device.name}" in names:
+        letter = kind[0].upper()
+        return f"add `{letter}: {{...}}` under the `x:` and `y:` of `{device.name}`"
+    return f"add a virtual {kind} `{device.name}`, or delete the device"

@@ -13,7 +13,7 @@ from specc.expr.mismatch import fits, way_out
 from specc.expr.origin import Origin
 from specc.expr.parse import span
 from specc.expr.unify import Bindings, frames_of, has_variables, substitute, unify
-from specc.model.expr import Call, Expr
+from specc.model.expr import Call, Expr, Unknown
 from specc.model.system import Operator
 from specc.model.types import Type
 
@@ -70,17 +70,24 @@ class _Application:
             except ExprErrors as failure:
                 errors += failure.errors
         if errors:
-            return self._failed(ExprErrors(errors))
+            return self._failed(found, ExprErrors(errors))
         ordered = tuple(found[i] for i in range(len(args)))
         result = substitute(self.operator.result, self.bindings)
         return Call(self.operator.name, ordered, type=result, span=span(self.node))
 
-    def _failed(self, failure: ExprErrors) -> Expr:
+    def _failed(self, found: dict[int, Expr], failure: ExprErrors) -> Expr:
         """A call of this operator was meant if each argument is wrong in itself, if at all."""
         result = substitute(self.operator.result, self.bindings)
         if self.misfits or has_variables(result):
             raise failure
-        return self.ctx.unknown(self.node, result, failure)
+        self.ctx.errors.extend(failure.errors)
+        wanted = [substitute(pattern, self.bindings) for _, pattern in self.operator.parameters]
+        unknown = (
+            Unknown(self.ctx.quote(n), type=t, span=span(n))
+            for n, t in zip(self.node.args, wanted, strict=True)
+        )
+        ordered = tuple(found.get(i, other) for i, other in enumerate(unknown))
+        return Call(self.operator.name, ordered, type=result, span=span(self.node))
 
     def _inner_errors(self) -> list[ExprError]:
         """What is wrong with arguments wherever they belong."""

@@ -134,6 +134,18 @@ class Facts:
         decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="")
         return RowVerdict(tuple(row for _, row in subsystem.rows(state.name, cause)), decision)
 
+    def overlap(self, decided: Decided, pair: tuple[int, int]) -> Witness | None:
+        """Where two rows of a verdict surely apply together, by their indices."""
+        subsystem, state, cause = decided.subsystem, decided.state, decided.cause
+        if self._is_vague(subsystem, state, cause):
+            subsystem = sure(cause).of(subsystem)
+        rows = [row for _, row in subsystem.rows(state.name, cause)]
+        two = replace(subsystem, transitions=tuple(rows[index] for index in pair))
+        always = self.connections.always_present(subsystem)
+        present = self.presence(decided.subsystem).in_conditions(state.name)
+        prover = Prover(two, self._constants, always)
+        return prover.prove_rows(state.name, cause, present=present).decision.overlap
+
     def _is_vague(self, subsystem: Subsystem, state: State, cause: Cause) -> bool:
         return subsystem.qualified_name in self.faulty and is_vague(subsystem, state, cause)
 

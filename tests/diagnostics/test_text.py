@@ -12,6 +12,7 @@ from specc.diagnostics.render.excerpt import MAX_COLUMNS, excerpt
 from specc.diagnostics.render.text import render
 from specc.diagnostics.render.visible import visible, width
 from specc.diagnostics.report import report, resolve
+from specc.pipeline import compile_spec
 from specc.read import read_text
 from specc.source import Place, Route, Sources, Span
 
@@ -153,3 +154,13 @@ def _columns(text: str, skip: int) -> str:
         if width(text[:index]) == skip:
             return text[index:]
     raise AssertionError("the underline starts inside a character")
+
+
+def test_what_is_wrong_comes_before_what_is_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "demo.yaml"
+    path.write_text("specc: 1\nsystem: demo\nconstants: {a: b}\n", encoding="utf-8")
+    result = compile_spec(str(path))
+    found = report(resolve(result.diagnostics, result.sources), [str(path)])
+    assert [item.diagnostic.code for item in found.findings] == ["O0401", "E0201"]
+    text = render(found)
+    assert text.index("E0201") < text.index("O0401")

@@ -17,10 +17,15 @@ _COLOURS = {
 
 
 def render(report: Report, colour: bool = False) -> str:
-    """The findings and a summary; ANSI colours only if `colour`."""
+    """What is wrong, what is not there yet, and a summary; ANSI colours only if `colour`."""
     paint = _Paint(colour)
-    blocks = ["\n".join(_finding(finding, paint)) for finding in report.findings]
+    blocks = ["\n".join(_finding(finding, paint)) for finding in _apart(report)]
     return "\n\n".join([*blocks, _summary(report)]) + "\n"
+
+
+def _apart(report: Report) -> list[Finding]:
+    """Open points behind all that is wrong."""
+    return sorted(report.findings, key=lambda finding: finding.diagnostic.severity == "open")
 
 
 class _Paint:
