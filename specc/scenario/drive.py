@@ -87,11 +87,6 @@ class Driver:
         )
         self._elements = {(p.peer, e.name): e for p in ports for e in p.elements}
 
-    def freedom(self, *, placed: bool, time: bool, sure: frozenset[InputName]) -> Freedom:
-        """What may be changed; if `placed`, also what a run would not change by itself."""
-        memory = self._changing if placed else frozenset[str]()
-        return Freedom(memory, time, placed, self.devices, sure | self.always)
-
     def sure(self, state: str) -> frozenset[InputName]:
         """Inputs that are there whenever the conditions of a state are asked."""
         return self._presence.in_conditions(state)
@@ -116,13 +111,8 @@ class Driver:
         """
         at = self._with_values(self._nothing(), wanted)
         goals = [(axiom.that, True) for axiom in self._subsystem.axioms]
-        found = find(
-            self.meaning, at, goals, self.freedom(placed=False, time=False, sure=frozenset())
-        )
-        if found is None:
-            raise StrayError("the assumptions cannot hold in the first period")
         state = self._subsystem.initial_state
-        seen = begun(self.meaning, found)
+        seen = begun(self.meaning, self.found(at, goals, ""))
         step = step_between(None, self._without_own(seen), state, "the first period")
         return Drive(seen, (), (step,), state, self._next(state, seen))
 
@@ -148,24 +138,45 @@ class Driver:
         Raises:
             StrayError: nothing was found that meets them.
         """
-        sure = self.sure(drive.state)
-        found = find(
-            self.meaning, drive.at, goals, self.freedom(placed=False, time=True, sure=sure)
-        )
-        if found is None:
-            raise StrayError(f"nothing was found that ends {drive.state} as wanted")
+        found = self.found(drive.at, goals, drive.state, time=True)
         missing = found.periods - drive.at.periods
         if missing == 0:
             return drive, found
         if not 0 < missing <= LONGEST_WAIT:
             raise StrayError("it takes too long")
         waited = self._wait(drive, missing)
-        found = find(
-            self.meaning, waited.at, goals, self.freedom(placed=False, time=False, sure=sure)
-        )
+        return waited, self.found(waited.at, goals, drive.state)
+
+    def found(
+        self,
+        at: Situation,
+        goals: Sequence[Goal],
+        state: str,
+        *,
+        time: bool = False,
+        placed: bool = False,
+    ) -> Situation:
+        """A situation near `at` that meets goals; without a `state`, one of the first period.
+
+        Other periods are tried with `time`, and with `placed` what no run changes by itself.
+
+        Raises:
+            StrayError: nothing was found.
+        """
+        memory = self._changing if placed else frozenset[str]()
+        sure = self.sure(state) | self.always if state else self.always
+        found = find(self.meaning, at, goals, Freedom(memory, time, placed, self.devices, sure))
         if found is None:
-            raise StrayError(f"nothing was found that ends {drive.state} as wanted")
-        return waited, found
+            raise StrayError(f"nothing was found that ends {state} as wanted")
+        return self._with_company(found, goals)
+
+    def _with_company(self, at: Situation, goals: Sequence[Goal]) -> Situation:
+        """The situation with what is sent together with what has come."""
+        present = self._arrivals.close(at.present)
+        came = replace(at, present=present, fresh=at.fresh | (present - at.present))
+        if all(self.meaning.holds(condition, came) is wanted for condition, wanted in goals):
+            return came
+        return replace(at, present=present)
 
     def replay(self, drive: Drive, last: Situation) -> None:
         """Run it again with what operators give in the end, which they give from the beginning.
@@ -236,11 +247,7 @@ class Driver:
         behaviour = self._subsystem.state(state).behaviour
         goals: list[Goal] = [(behaviour.error.when, False), (behaviour.terminal.when, False)]
         goals += [(axiom.that, True) for axiom in self._subsystem.axioms]
-        freedom = self.freedom(placed=False, time=False, sure=self.sure(state))
-        found = find(self.meaning, at, goals, freedom)
-        if found is None or ending(self.meaning, state, found) is not None:
-            raise StrayError(f"{state} ends before")
-        return found
+        return self.found(at, goals, state)
 
     def _next(self, state: str, at: Situation) -> Situation:
         later = executed(self.meaning, state, at)

@@ -14,7 +14,7 @@ from specc.scenario.drive import Drive, Driver
 from specc.scenario.machine import AbsentError, StrayError, ending
 from specc.scenario.refutations import Refutation
 from specc.scenario.script import Placed, Script, step_between
-from specc.scenario.search import Goal, find
+from specc.scenario.search import Goal
 from specc.scenario.situation import Meaning, Situation
 from specc.scenario.subject import alone
 from specc.scenario.values import Value
@@ -131,13 +131,10 @@ class Planner:
         Raises:
             StrayError: nothing was found.
         """
-        sure = self._driver.sure(self._refutation.state)
-        freedom = self._driver.freedom(placed=True, time=True, sure=sure)
-        at = replace(at, present=at.present | sure)
+        state = self._refutation.state
+        at = replace(at, present=at.present | self._driver.sure(state))
         for _ in range(MOST_ABSENT):
-            seen = find(self.meaning, at, goals, freedom)
-            if seen is None:
-                break
+            seen = self._driver.found(at, goals, state, time=True, placed=True)
             try:
                 return seen, self._rows_at(seen)
             except AbsentError as error:

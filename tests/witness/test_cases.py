@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from specc_runtime.faults import UndecidedTransition
 
 from specc.pipeline import compile_spec
-from specc_runtime.faults import UndecidedTransition
 from tests.witness.runs import CASES, mended, run, written
 
 MACHINES = CASES / "machines"

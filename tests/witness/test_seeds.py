@@ -1,0 +1,51 @@
+"""Faults seeded into sound specifications: each scenario fails as reported, and passes without."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from specc_runtime.faults import UndecidedTransition
+
+from bench.seeding.fault import Seed
+from bench.seeding.machine_faults import FAULTS
+from bench.seeding.score import Bed, beds, spread
+from specc.pipeline import compile_spec
+from tests.witness.runs import ROOT, run, written
+
+SPECS = ROOT / "specs"
+CODES = {"E0601", "E0602", "E0603"}
+MOST = 2
+"""Faults of each class that are seeded into each file."""
+
+
+def seeded() -> Iterator[tuple[str, Bed, Seed]]:
+    for bed in beds(SPECS):
+        for fault in FAULTS:
+            if fault.codes & CODES:
+                for number, seed in enumerate(spread(list(fault.seeds(bed.sheet)), MOST)):
+                    yield f"{Path(bed.sheet.path).stem}: {fault.name} {number}", bed, seed
+
+
+CASES = list(seeded())
+
+
+@pytest.mark.parametrize(("bed", "seed"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
+def test_scenarios_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> None:
+    specs = tmp_path / "specs"
+    shutil.copytree(SPECS, specs, ignore=shutil.ignore_patterns("*.png", "*.ply", "*.npz"))
+    part = specs / Path(bed.sheet.path).relative_to(SPECS)
+    part.write_text(seed.text(bed.sheet), encoding="utf-8")
+    system = specs / Path(bed.system).relative_to(SPECS)
+    told = [d for d in compile_spec(str(system)).diagnostics if d.code in CODES]
+    scenarios = written(system, tmp_path / "out")
+    assert len(scenarios) == len(told)
+    for scenario in scenarios:
+        error = run(scenario, tmp_path)
+        assert isinstance(error, UndecidedTransition)
+        assert (len(error.rows) > 1) == scenario.stem.endswith("E0602")
+        assert scenario.stem[:-6].endswith(f"{error.state}_{error.cause}")
+    part.write_text(bed.sheet.text, encoding="utf-8")
+    assert [run(scenario, tmp_path) for scenario in scenarios] == [None] * len(scenarios)
