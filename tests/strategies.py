@@ -176,6 +176,8 @@ class _Maker:
         made = [self.item(t, depth) for t in types]
         if isinstance(type, Vector) and isinstance(made[0], m.Unused):
             made[0] = self.leaf(type.element, 0, True)
+        if isinstance(type, ListOf):
+            type = ListOf(type.element, nonempty=bool(made))
         return m.Items(tuple(made), type=type)
 
     def item(self, type: Type, depth: int) -> m.Expr:

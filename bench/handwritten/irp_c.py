@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import nan
+from operator import attrgetter
 
 from specc_runtime.builtins import (
     identity,
@@ -23,7 +24,6 @@ from specc_runtime.operators.grasping import grasp_pose as GC
 from specc_runtime.operators.grasping import left_right_grasp as LR
 from specc_runtime.operators.kinematics import direct_kinematics as DK
 from specc_runtime.operators.scene import graspable_objects as GO
-from specc_runtime.operators.scene import select_object as SO
 from specc_runtime.operators.scene import transform_objects as TO
 from specc_runtime.operators.scene import update_scene as US
 from specc_runtime.operators.vision.values import Object
@@ -218,7 +218,7 @@ class Picking:
 
     def _generate_grasp_parameters(self, graspable: tuple[Object, ...]) -> None:
         memory = self.memory
-        selected = SO(graspable)
+        selected = max(graspable, key=attrgetter("confidence"))
         fingers = LR(selected)
         grasp = GC(fingers, memory.X_EF)
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67

@@ -10,6 +10,7 @@ from math import nan
 from typing import ClassVar, Final
 
 from specc_runtime.builtins import (
+    argmax,
     identity,
     inverse,
     near_pose,
@@ -24,7 +25,6 @@ from specc_runtime.operators.grasping import grasp_pose as GC
 from specc_runtime.operators.grasping import left_right_grasp as LR
 from specc_runtime.operators.kinematics import direct_kinematics as DK
 from specc_runtime.operators.scene import graspable_objects as GO
-from specc_runtime.operators.scene import select_object as SO
 from specc_runtime.operators.scene import transform_objects as TO
 from specc_runtime.operators.scene import update_scene as US
 from specc_runtime.operators.vision.values import Object
@@ -370,7 +370,7 @@ class Picking(Subsystem):
     def _generate_grasp_parameters(self, O_g: tuple[Object, ...]) -> None:
         """Generate grasp parameters, eq. 65; Fig. 24."""
         memory = self.memory
-        O_b = SO(O_g)  # the one with the highest confidence
+        O_b = argmax((o.confidence, o) for o in O_g)  # eq. 67
         fingers = LR(O_b)  # poses of the fingertips
         grasp = GC(fingers, memory.X_EF)  # grasp pose
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67

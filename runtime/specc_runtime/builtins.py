@@ -6,11 +6,14 @@ Six numbers are too few for numpy to pay: comparisons and norms run on Python fl
 from __future__ import annotations
 
 import math
-from typing import Any, overload
+from collections.abc import Iterable
+from typing import Any, TypeVar, overload
 
 import numpy as np
 
 from specc_runtime.values import Pose, Vector
+
+T = TypeVar("T")
 
 
 @overload
@@ -48,6 +51,35 @@ def near_pose(X: Pose, Y: Pose, position_m: float, rotation_rad: float) -> bool:
         + (g - q) ** 2 + (h - r) ** 2 + (i - s) ** 2
     )  # fmt: skip
     return bool(chord <= 8.0 * math.sin(0.5 * min(rotation_rad, math.pi)) ** 2)
+
+
+def some(value: T | None) -> T:
+    """A value that has been proved to be there; raises ValueError if it is not."""
+    if value is None:
+        raise ValueError("None where there must be a value")
+    return value
+
+
+def argmax(pairs: Iterable[tuple[float, T]]) -> T:
+    """The item with the largest number before it, the first of several; NaN is never largest.
+
+    Raises ValueError if there is no item.
+    """
+    return max(pairs, key=_ranked)[1]
+
+
+def argmin(pairs: Iterable[tuple[float, T]]) -> T:
+    """The item with the smallest number before it, the first of several; NaN is never smallest.
+
+    Raises ValueError if there is no item.
+    """
+    return max(((-number, item) for number, item in pairs), key=_ranked)[1]
+
+
+def _ranked(pair: tuple[float, object]) -> tuple[bool, float]:
+    """Numbers in their order, NaN before all of them."""
+    number = pair[0]
+    return (False, 0.0) if math.isnan(number) else (True, number)
 
 
 def inverse(X_AB: Pose) -> Pose:

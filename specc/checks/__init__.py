@@ -48,6 +48,7 @@ from specc.checks import (
     states_left,
     states_reached,
     subsystems_distinct,
+    values_there,
 )
 from specc.diagnostics import Diagnostic, stops
 from specc.facts import Facts, Proofs
@@ -97,6 +98,7 @@ CHECKS: tuple[Check, ...] = (
     presence_in_conditions.check,
     presence_in_memory.check,
     presence_in_axioms.check,
+    values_there.check,
 )
 
 USES: tuple[Check, ...] = (

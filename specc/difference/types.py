@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from specc.difference.record import Book
 from specc.model.system import System
-from specc.model.types import Enum, ListOf, Opaque, Record, Type, Vector
+from specc.model.types import Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector
 
 
 def type_text(type: Type) -> str:
@@ -17,8 +17,10 @@ def type_text(type: Type) -> str:
             return str(replace(type, members=tuple(sorted(type.members))))
         case Vector(element=Enum(name="") as enum):
             return str(replace(type, element=replace(enum, members=tuple(sorted(enum.members)))))
-        case ListOf(element=element):
-            return f"list[{type_text(element)}]"
+        case ListOf(element=element, nonempty=nonempty):
+            return f"{'nonempty' if nonempty else 'list'}[{type_text(element)}]"
+        case OptionalOf(value=value):
+            return f"optional[{type_text(value)}]"
     return str(type)
 
 
@@ -70,7 +72,7 @@ def _types(system: System) -> Iterator[Type]:
         seen.add(type)
         yield type
         match type:
-            case ListOf(element=element) | Vector(element=element):
+            case ListOf(element=element) | Vector(element=element) | OptionalOf(value=element):
                 roots.append(element)
             case Record(fields=fields):
                 roots += [field for _, field in fields]

@@ -20,12 +20,18 @@ Side = tuple[ast.expr, Expr]
 _FRAMELESS = frozenset({"identity", "pose", "translation"})
 
 
-def infer_alike(ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None) -> list[Expr]:
-    """The typed expressions. Those without a type of their own take that of the nearest other."""
+def infer_alike(
+    ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None, *, optional: bool = False
+) -> list[Expr]:
+    """The typed expressions. Those without a type of their own take that of the nearest other.
+
+    They have to have a value unless they may be `optional`.
+    """
+    infer = ctx.infer_optional if optional else ctx.infer
     typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
     if not typed:
-        return ctx.each(*(partial(ctx.infer, node, hint) for node in nodes))
-    own = ctx.each(*(partial(ctx.infer, nodes[i], hint) for i in typed))
+        return ctx.each(*(partial(infer, node, hint) for node in nodes))
+    own = ctx.each(*(partial(infer, nodes[i], hint) for i in typed))
     found = dict(zip(typed, own, strict=True))
     _choose_members(ctx, nodes, found)
 
@@ -54,7 +60,8 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
     """Whether the type of an expression depends on where it stands."""
     match node:
         case ast.Constant(value=value):
-            return isinstance(value, (int, float)) and not isinstance(value, bool)
+            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            return value is None or is_number
         case ast.Name(id=name):
             return name == "_" or (name in scope.enums and scope.value(name) is None)
         case ast.List():

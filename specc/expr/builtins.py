@@ -12,7 +12,7 @@ from specc.expr.mismatch import scalar_unit
 from specc.expr.parse import span
 from specc.expr.parts import input_element
 from specc.expr.pose_builtins import POSE_BUILTINS, near_poses
-from specc.expr.quantifiers import quantifier
+from specc.expr.quantifiers import extreme, quantifier
 from specc.expr.usage import built, take
 from specc.model.expr import Expr, Fresh, Present
 from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
@@ -111,6 +111,8 @@ def _extreme(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
 BUILTINS: dict[str, BuiltinRule] = {
     "all": quantifier,
     "any": quantifier,
+    "argmax": extreme,
+    "argmin": extreme,
     "fresh": _fresh,
     "present": _present,
     "near": _near,

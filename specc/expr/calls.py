@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 
 from specc.diagnostics.nearest import nearest
+from specc.expr.absent import served
 from specc.expr.alike import needs_context
 from specc.expr.builtins import BUILTINS
 from specc.expr.context import Context
@@ -15,7 +16,7 @@ from specc.expr.parse import span
 from specc.expr.unify import Bindings, frames_of, has_variables, substitute, unify
 from specc.model.expr import Call, Expr, Unknown
 from specc.model.system import Operator
-from specc.model.types import Type
+from specc.model.types import OptionalOf, Type
 
 
 def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
@@ -109,7 +110,7 @@ class _Application:
         if self.hint is not None and self._waits(node, pattern):
             unify(self.operator.result, self.hint, self.bindings)
             wanted = substitute(pattern, self.bindings)
-        expr = self.ctx.infer(node, None if has_variables(wanted) else wanted)
+        expr = served(self._inferred(node, wanted), wanted)
         if fits(expr.type, wanted) or unify(wanted, expr.type, self.bindings):
             return expr
         self.misfits = True
@@ -119,6 +120,12 @@ class _Application:
         taken = Origin(self.operator.place, f"`{self.operator.name}` takes {name}: {pattern}")
         error = self.ctx.error(node, message, help, "E0315")
         raise error.because([*self.ctx.origins(expr), taken])
+
+    def _inferred(self, node: ast.expr, wanted: Type) -> Expr:
+        hint = None if has_variables(wanted) else wanted
+        if isinstance(wanted, OptionalOf):
+            return self.ctx.infer_optional(node, hint)
+        return self.ctx.infer(node, hint)
 
     def _bound_frames(self, pattern: Type) -> str:
         bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]

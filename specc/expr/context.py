@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
+from specc.expr.absent import is_none, not_none, served
 from specc.expr.errors import ExprError, ExprErrors
 from specc.expr.mismatch import fits, way_out
 from specc.expr.origin import Origin, origins
 from specc.expr.parse import span
 from specc.expr.scope import Scope
 from specc.model.expr import Expr, Unknown
-from specc.model.types import Bool, Type
+from specc.model.types import Bool, OptionalOf, Type
 
 Rule = Callable[["Context", ast.expr, "Type | None"], Expr]
 """Types one kind of syntax. The type is a hint for literals; whether it fits is checked outside."""
@@ -34,16 +35,30 @@ class Context:
     """What was found wrong where the typing could go on."""
 
     def infer(self, node: ast.expr, hint: Type | None = None) -> Expr:
-        """The typed expression; literals take the hinted type if they can."""
+        """The typed expression; literals take the hinted type if they can.
+
+        Where nothing optional is hinted, an optional value has to be there.
+        """
+        expr = self.infer_optional(node, hint)
+        return expr if isinstance(hint, OptionalOf) else not_none(expr)
+
+    def infer_optional(self, node: ast.expr, hint: Type | None = None) -> Expr:
+        """The typed expression, where None will do."""
+        if isinstance(hint, OptionalOf) and not isinstance(node, ast.IfExp) and not is_none(node):
+            hint = hint.value
         return self.rules[type(node)](self, node, hint)
 
     def expect(self, node: ast.expr, expected: Type | None) -> Expr:
         """The typed expression, which must be of the expected type if there is one."""
-        expr = self.infer(node, expected)
-        if expected is None or fits(expr.type, expected):
+        if expected is None:
+            return self.infer_optional(node)
+        expr = served(self.infer(node, expected), expected)
+        if fits(expr.type, expected):
             return expr
         message = f"{self.quote(node)} is {expr.type}; expected {expected}"
         help = way_out(expr, expected, self.quote(node), self.scope)
+        if is_none(node):
+            message, help = f"None is no {expected}", f"what may be None is optional[{expected}]"
         raise self.error(node, message, help).because(self.origins(expr), expected)
 
     def truth(self, node: ast.expr) -> Expr:

@@ -7,7 +7,7 @@ rows, a list a tuple, a member of an enum its name, an unused component NaN.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -102,13 +102,22 @@ def _items(e: m.Items, env: Environment) -> Value:
     return tuple(map(float, values)) if real or isinstance(e.type, Spatial) else values
 
 
-def _quantifier(e: m.Quantifier, env: Environment) -> bool:
+def _quantifier(e: m.Quantifier, env: Environment) -> Value:
     assert isinstance(e.over.type, (Vector, ListOf))  # typing guarantees it
-    conditions = (
-        evaluate(e.body, replace(env, bound={**env.bound, e.variable: item}))
-        for item in evaluate(e.over, env)
+    items = evaluate(e.over, env)
+    values = (
+        evaluate(e.body, replace(env, bound={**env.bound, e.variable: item})) for item in items
     )
-    return all(conditions) if e.kind == "all" else any(conditions)
+    if e.kind in ("all", "any"):
+        return all(values) if e.kind == "all" else any(values)
+    return _extreme(e.kind, list(values), items)
+
+
+def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
+    """The first of the items with the largest or smallest number; NaN is neither."""
+    counted = [number for number in numbers if not math.isnan(number)]
+    best = (max if kind == "argmax" else min)(counted) if counted else numbers[0]
+    return items[numbers.index(best) if counted else 0]
 
 
 def _literal(e: Any, env: Environment) -> Value:
@@ -125,6 +134,9 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.TextLiteral: _literal,
     m.Member: lambda e, env: e.name,
     m.Unused: lambda e, env: math.nan,
+    m.Nothing: lambda e, env: None,
+    m.IsNone: lambda e, env: evaluate(e.value, env) is None,
+    m.Sure: lambda e, env: evaluate(e.value, env),
     m.Input: lambda e, env: env.inputs[e.peer, e.element],
     m.MemoryRef: partial(_named, "memory"),
     m.LetRef: partial(_named, "lets"),

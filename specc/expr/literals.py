@@ -11,14 +11,27 @@ from specc.expr.alike import needs_context
 from specc.expr.context import Context
 from specc.expr.errors import ExprError
 from specc.expr.parse import span
-from specc.model.expr import Expr, Items, Number, TextLiteral, Truth, Unused
-from specc.model.types import Bool, Enum, Int, ListOf, Real, Spatial, Text, Type, Vector
+from specc.model.expr import Expr, Items, Nothing, Number, TextLiteral, Truth, Unused
+from specc.model.types import (
+    Bool,
+    Enum,
+    Int,
+    ListOf,
+    OptionalOf,
+    Real,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+)
 from specc.model.units import UnitError, unit_of
 
 
 def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
     """`True`, `"text"` or a bare number: of the hinted unit if it is 0, else dimensionless."""
     value, at = node.value, span(node)
+    if value is None:
+        return _nothing(ctx, node, hint)
     if isinstance(value, bool):
         return Truth(value, type=Bool(), span=at)
     if isinstance(value, str):
@@ -27,6 +40,15 @@ def constant(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
     if isinstance(hint, Real) and (value == 0 or (isinstance(value, int) and hint == Real())):
         return Number(float(value), type=hint, span=at)
     return Number(value, type=Int() if isinstance(value, int) else Real(), span=at)
+
+
+def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
+    """`None`, of the optional type that is hinted or whose values are."""
+    if hint is None:
+        help = "give it a place whose type is declared: memory, or an argument of an operator"
+        raise ctx.error(node, "the type of None is not known here", help, "E0317")
+    type = hint if isinstance(hint, OptionalOf) else OptionalOf(hint)
+    return Nothing(type=type, span=span(node))
 
 
 def quantity(ctx: Context, node: ast.Subscript) -> Expr:
@@ -53,6 +75,7 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
             types = [Real(hint.linear)] * 3 + [Real(hint.angular)] * 3
         case ListOf():
             types = [hint.element] * len(node.elts)
+            hint = ListOf(hint.element, nonempty=bool(node.elts))
         case _:
             return _inferred(ctx, node)
     if len(node.elts) != len(types):
@@ -92,7 +115,7 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
             for item in node.elts
         )
     )
-    type: Type = ListOf(element)
+    type: Type = ListOf(element, nonempty=True)
     if isinstance(element, (Real, Int, Bool, Enum)):
         type = Vector(len(found), element)
     return Items(tuple(found), type=type, span=span(node))

@@ -11,6 +11,7 @@ from specc.expr.alike import Side, infer_alike, unlike
 from specc.expr.context import Context
 from specc.expr.errors import ExprError, one_of
 from specc.expr.mismatch import fits, scalar_unit
+from specc.expr.none import absence
 from specc.expr.parse import span
 from specc.model.expr import Among, Choice, Compare, Expr, Logic, Unary
 from specc.model.types import Bool, Enum, Int, Pose, Real, Spatial, Text, Type, Vector
@@ -36,6 +37,8 @@ def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
     """One comparison, or a chain `a < b <= c` as its comparisons joined by and."""
     if any(isinstance(op, (ast.In, ast.NotIn)) for op in node.ops):
         return _among(ctx, node)
+    if any(isinstance(op, (ast.Is, ast.IsNot)) for op in node.ops):
+        return absence(ctx, node)
     nodes = [node.left, *node.comparators]
     sides = list(zip(nodes, infer_alike(ctx, nodes), strict=True))
     links = ctx.each(
@@ -108,7 +111,7 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
     """`then if test else otherwise`; the branches are of one type."""
     branches = [node.body, node.orelse]
     (test,), (then, otherwise) = ctx.each(
-        lambda: [ctx.truth(node.test)], lambda: infer_alike(ctx, branches, hint)
+        lambda: [ctx.truth(node.test)], lambda: _branches(ctx, branches, hint)
     )
     if fits(otherwise.type, then.type):
         return Choice(test, then, otherwise, type=then.type, span=span(node))
@@ -119,6 +122,11 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
     if hint is not None and fits(otherwise.type, hint):
         ctx.expect(node.body, hint)
     raise unlike(ctx, (node.body, then), (node.orelse, otherwise), "are of two types")
+
+
+def _branches(ctx: Context, nodes: list[ast.expr], hint: Type | None) -> list[Expr]:
+    """Branches of a choice may be None where nothing but a value of theirs is asked for."""
+    return infer_alike(ctx, nodes, hint, optional=hint is None)
 
 
 def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from specc.expr.scope import Scope
 from specc.expr.unify import substitute, unify
 from specc.model.expr import Builtin, Expr, Number
-from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
+from specc.model.types import Bool, Int, ListOf, OptionalOf, Pose, Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS, RADIAN, Unit
 
 
 def fits(actual: Type, expected: Type) -> bool:
     """Whether a value of type `actual` may stand where `expected` is expected."""
+    if isinstance(expected, OptionalOf) and not isinstance(actual, OptionalOf):
+        return fits(actual, expected.value)
+    if isinstance(expected, ListOf) and actual == ListOf(expected.element, nonempty=True):
+        return True
     return actual == expected or (isinstance(actual, Int) and expected == Real())
 
 

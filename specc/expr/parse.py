@@ -21,7 +21,7 @@ _LANGUAGE = frozenset({
     ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.GeneratorExp,
     ast.comprehension, ast.keyword, ast.Load, ast.Store, ast.And, ast.Or, ast.Not, ast.USub,
     ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.MatMult,
-    ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.In, ast.NotIn,
+    ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.In, ast.NotIn, ast.Is, ast.IsNot,
 })  # fmt: skip
 _REFUSED = {
     ast.Tuple: ("a tuple", "write a vector or a list in square brackets"),
@@ -41,8 +41,6 @@ _REFUSED = {
     ast.BitXor: ("the operator ^", "powers are written a**2"),
     ast.Invert: ("the operator ~", "write not"),
     ast.UAdd: ("a leading +", "leave the + out"),
-    ast.Is: ("the comparison `is`", "write =="),
-    ast.IsNot: ("the comparison `is not`", "write !="),
 }
 _NO_EXPRESSION = "this is not an expression"
 _MESSAGES = (
@@ -178,9 +176,9 @@ def _refuse_ligatures(nodes: list[ast.AST], text: str) -> None:
 
 def _check_constant(node: ast.Constant) -> None:
     value = node.value
-    if not isinstance(value, (bool, int, float, str)):
-        kind = "None" if value is None else type(value).__name__
-        raise ExprError(f"{kind} is not in the language", *span(node), code="E0302")
+    if value is not None and not isinstance(value, (bool, int, float, str)):
+        message = f"{type(value).__name__} is not in the language"
+        raise ExprError(message, *span(node), code="E0302")
     if isinstance(value, (int, float)) and not abs(value) <= _LARGEST_NUMBER:
         raise ExprError("the number is too large", *span(node), code="E0304")
 

@@ -34,6 +34,8 @@ _USAGE = {
     "image": "image[480, 640, 3]",
     "enum": "enum[open, closed]",
     "list": "list[pose[B, E]]",
+    "nonempty": "nonempty[pose[B, E]]",
+    "optional": "optional[pose[B, E]]",
 }
 
 
@@ -127,6 +129,12 @@ class _Reader:
             return t.Image(self._size(height), self._size(width), layers)
         raise self._error(channels or height, "an image has 3 channels, a depth map 1")
 
+    def _optional(self, node: ast.expr) -> t.OptionalOf:
+        value = self.type(node)
+        if isinstance(value, t.OptionalOf):
+            raise self._error(node, f"{value} may be None already", "leave one optional[...] out")
+        return t.OptionalOf(value)
+
     def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
         name = node.id if isinstance(node, ast.Name) else ""
         if name in self.names.types or name in _PLAIN or _is_enum(node):
@@ -204,6 +212,8 @@ def _is_enum(node: ast.expr) -> bool:
 _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
     ("real", 1): lambda reader, unit: t.Real(reader._unit(unit)),
     ("list", 1): lambda reader, element: t.ListOf(reader.type(element)),
+    ("nonempty", 1): lambda reader, element: t.ListOf(reader.type(element), nonempty=True),
+    ("optional", 1): _Reader._optional,
     ("vector", 1): _Reader._vector,
     ("vector", 2): _Reader._vector,
     ("pose", 2): _Reader._pose,

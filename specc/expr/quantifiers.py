@@ -5,8 +5,10 @@ from __future__ import annotations
 import ast
 from typing import Literal
 
+from specc.expr.absent import not_empty
 from specc.expr.context import Context
 from specc.expr.errors import ExprError
+from specc.expr.mismatch import scalar_unit
 from specc.expr.parse import span
 from specc.expr.scope import RESERVED
 from specc.model.expr import Expr, Quantifier
@@ -28,9 +30,25 @@ def quantifier(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     return Quantifier(kind, variable, over, body, type=Bool(), span=span(node))
 
 
+def extreme(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """The item of a list for which a number is largest or smallest; the list must have one."""
+    comprehension = _comprehension(ctx, node)
+    variable = _variable(ctx, comprehension)
+    over = not_empty(ctx.infer(comprehension.iter))
+    element = _element(ctx, comprehension.iter, over)
+    generator = node.args[0]
+    assert isinstance(generator, ast.GeneratorExp)  # _comprehension looked
+    body = ctx.inside(ctx.scope.binding(variable, element)).infer(generator.elt)
+    if scalar_unit(body.type) is None:
+        message = f"{ctx.quote(generator.elt)} is {body.type}; items are compared by a number"
+        raise ctx.error(generator.elt, message, code="E0315").because(ctx.origins(body))
+    kind: Literal["argmax", "argmin"] = "argmax" if ctx.quote(node.func) == "argmax" else "argmin"
+    return Quantifier(kind, variable, over, body, type=element, span=span(node))
+
+
 def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> Expr:
-    """`... for v in ...` stands in all(...) and any(...) only."""
-    message = "`for` stands in all(...) and any(...) only"
+    """`... for v in ...` stands in quantifiers only."""
+    message = "`for` stands in all(...), any(...), argmax(...) and argmin(...) only"
     raise ctx.error(node, message, f"for example {_USAGE}", "E0302")
 
 
@@ -45,7 +63,8 @@ def _comprehension(ctx: Context, node: ast.Call) -> ast.comprehension:
             help = "put one quantifier into the other"
             raise ctx.error(node, "a quantifier goes over one vector or list", help, "E0302")
     name = ctx.quote(node.func)
-    raise ctx.error(node, f"{name} goes over a vector or list", f"for example {_USAGE}", "E0314")
+    usage = _USAGE if name in ("all", "any") else f"{name}(abs(v) for v in [1, -2])"
+    raise ctx.error(node, f"{name} goes over a vector or list", f"for example {usage}", "E0314")
 
 
 def _variable(ctx: Context, comprehension: ast.comprehension) -> str:

@@ -12,8 +12,8 @@ from specc.source import Place
 
 CLOCK_NAMES = ("elapsed", "entered", "period")
 BUILTIN_NAMES = (
-    "abs", "all", "any", "fresh", "identity", "inverse", "len", "max", "min", "near", "norm",
-    "pose", "position", "present", "sqrt", "translation",
+    "abs", "all", "any", "argmax", "argmin", "fresh", "identity", "inverse", "len", "max", "min",
+    "near", "norm", "pose", "position", "present", "sqrt", "translation",
 )  # fmt: skip
 RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES})
 """Names of the language; a specification gives them to nothing of its own."""

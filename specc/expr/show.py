@@ -42,6 +42,8 @@ def _unary(expr: m.Unary) -> tuple[str, int]:
         return f"-{_within(expr.operand, _NEGATION)}", _NEGATION
     if isinstance(expr.operand, m.Among):
         return _among(expr.operand, "not in")
+    if isinstance(expr.operand, m.IsNone):
+        return _is_none(expr.operand, "is not")
     return f"not {_within(expr.operand, _NOT)}", _NOT
 
 
@@ -59,6 +61,10 @@ def _among(expr: m.Among, word: str = "in") -> tuple[str, int]:
     assert isinstance(expr.item.type, Enum)  # typing guarantees it
     members = ", ".join(name for name in expr.item.type.members if name in expr.members)
     return f"{_within(expr.item, _SUM)} {word} {{{members}}}", _COMPARISON
+
+
+def _is_none(expr: m.IsNone, word: str = "is") -> tuple[str, int]:
+    return f"{_within(expr.value, _SUM)} {word} None", _COMPARISON
 
 
 def _logic(expr: m.Logic) -> tuple[str, int]:
@@ -92,6 +98,8 @@ _PRINTERS: dict[type, Callable[[Any], tuple[str, int]]] = {
     m.Binary: _binary,
     m.Compare: _compare,
     m.Among: _among,
+    m.IsNone: _is_none,
+    m.Sure: lambda e: _print(e.value),
     m.Logic: _logic,
     m.Choice: _choice,
 }
@@ -100,6 +108,7 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.TextLiteral: lambda e: repr(e.value),
     m.Member: lambda e: e.name,
     m.Unused: lambda e: "_",
+    m.Nothing: lambda e: "None",
     m.Input: lambda e: f"x.{e.peer}.{e.element}",
     m.MemoryRef: lambda e: e.name,
     m.LetRef: lambda e: e.name,

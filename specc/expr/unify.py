@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from specc.model.types import Frame, ListOf, Opaque, Pose, Record, Spatial, Type
+from specc.model.types import Frame, ListOf, Opaque, OptionalOf, Pose, Record, Spatial, Type
 
 Bindings = dict[Frame, Frame]
 """Frame variable, with its question mark -> actual frame."""
@@ -15,6 +15,9 @@ def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
     """Whether `actual` is `pattern` for some frames; binds them. On False, nothing is bound."""
     if pattern == actual and not has_variables(pattern):
         return True
+    if isinstance(pattern, OptionalOf):
+        there = actual.value if isinstance(actual, OptionalOf) else actual
+        return unify(pattern.value, there, bindings)
     trial = dict(bindings)
     if not _same_shape(pattern, actual):
         return False
@@ -40,7 +43,9 @@ def substitute(type: Type, bindings: Mapping[Frame, Frame]) -> Type:
         case Spatial():
             return replace(type, frame=frame(type.frame))
         case ListOf():
-            return ListOf(substitute(type.element, bindings))
+            return replace(type, element=substitute(type.element, bindings))
+        case OptionalOf():
+            return OptionalOf(substitute(type.value, bindings))
         case Opaque():
             return replace(type, frames=tuple(map(frame, type.frames)))
         case Record():
@@ -57,8 +62,8 @@ def frames_of(type: Type) -> Iterator[Frame]:
             yield type.child
         case Spatial():
             yield type.frame
-        case ListOf():
-            yield from frames_of(type.element)
+        case ListOf(element=inner) | OptionalOf(value=inner):
+            yield from frames_of(inner)
         case Opaque() | Record():
             yield from type.frames
 
@@ -76,7 +81,10 @@ def _same_shape(pattern: Type, actual: Type) -> bool:
         case Spatial(), Spatial():
             return (pattern.linear, pattern.angular) == (actual.linear, actual.angular)
         case ListOf(), ListOf():
-            return _same_shape(pattern.element, actual.element)
+            enough = actual.nonempty or not pattern.nonempty
+            return enough and _same_shape(pattern.element, actual.element)
+        case OptionalOf(), OptionalOf():
+            return _same_shape(pattern.value, actual.value)
         case (Opaque() | Record(), Opaque() | Record()):
             same = type(pattern) is type(actual) and pattern.name == actual.name
             return same and len(pattern.frames) == len(actual.frames)

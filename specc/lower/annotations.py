@@ -13,6 +13,7 @@ from specc.model.types import (
     Int,
     ListOf,
     Opaque,
+    OptionalOf,
     Pose,
     Real,
     Record,
@@ -69,6 +70,8 @@ class Annotations:
             return self._imports.add(VALUES, value_name)
         if isinstance(type_, (Vector, ListOf)):
             return f"tuple[{self.of(type_.element)}, ...]"
+        if isinstance(type_, OptionalOf):
+            return f"{self.of(type_.value)} | None"
         return self._named(type_)
 
     def _named(self, type_: Type) -> str:

@@ -16,7 +16,7 @@ from specc.model import expr as e
 from specc.model.fsm import Behaviour, Condition
 from specc.model.system import Subsystem, System
 from specc.model.trace import Trace
-from specc.model.types import ListOf, Record, Type, Vector
+from specc.model.types import ListOf, OptionalOf, Record, Type, Vector
 
 Numbers = frozenset[int]
 NONE: Numbers = frozenset()
@@ -108,8 +108,8 @@ class Equations:
 
 def _parts(type_: Type) -> Iterable[Type]:
     match type_:
-        case ListOf(element=element) | Vector(element=element):
-            return (element,)
+        case ListOf(element=inner) | Vector(element=inner) | OptionalOf(value=inner):
+            return (inner,)
         case Record(fields=fields):
             return (field for _, field in fields)
     return ()

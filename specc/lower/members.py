@@ -10,6 +10,8 @@ from specc.model.types import Enum, Vector
 def accepted(quantifier: e.Quantifier, body: Term) -> frozenset[str] | None:
     """Members for which `body` holds; None if it depends on more than the variable."""
     over = quantifier.over.type
+    if quantifier.kind not in ("all", "any"):
+        return None
     if not (isinstance(over, Vector) and over.size and isinstance(over.element, Enum)):
         return None
     outcomes = {m: _holds(body, quantifier.variable, m) for m in over.element.members}

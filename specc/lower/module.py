@@ -15,8 +15,8 @@ from specc.model.system import Constant, Element, Subsystem, System
 
 LANGUAGE = "specc_runtime.builtins"
 BUILTIN_NAMES = (
-    "inverse", "near", "near_pose", "norm", "pose", "position", "read_only", "translation",
-    "identity", "vector",
+    "argmax", "argmin", "identity", "inverse", "near", "near_pose", "norm", "pose", "position",
+    "read_only", "some", "translation", "vector",
 )  # fmt: skip
 FIXED = (
     "annotations", "Callable", "ClassVar", "Equations", "Final", "Inputs", "Literal", "Mapping",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.model.system import System
-from specc.model.types import Enum, ListOf, Opaque, Record, Type, Vector
+from specc.model.types import Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector
 
 
 def named_types(system: System) -> tuple[tuple[str, Type], ...]:
@@ -15,7 +15,7 @@ def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     while pending:
         type_ = pending.pop()
         match type_:
-            case ListOf(element=element) | Vector(element=element):
+            case ListOf(element=element) | Vector(element=element) | OptionalOf(value=element):
                 pending.append(element)
             case Enum(name=name) | Opaque(name=name):
                 found.setdefault(name, type_)

@@ -10,7 +10,7 @@ from specc.lower.spelling import Spelled
 from specc.lower.terms import Term, TermTable, is_array
 from specc.lower.text import comment, literal
 from specc.model import expr as e
-from specc.model.types import Pose, Real, Spatial, Type, Vector
+from specc.model.types import OptionalOf, Pose, Real, Spatial, Type, Vector
 
 PYTHON_FUNCTIONS = ("abs", "len", "max", "min")
 
@@ -33,7 +33,12 @@ class Nodes:
     def spell(self, term: Term, args: list[Spelled]) -> Spelled:
         """Python for a node over its operands."""
         match term.node:
-            case e.Logic() | e.Choice() | e.Quantifier() | e.Unary() | e.Among() | e.Compare():
+            case e.Quantifier(kind="argmax" | "argmin" as kind, variable=variable):
+                spelled = s.pairs(self.bound[variable], args[0], args[1], term.args[0].type)
+                return s.call(self.module.builtin(kind), spelled)
+            case e.Logic() | e.Choice() | e.Quantifier() | e.Unary():
+                return self._condition(term, args)
+            case e.Among() | e.Compare() | e.IsNone():
                 return self._condition(term, args)
             case e.Call(operator=operator):
                 return s.call(self.module.operator(operator), *args)
@@ -41,7 +46,7 @@ class Nodes:
                 return self._builtin(name, term, args)
             case e.Binary(op=op):
                 return s.binary(op, *args)
-            case e.Items() | e.FieldOf() | e.Component():
+            case e.Items() | e.FieldOf() | e.Component() | e.Sure():
                 return self._structure(term, args)
         return self._leaf(term.node)
 
@@ -96,6 +101,8 @@ class Nodes:
                 return s.sign(args[0]) if op == "-" else s.negation(args[0])
             case e.Compare(op=op):
                 return s.compare(op, *args)
+            case e.IsNone():
+                return s.compare("is", args[0], Spelled("None"))
             case e.Among(members=members):
                 return s.among(args[0], members, term.args[0].type, negated=False)
             case e.Quantifier(kind=kind, variable=variable):
@@ -109,6 +116,10 @@ class Nodes:
                 return Spelled(f"{args[0].at(s.PRIMARY)}.{name}", s.PRIMARY)
             case e.Component(index=index):
                 return s.component(args[0], index, term.args[0].type)
+            case e.Sure() if isinstance(term.args[0].type, OptionalOf):
+                return s.call(self.module.builtin("some"), args[0])
+            case e.Sure():
+                return args[0]
         if s.is_tuple(term.type):
             return s.items(args)
         return s.call(self.module.builtin("vector"), *args)
@@ -123,6 +134,8 @@ class Nodes:
                 return Spelled(literal(text))
             case e.Unused():
                 return Spelled(self.module.imports.add("math", "nan"))
+            case e.Nothing():
+                return Spelled("None")
             case e.Clock(name=clock):
                 return self._clock(clock)
         return Spelled(self._name(node), s.PRIMARY)

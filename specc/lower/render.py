@@ -118,6 +118,9 @@ class Renderer:
             item, after = self.value(arg.args[0], seen)
             members = arg.node.members
             return s.among(item, members, arg.args[0].type, negated=True), after, after
+        if isinstance(arg.node, e.IsNone) and arg not in seen.perhaps:
+            item, after = self.value(arg.args[0], seen)
+            return s.compare("is not", item, Spelled("None")), after, after
         spelled, if_true, if_false = self.test(arg, seen)
         return s.negation(spelled), if_false, if_true
 

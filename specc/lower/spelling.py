@@ -90,6 +90,12 @@ def quantifier(kind: str, variable: str, over: Spelled, body: Spelled, type_: Ty
     return Spelled(f"{kind}({body.text} for {variable} in {items})", PRIMARY)
 
 
+def pairs(variable: str, over: Spelled, body: Spelled, type_: Type) -> Spelled:
+    """Every item after the number that it is judged by."""
+    items = over.at(PRIMARY) + ("" if is_tuple(type_) else ".tolist()")
+    return Spelled(f"({body.text}, {variable}) for {variable} in {items}")
+
+
 def component(value: Spelled, index: int, of: Type) -> Spelled:
     """One component: a number of Python's, not one of numpy's."""
     end = f"[{index}]" if is_tuple(of) else f".item({index})"

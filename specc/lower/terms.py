@@ -202,7 +202,7 @@ def _reads_clock(node: e.Expr) -> bool:
 
 def _is_constant(node: e.Expr, args: tuple[Term, ...], computed: frozenset[str]) -> bool:
     match node:
-        case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused():
+        case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.Nothing():
             return True
         case e.Clock(name=name):
             return name == "period"
@@ -244,6 +244,8 @@ def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
             return is_array(first.type)
         case e.Builtin() | e.Unary() | e.Binary() | e.Items():
             return is_array(node.type)
+        case e.Quantifier(kind="argmax" | "argmin"):
+            return True
         case e.Quantifier(over=over):
             members = isinstance(over.type, Vector) and isinstance(over.type.element, Enum)
             return not members or any(term.is_costly for term in perhaps)

@@ -51,6 +51,11 @@ class Unused(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Nothing(Node):
+    """`None`: what an optional value is when there is none."""
+
+
+@dataclass(frozen=True, slots=True)
 class Input(Node):
     """An element of an input buffer, `x.peer.element`."""
 
@@ -145,6 +150,23 @@ class Compare(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class IsNone(Node):
+    """`value is None`; an `is not` is a negated one."""
+
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Sure(Node):
+    """An optional value where there has to be one, or a list where there has to be an item.
+
+    The types say which: that of `value` is optional, or this one's is a nonempty list.
+    """
+
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
 class Among(Node):
     """`item in {a, b}` over the members of an enum; a `not in` is a negated one."""
 
@@ -190,9 +212,12 @@ class Component(Node):
 
 @dataclass(frozen=True, slots=True)
 class Quantifier(Node):
-    """`all(body for variable in over)` or `any(...)`; `over` is a vector or a list."""
+    """`all(body for variable in over)` or `any(...)`; `over` is a vector or a list.
 
-    kind: Literal["all", "any"]
+    `argmax` and `argmin` give the item for which the body is largest or smallest.
+    """
+
+    kind: Literal["all", "any", "argmax", "argmin"]
     variable: str
     over: Expr
     body: Expr
@@ -209,9 +234,10 @@ class Unknown(Node):
 
 
 Expr = (
-    Number | Truth | TextLiteral | Member | Unused | Input | MemoryRef | LetRef | ConstantRef
-    | FileRef | Bound | Clock | Fresh | Present | Call | Builtin | Unary | Binary | Compare | Among
-    | Logic | Choice | Items | FieldOf | Component | Quantifier | Unknown
+    Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
+    | ConstantRef | FileRef | Bound | Clock | Fresh | Present | Call | Builtin | Unary | Binary
+    | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf | Component | Quantifier
+    | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())

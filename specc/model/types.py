@@ -117,10 +117,23 @@ class Image:
 
 @dataclass(frozen=True, slots=True)
 class ListOf:
+    """Items of one type; a list that is `nonempty` has at least one."""
+
     element: Type
+    nonempty: bool = False
 
     def __str__(self) -> str:
-        return f"list[{self.element}]"
+        return f"{'nonempty' if self.nonempty else 'list'}[{self.element}]"
+
+
+@dataclass(frozen=True, slots=True)
+class OptionalOf:
+    """A value of a type, or None."""
+
+    value: Type
+
+    def __str__(self) -> str:
+        return f"optional[{self.value}]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,5 +170,5 @@ def _applied(name: str, frames: tuple[Frame, ...]) -> str:
 
 Type = (
     Bool | Int | Real | Text | File | Enum | Vector | Spatial | Pose | Image | ListOf
-    | Record | Opaque
+    | OptionalOf | Record | Opaque
 )  # fmt: skip

@@ -44,7 +44,7 @@ from tests.strategies import MODE, NAMES, SCOPE
         ("[u, x.c.mode]", "vector[2, Mode]"),
         ("[0, 1.5, 2]", "vector[3]"),
         ("[entered, True]", "vector[2, bool]"),
-        ("[best, best]", "list[Reading]"),
+        ("[best, best]", "nonempty[Reading]"),
         ("x.c.b == [u, u, g, u, u, u]", "bool"),
         ("0 < x.c.d_d <= 1[m]", "bool"),
         ("x.c.n == 3 or 0 == x.c.n", "bool"),
@@ -143,4 +143,4 @@ def test_walk_goes_through_every_part_parents_first() -> None:
 
 
 def test_lists_keep_their_element_type() -> None:
-    assert expression("[best]", SCOPE).type == ListOf(SCOPE.constants["best"])
+    assert expression("[best]", SCOPE).type == ListOf(SCOPE.constants["best"], nonempty=True)

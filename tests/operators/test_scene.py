@@ -1,13 +1,13 @@
-"""TO, US, GO and SO: laws of the memory of the scene (eq. 64) and the choice from it (eq. 67)."""
+"""TO, US and GO: laws of the memory of the scene (eq. 64) and what can be picked (eq. 67)."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from specc_runtime.builtins import argmax
 from specc_runtime.operators.scene import (
     FORGOTTEN_BELOW,
     graspable_objects,
-    select_object,
     transform_objects,
     update_scene,
 )
@@ -32,8 +32,12 @@ Q_BEFORE = np.array([0.0, -np.pi / 2, 0.0, 0.0, 1.5 * np.pi, -np.pi / 2])
 
 
 def best(objects):
-    """What is picked: SO of GO."""
-    return select_object(graspable_objects(objects, np.eye(4), X_PG, Q_BEFORE))
+    """What is picked (eq. 67)."""
+    return most_confident(graspable_objects(objects, np.eye(4), X_PG, Q_BEFORE))
+
+
+def most_confident(objects):
+    return argmax((each.confidence, each) for each in objects)
 
 
 def confidences(objects):
@@ -122,7 +126,7 @@ def test_what_is_not_seen_again_fades_and_is_forgotten():
 def test_what_is_seen_outranks_what_is_only_remembered():
     ghost = thing("sen_0", confidence=1.0)
     scene = update_scene((ghost,), (thing("mnich_0", y=0.0, confidence=0.012),))
-    assert select_object(scene).label == "mnich_0"
+    assert most_confident(scene).label == "mnich_0"
     assert confidences(scene)["sen_0"] == pytest.approx(0.006)
 
 
@@ -139,11 +143,6 @@ def test_labels_in_a_scene_are_unique_in_a_long_history():
         assert len(confidences(scene)) == len(scene)
         for one in seen:
             assert any(np.array_equal(one.X, each.X) for each in scene)
-
-
-def test_the_most_confident_is_selected():
-    objects = tuple(thing(f"sen_{n}", confidence=c) for n, c in enumerate((0.02, 0.05, 0.03)))
-    assert select_object(objects) is objects[1]
 
 
 def test_what_cannot_be_grasped_is_not_selected_while_something_can():
@@ -179,11 +178,6 @@ def test_a_low_neighbour_under_the_hand_does_not_hinder_but_a_tall_one_does():
     raised[2, 3] += 0.08
     tall = replace(low, X=raised, size=low.size + np.array([0, 0, 0.16]))
     assert best((target, with_surface(tall), alone)) is alone
-
-
-def test_nothing_can_be_selected_from_nothing():
-    with pytest.raises(ValueError, match="empty"):
-        select_object(())
 
 
 def test_arguments_are_left_alone():

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from specc_runtime.builtins import (
+    argmax,
+    argmin,
     identity,
     inverse,
     near,
@@ -17,6 +19,7 @@ from specc_runtime.builtins import (
     pose,
     position,
     read_only,
+    some,
     translation,
     vector,
 )
@@ -125,3 +128,34 @@ def test_nothing_is_near_within_a_negative_tolerance() -> None:
     assert not near_pose(X, X, -0.1, 0.1)
     assert not near_pose(X, X, 0.1, -0.1)
     assert not near(1.0, 1.0, -0.1)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "largest", "smallest"),
+    [
+        ((1.0,), 0, 0),
+        ((1.0, 3.0, 2.0, 3.0, 1.0), 1, 0),
+        ((math.nan, 1.0, math.nan, 0.0), 1, 3),
+        ((math.nan, math.nan), 0, 0),
+        ((math.nan, -math.inf), 1, 1),
+        ((0.0, -0.0), 0, 0),
+        ((2, 5, 10**30), 2, 0),
+    ],
+)
+def test_the_best_item_is_the_first_of_several_and_never_one_without_a_number(
+    numbers: tuple[float, ...], largest: int, smallest: int
+) -> None:
+    assert argmax((number, index) for index, number in enumerate(numbers)) == largest
+    assert argmin((number, index) for index, number in enumerate(numbers)) == smallest
+
+
+def test_there_is_no_best_of_nothing() -> None:
+    for best in (argmax, argmin):
+        with pytest.raises(ValueError, match="empty"):
+            best(())
+
+
+def test_some_gives_what_is_there_and_refuses_what_is_not() -> None:
+    assert some(0.0) == 0.0
+    with pytest.raises(ValueError, match="None"):
+        some(None)

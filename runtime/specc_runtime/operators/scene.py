@@ -1,4 +1,4 @@
-"""TO, US, GO and SO: objects in another frame, the scene remembered, the object to pick (4.8).
+"""TO, US and GO: objects in another frame, the scene remembered, what can be picked (4.8).
 
 What is remembered and not seen again loses confidence and never outranks what is seen, so that an
 object that was picked and dropped elsewhere is not looked for where it lay.
@@ -82,14 +82,6 @@ def graspable_objects(objects: Objects, X_EF: Array, X_PG: Array, q_p: Array) ->
     """
     in_reach = tuple(each for each in objects if graspable(each, X_EF, X_PG, q_p))
     return tuple(each for each in in_reach if _has_room(each, objects)) or in_reach
-
-
-def select_object(objects: Objects) -> Object:
-    """SO (eq. 67): the object with the highest confidence, of several the first.
-
-    Raises ValueError if there is no object.
-    """
-    return max(objects, key=lambda each: each.confidence)
 
 
 def _has_room(candidate: Object, objects: Objects) -> bool:

@@ -1,4 +1,4 @@
-"""E07xx: inputs that are read before anything need have arrived."""
+"""E07xx: what is read although there may be nothing."""
 
 from specc.diagnostics.code import Code
 
@@ -21,6 +21,12 @@ _FAST = (
 )
 _MEMORY = 'memory: {v_p: {type: "real[rad/s]", init: %s}}\n'
 _ASSUME = 'assume:\n  - {that: "%s", because: the control subsystem asks for no more}\n'
+_SPEEDS = (
+    "memory:\n"
+    '  v_p: {type: "real[rad/s]", init: 0}\n'
+    '  speeds: {type: "list[real[rad/s]]", init: "[]"}\n'
+    "behaviours: {idle: {functions: [hold, sense, remember]}}\n"
+)
 
 CODES = (
     Code(
@@ -55,6 +61,19 @@ CODES = (
         "has a value then.",
         _ASSUME % "x.c.v < 5[rad/s]",
         _ASSUME % "not present(x.c.v) or x.c.v < 5[rad/s]",
+        "subsystem",
+    ),
+    Code(
+        "E0705",
+        "value taken for granted may be None or empty",
+        "A value of type `optional[T]` serves as a `T`, and a list as one that has an item, as "
+        "`argmax` needs one, only behind a test: in the same expression, or in a state that is "
+        "entered only by rows whose conditions imply it, as long as its behaviour does not write "
+        "what was tested.",
+        _SPEEDS + "functions: {remember: {v_p: argmax(v for v in speeds)}}\n",
+        _SPEEDS
+        + "functions:\n"
+        '  remember: {v_p: "argmax(v for v in speeds) if len(speeds) > 0 else v_p"}\n',
         "subsystem",
     ),
 )

@@ -1,0 +1,127 @@
+"""What may be None or empty is tested before it is taken for a value or an item."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from specc.diagnostics import Diagnostic, Related
+from specc.expr import show
+from specc.facts import Facts
+from specc.facts.guarding import Guarding, sorted_
+from specc.facts.needs import Need, Needs, negation, with_items
+from specc.facts.places import text_place
+from specc.facts.references import expressions
+from specc.model.expr import Expr, Sure, walk
+from specc.model.fsm import Condition, State
+from specc.model.system import Subsystem, System
+from specc.model.types import OptionalOf
+from specc.source import Place
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """An expression in the text at `key` of a part, and what is known where it is evaluated."""
+
+    expr: Expr
+    part: Place
+    key: str
+    what: str
+    known: tuple[Expr, ...] = ()
+    state: str = ""
+    assumed: bool = False
+
+
+def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0705."""
+    for subsystem in facts.whole_subsystems:
+        if any(isinstance(node, Sure) for expr in expressions(subsystem) for node in walk(expr)):
+            yield from _findings(subsystem, facts)
+
+
+def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
+    needs, told = Needs(subsystem), set[Place]()
+    prover = facts.prover(subsystem)
+    for use in _uses(subsystem, facts, needs):
+        for need in needs.of(use.expr):
+            place = _place(need, use)
+            context = (*use.known, *need.guards)
+            if place in told or need.fact in context:
+                continue
+            if not prover.implies(with_items(context), need.fact, assumed=use.assumed):
+                told.add(place)
+                yield _finding(need, use, place)
+
+
+def _uses(subsystem: Subsystem, facts: Facts, needs: Needs) -> Iterator[_Use]:
+    prover = facts.prover(subsystem)
+    wanted = {n.fact for e in expressions(subsystem) for n in needs.of(e)}
+
+    def implies(context: Sequence[Expr], fact: Expr) -> bool:
+        return prover.implies(with_items(context), fact) is True
+
+    rows = [step.row for step in facts.steps(subsystem)]
+    guarding = Guarding(subsystem, frozenset(wanted), implies, rows)
+    for memory in subsystem.memory:
+        yield _Use(memory.init, memory.place, "init", f"memory element `{memory.name}`")
+    for index, axiom in enumerate(subsystem.axioms):
+        yield _Use(axiom.that, axiom.place, "", f"assumption {index + 1}")
+    for state in subsystem.states:
+        known = tuple(sorted_(guarding.in_functions(state.name)))
+        assumed = state.name != subsystem.initial_state
+        for function in state.behaviour.functions:
+            for item in function.assignments:
+                what = f"function `{function.name}`"
+                yield _Use(item.value, item.place, "is", what, known, state.name, assumed)
+        yield from _conditions(state, subsystem, guarding)
+
+
+def _conditions(state: State, subsystem: Subsystem, guarding: Guarding) -> Iterator[_Use]:
+    """The conditions that may end a state, each with what is known when it is asked."""
+    known = tuple(sorted_(guarding.in_conditions(state)))
+    error, terminal = state.behaviour.error, state.behaviour.terminal
+
+    def use(condition: Condition, *before: Expr) -> _Use:
+        what = f"condition `{condition.name}`"
+        asked = (*known, *before)
+        return _Use(condition.when, condition.place, "when", what, asked, state.name, True)
+
+    yield use(error)
+    going = negation(error.when)
+    yield use(terminal, going)
+    for row in guarding.steps:
+        if row.source == state.name and row.cause == "terminal":
+            yield use(row.condition, going, terminal.when)
+        elif row.source == state.name:
+            yield use(row.condition, error.when)
+
+
+def _place(need: Need, use: _Use) -> Place:
+    if need.let is not None:
+        return text_place(need.let.place, "is", need.sure)
+    if not use.key:
+        start, end = need.sure.span
+        return Place(use.part.file, use.part.route, "value", start, end)
+    return text_place(use.part, use.key, need.sure)
+
+
+def _finding(need: Need, use: _Use, place: Place) -> Diagnostic:
+    text = show(need.sure.value)
+    optional = isinstance(need.sure.value.type, OptionalOf)
+    lacking = "may be None" if optional else "may be empty"
+    where = f" in state `{use.state}`" if use.state else ""
+    related: tuple[Related, ...] = ()
+    if need.let is not None:
+        related = (Related(use.part, f"{use.what} refers to it{where}"),)
+    test = f"{text} is not None" if optional else f"len({text}) > 0"
+    enter = f"enter `{use.state}` only by rows whose conditions imply `{test}`, or " * bool(
+        use.state
+    )
+    return Diagnostic(
+        "E0705",
+        f"`{text}` {lacking}{where}, where {use.what} takes it for granted",
+        place,
+        "",
+        related,
+        f"{enter}write `... if {test} else ...`",
+    )
