@@ -49,6 +49,7 @@ from specc.checks import (
     states_reached,
     subsystems_distinct,
     values_there,
+    waits_end,
 )
 from specc.diagnostics import Diagnostic, stops
 from specc.facts import Facts, Proofs
@@ -108,6 +109,7 @@ USES: tuple[Check, ...] = (
     ages_known.check,
     ages_held.check,
     memory_read.check,
+    waits_end.check,
 )
 """What is not used is said once nothing is wrong: what has errors counts as using nothing."""
 

@@ -1,0 +1,190 @@
+"""What a state waits for, and whether the subsystem that is to send it may come to rest without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+
+from specc.facts.facts import Facts
+from specc.facts.steps import Step, reached_from
+from specc.facts.ways import Conditions, Way, Ways, all_of, least
+from specc.model.expr import Truth
+from specc.model.fsm import State, Transition
+from specc.model.system import Port, Subsystem
+from specc.proof import InputName
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A sender comes to `state` and from there to nothing that the waiting state needs.
+
+    `row` is the row of the sender that takes up what the waiting subsystem has sent, if it is that
+    which leads there, and the waiting state sends it no more.
+    """
+
+    sender: Subsystem
+    state: State
+    row: Transition | None
+
+
+class Waiting:
+    """Follows two machines that are connected."""
+
+    def __init__(self, facts: Facts) -> None:
+        self._facts = facts
+        self._conditions: dict[str, Conditions] = {}
+        self._leaving: dict[str, dict[str, list[Step]]] = {}
+
+    def in_vain(self, reader: Subsystem, state: State) -> Iterator[tuple[Way, Rest]]:
+        """Of every sender that all ways out need: what is needed of it, and where it may rest."""
+        found = self._ways_out(reader, state)
+        for port in reader.ports if found and all(found) else ():
+            sender = self._facts.connections.subsystems.get(port.other_end)
+            end = self._facts.connections.other_port(reader, port)
+            needs = [frozenset(n for n in way if n[0] == port.peer) for way in found]
+            if port.direction == "x" and sender and end and all(needs):
+                rest = self._rest(_Wait(reader, state, sender, end, port, needs))
+                if rest is not None:
+                    yield frozenset().union(*needs), rest
+
+    def _ways_out(self, subsystem: Subsystem, state: State) -> Ways:
+        """The ways out of a state to others, or to itself if there is no other."""
+        steps = self._steps_from(subsystem, state.name)
+        leaving = [s for s in steps if s.row.target != state.name] or steps
+        return least(way for step in leaving for way in self._asked(subsystem, step))
+
+    def _steps_from(self, subsystem: Subsystem, state: str) -> list[Step]:
+        name = subsystem.qualified_name
+        if name not in self._leaving:
+            found = self._leaving.setdefault(name, {})
+            for step in self._facts.steps(subsystem):
+                found.setdefault(step.row.source, []).append(step)
+        return self._leaving[name].get(state, [])
+
+    def _asked(self, subsystem: Subsystem, step: Step) -> Ways:
+        name = subsystem.qualified_name
+        conditions = self._conditions.setdefault(name, Conditions(subsystem))
+        behaviour = subsystem.state(step.row.source).behaviour
+        cause = behaviour.terminal if step.row.cause == "terminal" else behaviour.error
+        return all_of(conditions.ways(c.when) for c in (cause, step.row.condition))
+
+    def _rest(self, wait: _Wait) -> Rest | None:
+        reached = self._facts.reached(wait.sender)
+        if not wait.served & reached:
+            return None  # said of the element, or of the state that would send it
+        steps = self._facts.steps(wait.sender)
+        resting = _resting(wait, steps) & reached
+        if resting and self._returns(wait.reader, wait.state):
+            name = next(s.name for s in wait.sender.states if s.name in resting)
+            if not _is_trap(resting, reached, steps):
+                return Rest(wait.sender, wait.sender.state(name), None)
+        return self._unanswered(wait)
+
+    def _unanswered(self, wait: _Wait) -> Rest | None:
+        """Where the sender may rest after it has taken up what was sent before this state."""
+        sent, still = self._sent_before(wait), _sent(wait.state, wait.back, wait.end)
+        free: list[Step] = []
+        taking: list[Step] = []
+        for step in self._facts.steps(wait.sender) if sent - still else ():
+            found = self._asked(wait.sender, step)
+            bound = all(any(n[0] == wait.end.peer and n not in still for n in way) for way in found)
+            if not bound:
+                free.append(step)
+            elif any(way & (sent - still) for way in found):
+                taking.append(step)
+        resting = _resting(wait, free) if taking else frozenset()
+        silent = [s for s in free if not {s.row.source, s.row.target} & wait.served]
+        for step in taking:
+            for state in wait.sender.states if step.row.target not in wait.served else ():
+                if state.name in resting & reached_from(step.row.target, silent):
+                    return Rest(wait.sender, state, step.row)
+        return None
+
+    def _sent_before(self, wait: _Wait) -> Way:
+        """What the states before the waiting one send to the one that is waited for."""
+        before = {
+            step.row.source
+            for step in self._facts.steps(wait.reader)
+            if step.row.target == wait.state.name != step.row.source
+        }
+        sent = (_sent(wait.reader.state(name), wait.back, wait.end) for name in sorted(before))
+        return frozenset().union(*sent)
+
+    def _returns(self, subsystem: Subsystem, state: State) -> bool:
+        """Whether a state can be entered again after it was left."""
+        steps = self._facts.steps(subsystem)
+        targets = {s.row.target for s in self._steps_from(subsystem, state.name)}
+        return any(state.name in reached_from(target, steps) for target in targets)
+
+
+@dataclass(frozen=True)
+class _Wait:
+    """A state of `reader` that needs, on each of its ways out, something of `sender`.
+
+    `port` is where the reader receives it, `end` where the sender has it.
+    """
+
+    reader: Subsystem
+    state: State
+    sender: Subsystem
+    end: Port
+    port: Port
+    needs: Sequence[Way]
+
+    @cached_property
+    def served(self) -> frozenset[str]:
+        """The states of the sender that send all that some way out needs."""
+        return frozenset(
+            s.name
+            for s in self.sender.states
+            if any(need <= _sent(s, self.end, self.port) for need in self.needs)
+        )
+
+    @property
+    def back(self) -> Port:
+        """Where the reader sends to the sender; the port of its own if it sends nothing."""
+        found = (p for p in self.reader.ports if p.direction == "y" and p.peer == self.port.peer)
+        return next(found, self.port)
+
+
+def _resting(wait: _Wait, steps: Iterable[Step]) -> frozenset[str]:
+    """States of the sender that lead to no served one, and to no declared end either."""
+    sources: dict[str, list[str]] = {}
+    for step in steps:
+        sources.setdefault(step.row.target, []).append(step.row.source)
+    active = set(wait.served) | {s.name for s in wait.sender.states if _is_end(s)}
+    open_ = list(active)
+    while open_:
+        for source in sources.get(open_.pop(), ()):
+            if source not in active:
+                active.add(source)
+                open_.append(source)
+    return frozenset(s.name for s in wait.sender.states if s.name not in active)
+
+
+def _is_end(state: State) -> bool:
+    when = state.behaviour.terminal.when
+    return isinstance(when, Truth) and not when.value
+
+
+def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[Step]) -> bool:
+    """Whether the machine gives up other work there, which is a finding of its own."""
+    edges = {(s.row.source, s.row.target) for s in steps}
+    if any((name, name) in edges for name in resting):
+        return True
+    outside: dict[str, set[str]] = {}
+    for source, target in edges:
+        if source in reached - resting and target not in resting:
+            outside.setdefault(source, set()).add(target)
+    try:
+        TopologicalSorter(outside).prepare()
+    except CycleError:
+        return True
+    return False
+
+
+def _sent(state: State, end: Port, port: Port) -> frozenset[InputName]:
+    """What a state of the sender sends, as its reader calls it."""
+    return frozenset((port.peer, a.name) for a in state.behaviour.assignments if a.peer == end.peer)
