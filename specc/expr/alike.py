@@ -93,6 +93,7 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
 
 
 def _unit_help(ctx: Context, side: Side, other: Type) -> str:
-    if isinstance(side[1], Number) and scalar_unit(side[1].type) == Real().unit:
+    plain = Real().unit
+    if isinstance(side[1], Number) and scalar_unit(side[1].type) == plain != scalar_unit(other):
         return f"a number carries its unit: {ctx.quote(side[0])}[{scalar_unit(other)}]"
     return ""

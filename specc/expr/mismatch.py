@@ -41,10 +41,9 @@ def _unit_help(expr: Expr, expected: Type, text: str) -> str:
         return ""
     if isinstance(expr, Number) and actual == DIMENSIONLESS != wanted:
         return f"a number carries its unit: {text}[{wanted}]"
-    if (actual, wanted) == (RADIAN, DIMENSIONLESS):
-        return "an angle is not a plain number; divide it by 1[rad] if it is meant as one"
-    if (actual, wanted) == (DIMENSIONLESS, RADIAN):
-        return "an angle is not a plain number; multiply it by 1[rad] if it is meant as one"
+    for by, verb in ((RADIAN, "divide"), (RADIAN**-1, "multiply")):
+        if actual == wanted * by:
+            return f"an angle is not a plain number; {verb} it by 1[rad] if it is meant as one"
     if isinstance(expected, Int):
         return "an int comes from int literals and len(...) only"
     return ""
