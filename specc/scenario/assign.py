@@ -16,7 +16,7 @@ from specc.scenario.values import Fields, Value, alike, first_value
 Holding = Callable[[m.Expr, bool, Situation], Iterator[Situation]]
 Ways = Iterator[Situation]
 
-_CONDITIONS = (m.Logic, m.Compare, m.Among, m.Quantifier, m.Fresh, m.Present)
+_CONDITIONS = (m.Logic, m.Compare, m.Among, m.Quantifier, m.Fresh, m.Present, m.IsNone)
 
 
 class Assigning:
@@ -41,6 +41,7 @@ class Assigning:
             m.Builtin: self._builtin,
             m.Choice: self._choice,
             m.Clock: self._clock,
+            m.Sure: lambda e, v, at: self.ways(e.value, v, at),
         }
 
     def ways(self, expr: m.Expr, value: Value, at: Situation) -> Ways:

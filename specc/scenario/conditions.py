@@ -9,11 +9,11 @@ from typing import Any
 
 from specc.expr.evaluate_builtins import compose, translation
 from specc.model import expr as m
-from specc.model.types import Bool, Enum, Int, ListOf, Pose
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose
 from specc.scenario.assign import Assigning, Ways, items_of
 from specc.scenario.freedom import Freedom
 from specc.scenario.numbers import Thresholds
-from specc.scenario.situation import Meaning, Situation
+from specc.scenario.situation import NO_VALUE, Meaning, Situation
 from specc.scenario.values import Value, first_value
 
 MOST_WAYS = 60
@@ -41,6 +41,7 @@ class Conditions:
             m.Fresh: lambda e, wanted, at: freedom.fresh(_name(e.input), wanted, at),
             m.Present: lambda e, wanted, at: freedom.present(_name(e.input), wanted, at),
             m.Builtin: self._near,
+            m.IsNone: self._none,
             m.Call: self._call,
         }
 
@@ -48,7 +49,7 @@ class Conditions:
         """A bounded number of ways; none if its value cannot be computed."""
         try:
             return list(islice(self.ways(expr, wanted, at), MOST_WAYS))
-        except (ArithmeticError, ValueError, LookupError):
+        except NO_VALUE:
             return []
 
     def ways(self, expr: m.Expr, wanted: bool, at: Situation) -> Ways:
@@ -66,6 +67,11 @@ class Conditions:
         value = first_value(call.args[0].type)
         unused = (float("nan"),) * len(value) if isinstance(value, tuple) else float("nan")
         yield from self._give(call.args[0], value if wanted else unused, at)
+
+    def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Ways:
+        assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
+        value = None if wanted else first_value(expr.value.type.value)
+        yield from self._give(expr.value, value, at)
 
     def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Ways:
         for operand in expr.operands:

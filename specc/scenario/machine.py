@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from specc.model.expr import Expr
 from specc.model.fsm import Cause
 from specc.proof import InputName
-from specc.scenario.situation import Meaning, Situation
+from specc.scenario.situation import NO_VALUE, Meaning, Situation
 from specc.scenario.values import Value
 
 
@@ -92,5 +92,5 @@ def _value(meaning: Meaning, expr: Expr, at: Situation) -> Value:
         if error.args[0] in at.inputs:
             raise AbsentError(error.args[0]) from error
         raise StrayError(f"{error} has no value") from error
-    except (ArithmeticError, ValueError, LookupError) as error:
+    except NO_VALUE as error:
         raise StrayError(str(error)) from error

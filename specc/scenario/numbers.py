@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 from specc.model.expr import Builtin, Compare, Expr, Number, walk
-from specc.scenario.situation import Meaning, Situation
+from specc.scenario.situation import NO_VALUE, Meaning, Situation
 
 _HOLDS = {
     "<": operator.lt,
@@ -64,7 +64,7 @@ def _numbers(parts: Iterable[Expr], meaning: Meaning, at: Situation) -> set[floa
     for part in parts:
         try:
             value = meaning.value(part, at)
-        except (ArithmeticError, ValueError, LookupError):
+        except NO_VALUE:
             continue
         if isinstance(value, (int, float)) and math.isfinite(value):
             found.add(float(value))

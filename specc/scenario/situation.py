@@ -41,6 +41,10 @@ class Situation:
         return None
 
 
+NO_VALUE = (ArithmeticError, ValueError, LookupError, TypeError, AttributeError)
+"""What evaluating an expression raises that has no value: a root of -1, a part of None."""
+
+
 class Values(Mapping[str, Value]):
     """Values by name, computed when they are first asked for."""
 
@@ -84,7 +88,7 @@ class Meaning:
         """Whether a condition holds; None if it has no value."""
         try:
             return bool(self.value(expr, at))
-        except (ArithmeticError, ValueError, LookupError):
+        except NO_VALUE:
             return None
 
     def _environment(self, at: Situation, strictly: bool) -> Environment:

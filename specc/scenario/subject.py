@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.emit import filled
+from specc.facts.bounds import surely
 from specc.lower import lower
-from specc.model.expr import FALSE, Unknown
+from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition
-from specc.model.system import Subsystem, System
+from specc.model.system import Operator, Subsystem, System
+from specc.model.trace import Trace
+from specc.scenario.exact import runnable
 
 OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""
@@ -25,8 +30,8 @@ class NothingProved:
 def alone(system: System, name: str) -> System:
     """One subsystem of a system, by its qualified name, with all operators in one module.
 
-    What has errors in its text is left out: such a condition never holds, such an assignment is not
-    made.
+    What has errors in its text is left out: a condition holds where it surely does, an assignment
+    is not made, an initial value is what an operator gives.
 
     Raises:
         KeyError: there is no subsystem of that name.
@@ -37,7 +42,7 @@ def alone(system: System, name: str) -> System:
                 kept = replace(agent, subsystems=(_legible(subsystem),), devices=())
                 operators = tuple(
                     replace(operator, python=f"{OPERATORS}:{operator.name}")
-                    for operator in system.operators
+                    for operator in (*system.operators, *_stand_ins(subsystem))
                 )
                 return replace(system, operators=operators, agents=(kept,), plant=None, task=None)
     raise KeyError(name)
@@ -48,15 +53,35 @@ def unproved(system: System) -> dict[str, str]:
     return filled(lower(system, NothingProved()))
 
 
+def _stand_ins(subsystem: Subsystem) -> Iterator[Operator]:
+    """Operators that give initial values and lets whose text has errors."""
+    unknowns = [item.init for item in subsystem.memory if has_unknown(item.init)]
+    unknowns += [let.value for let in subsystem.lets if has_unknown(let.value)]
+    for value in unknowns:
+        call = _standing_in(value)
+        assert isinstance(call, Call)  # there is something unknown in it
+        yield Operator(call.operator, (), value.type, "", "", Trace(), subsystem.place)
+
+
+def _standing_in(expr: Expr) -> Expr:
+    """The expression, or a call of an operator of which nothing is known."""
+    unknown = next((node for node in walk(expr) if isinstance(node, Unknown)), None)
+    if unknown is None:
+        return expr
+    return Call(f"unknown_{re.sub(r'[^A-Za-z0-9]', '_', unknown.name)}", (), type=expr.type)
+
+
 def _legible(subsystem: Subsystem) -> Subsystem:
     behaviours = {id(b): _legible_behaviour(b) for b in subsystem.behaviours}
     states = tuple(
         replace(s, behaviour=behaviours.get(id(s.behaviour)) or _legible_behaviour(s.behaviour))
         for s in subsystem.states
     )
-    rows = (row for row in subsystem.transitions if not isinstance(row.condition.when, Unknown))
+    rows = (replace(r, condition=_legible_condition(r.condition)) for r in subsystem.transitions)
     return replace(
         subsystem,
+        memory=tuple(replace(item, init=_standing_in(item.init)) for item in subsystem.memory),
+        lets=tuple(replace(let, value=runnable(_standing_in(let.value))) for let in subsystem.lets),
         behaviours=tuple(behaviours.values()),
         states=states,
         transitions=tuple(rows),
@@ -66,11 +91,8 @@ def _legible(subsystem: Subsystem) -> Subsystem:
 
 def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
     functions = (
-        replace(
-            function,
-            assignments=tuple(a for a in function.assignments if not isinstance(a.value, Unknown)),
-        )
-        for function in behaviour.functions
+        replace(f, assignments=tuple(a for a in f.assignments if not has_unknown(a.value)))
+        for f in behaviour.functions
     )
     return replace(
         behaviour,
@@ -81,4 +103,4 @@ def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
 
 
 def _legible_condition(condition: Condition) -> Condition:
-    return replace(condition, when=FALSE) if isinstance(condition.when, Unknown) else condition
+    return replace(condition, when=runnable(surely(condition.when)))

@@ -18,6 +18,7 @@ from specc.model.types import (
     Int,
     ListOf,
     Opaque,
+    OptionalOf,
     Pose,
     Real,
     Record,
@@ -81,6 +82,7 @@ _SIMPLE: dict[type[Type], Value] = {
     Text: "",
     File: "",
     ListOf: (),
+    OptionalOf: None,
     Image: Token("image"),
 }
 
@@ -98,6 +100,8 @@ def first_value(type_: Type) -> Value:
             return translation(0.0, 0.0, 0.0)
         case Record(fields=fields):
             return Fields(**{name: first_value(inner) for name, inner in fields})
+        case ListOf(element=element, nonempty=True):
+            return (first_value(element),)
         case Opaque(name=name):
             return Token(name)
     return _SIMPLE[type(type_)]
@@ -133,6 +137,8 @@ def for_run(value: Value, type_: Type, array: MakeArray) -> Value:
     match type_:
         case Pose() | Spatial() | Vector(element=Real()):
             return array(value)
+        case OptionalOf(value=inner):
+            return None if value is None else for_run(value, inner, array)
         case Vector(element=element) | ListOf(element=element):
             return tuple(for_run(item, element, array) for item in value)
         case Record(fields=fields):
