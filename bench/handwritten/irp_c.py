@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import nan
-from operator import attrgetter
 
 from specc_runtime.builtins import (
+    argmax,
     identity,
     inverse,
     near_pose,
@@ -218,7 +218,7 @@ class Picking:
 
     def _generate_grasp_parameters(self, graspable: tuple[Object, ...]) -> None:
         memory = self.memory
-        selected = max(graspable, key=attrgetter("confidence"))
+        selected = argmax((each.confidence, each) for each in graspable)
         fingers = LR(selected)
         grasp = GC(fingers, memory.X_EF)
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67
