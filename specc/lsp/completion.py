@@ -49,12 +49,12 @@ def _word(before: str) -> str:
 
 def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Item]:
     if cursor.is_key:
-        for key, words in keys_at(cursor.route).items():
-            if key not in cursor.siblings and defined_by((*cursor.route, key)) is None:
-                yield Item(key, "key", "", words)
         if index is not None:
             taken = set(cursor.siblings)
             yield from (i for i in _named_keys(index, path, cursor) if i.label not in taken)
+        for key, words in keys_at(cursor.route).items():
+            if key not in cursor.siblings and defined_by((*cursor.route, key)) is None:
+                yield Item(key, "key", "", words)
         return
     for value in values_at(cursor.route):
         yield Item(value, "value")

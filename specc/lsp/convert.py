@@ -7,11 +7,15 @@ from dataclasses import dataclass
 
 from lsprotocol import types as lsp
 
+from specc.lsp.actions import Action
 from specc.lsp.answers import Hover, Note, Stretch
 from specc.lsp.completion import Completion
+from specc.lsp.contents import Entry
 from specc.lsp.positions import Columns, Position
 from specc.lsp.project import Project
 from specc.lsp.rename import Edit
+from specc.lsp.shift import difference
+from specc.lsp.signature import Signature
 
 _SEVERITIES = {
     "error": lsp.DiagnosticSeverity.Error,
@@ -39,6 +43,28 @@ _KINDS = {
     "clock": lsp.CompletionItemKind.Keyword,
     "subsystem": lsp.CompletionItemKind.Module,
     "inputs": lsp.CompletionItemKind.Module,
+}
+
+_SYMBOLS = {
+    "agent": lsp.SymbolKind.Module,
+    "subsystem": lsp.SymbolKind.Class,
+    "device": lsp.SymbolKind.Interface,
+    "type": lsp.SymbolKind.Struct,
+    "field": lsp.SymbolKind.Field,
+    "element": lsp.SymbolKind.Field,
+    "constant": lsp.SymbolKind.Constant,
+    "parameter": lsp.SymbolKind.Constant,
+    "frame": lsp.SymbolKind.Namespace,
+    "file": lsp.SymbolKind.File,
+    "operator": lsp.SymbolKind.Function,
+    "memory": lsp.SymbolKind.Variable,
+    "let": lsp.SymbolKind.Variable,
+    "initial condition": lsp.SymbolKind.Boolean,
+    "terminal condition": lsp.SymbolKind.Boolean,
+    "error condition": lsp.SymbolKind.Boolean,
+    "function": lsp.SymbolKind.Method,
+    "behaviour": lsp.SymbolKind.Method,
+    "state": lsp.SymbolKind.EnumMember,
 }
 
 
@@ -101,16 +127,64 @@ def hover(texts: Texts, found: Hover | None) -> lsp.Hover | None:
     return lsp.Hover(content, range_of(texts, found.where))
 
 
+def symbols(texts: Texts, path: str, entries: Iterable[Entry]) -> list[lsp.DocumentSymbol]:
+    """The outline of a file."""
+    return [
+        lsp.DocumentSymbol(
+            name=entry.name,
+            detail=entry.title or entry.kind,
+            kind=_SYMBOLS.get(entry.kind, lsp.SymbolKind.Property),
+            range=range_of(texts, Stretch(path, entry.start, entry.end)),
+            selection_range=range_of(texts, Stretch(path, entry.name_start, entry.name_end)),
+            children=symbols(texts, path, entry.inside),
+        )
+        for entry in entries
+    ]
+
+
+def signature_help(found: Signature | None) -> lsp.SignatureHelp | None:
+    """One signature with the argument that is being written."""
+    if found is None:
+        return None
+    parameters = [lsp.ParameterInformation(label) for label in found.parameters]
+    shown = lsp.SignatureInformation(found.label, found.words or None, parameters)
+    return lsp.SignatureHelp([shown], 0, found.active)
+
+
+def code_action(texts: Texts, action: Action) -> lsp.CodeAction:
+    """A repair as edits, with the finding that it is about."""
+    changes: dict[str, list[lsp.TextEdit]] = {}
+    for change in action.changes:
+        where = range_of(texts, Stretch(change.path, change.start, change.end))
+        changes.setdefault(texts.uri(change.path), []).append(lsp.TextEdit(where, change.text))
+    return lsp.CodeAction(
+        title=action.title,
+        kind=lsp.CodeActionKind.QuickFix,
+        is_preferred=action.preferred,
+        edit=lsp.WorkspaceEdit(changes=changes),
+    )
+
+
+def whole(texts: Texts, path: str, text: str | None) -> list[lsp.TextEdit]:
+    """Another text for all of a file, as the lines that differ."""
+    if text is None:
+        return []
+    moved = difference(texts.project.source(path).text, text)
+    where = range_of(texts, Stretch(path, moved.start, moved.old_end))
+    return [lsp.TextEdit(where, text[moved.start : moved.new_end])]
+
+
 def completions(
     texts: Texts, path: str, offset: int, found: Iterable[Completion]
 ) -> lsp.CompletionList:
     """Items that replace the word before the cursor."""
     return lsp.CompletionList(
-        is_incomplete=False, items=[_item(texts, path, offset, item) for item in found]
+        is_incomplete=False,
+        items=[_item(texts, path, offset, item, rank) for rank, item in enumerate(found)],
     )
 
 
-def _item(texts: Texts, path: str, offset: int, found: Completion) -> lsp.CompletionItem:
+def _item(texts: Texts, path: str, offset: int, found: Completion, rank: int) -> lsp.CompletionItem:
     item = found.item
     where = range_of(texts, Stretch(path, offset - found.replaces, offset))
     words = lsp.MarkupContent(lsp.MarkupKind.Markdown, item.words) if item.words else None
@@ -119,6 +193,8 @@ def _item(texts: Texts, path: str, offset: int, found: Completion) -> lsp.Comple
         kind=_KINDS.get(item.kind, lsp.CompletionItemKind.Reference),
         detail=f"{item.kind} {item.detail}".strip(),
         documentation=words,
+        sort_text=f"{rank:05}",
+        filter_text=item.label,
         text_edit=lsp.TextEdit(where, item.label + found.suffix),
     )
 

@@ -45,6 +45,12 @@ def cursors(text: str, offset: int) -> list[Cursor]:
     return found
 
 
+def line_break(text: str) -> str:
+    """The line break of a text: that of its first line."""
+    found = _LINE_BREAK.search(text)
+    return found.group() if found else "\n"
+
+
 def _in_head(head: str, closing: str, plausible: bool) -> list[Cursor]:
     found: dict[Cursor, None] = {}
     for ending in (closing, f": {closing}" if closing[:1] not in ("'", '"') else closing):

@@ -16,6 +16,7 @@ from specc.lsp.symbols import Symbol
 from specc.model.types import (
     SPATIAL_COMPONENTS,
     VECTOR3_COMPONENTS,
+    Enum,
     Record,
     Spatial,
     Type,
@@ -28,6 +29,8 @@ _UNIT = re.compile(r"\d\s*\[(?:[^\]]*[*/\s(])?(\w*)$")
 _PEER = re.compile(r"(?<![\w.])x\s*\.\s*(\w*)$")
 _ELEMENT = re.compile(r"(?<![\w.])x\s*\.\s*(\w+)\s*\.\s*(\w*)$")
 _PART = re.compile(r"\.(\w*)$")
+_ASKED = re.compile(r"\b(?:fresh|present)\(\s*(\w*)$")
+_COMPARED = re.compile(r"(?:[=!]=\s*|\bin\s*\{(?:[^{}]*[\s,])?)(\w*)$")
 _NAME = re.compile(r"[^\W\d]?\w*$")
 _HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
 _OPENING = {")": "(", "]": "["}
@@ -86,7 +89,12 @@ def complete_expression(
         value = _postfix(before[: found.start()])
         type_ = _type_of(index, path, owner, value) if value else None
         yield from _parts(type_, found.group(1))
+    elif inputs and (found := _ASKED.search(before)):
+        yield _buffers(found.group(1))
     else:
+        if found := _COMPARED.search(before):
+            value = _postfix(before[: found.start()].rstrip())
+            yield from _members(index, path, owner, value, found.group(1))
         found = _NAME.search(before)
         yield from _names(index, path, owner, form, found.group() if found else "")
 
@@ -127,7 +135,21 @@ def _names(index: Index, path: str, owner: Route, form: Form, word: str) -> Iter
     if form == "full":
         yield from (Item(name, "clock", word=word) for name in CLOCK_NAMES)
     if form in ("full", "initial"):
-        yield Item("x", "inputs", "input buffers", word=word)
+        yield _buffers(word)
+
+
+def _buffers(word: str) -> Item:
+    return Item("x", "inputs", "input buffers", word=word)
+
+
+def _members(index: Index, path: str, owner: Route, value: str, word: str) -> Iterator[Item]:
+    """The members that a value can be compared with; all of them if its type is not known yet."""
+    type_ = _type_of(index, path, owner, value) if value else None
+    for symbol in index.visible(path, owner):
+        enum = symbol.qualified.partition(".")[0]
+        fits = not isinstance(type_, Enum) or enum == type_.name
+        if symbol.kind == "member" and fits:
+            yield _item(index, symbol, word)
 
 
 def _of_kind(

@@ -11,6 +11,8 @@ from specc.schema import ROW_KEYS
 from specc.source import Route
 
 Schema = dict[str, Any]
+_ABOUT = frozenset(("title", "eq", "table", "fig"))
+"""Keys that nearly everything takes."""
 
 
 @cache
@@ -19,12 +21,14 @@ def _schema() -> Schema:
 
 
 def keys_at(route: Route) -> dict[str, str]:
-    """The keys of the mapping at a route, with their descriptions."""
-    return {
-        key: _description(value)
-        for schema in _at(route)
-        for key, value in schema.get("properties", {}).items()
-    }
+    """The keys of the mapping at a route, with their descriptions: those first that it needs."""
+    found: dict[str, str] = {}
+    needed: set[str] = set()
+    for schema in _at(route):
+        found |= {key: _description(value) for key, value in schema.get("properties", {}).items()}
+        needed |= set(schema.get("required", ()))
+    ranks = {key: (key not in needed, key in _ABOUT) for key in found}
+    return {key: found[key] for key in sorted(found, key=ranks.__getitem__)}
 
 
 def values_at(route: Route) -> list[str]:

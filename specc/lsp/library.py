@@ -12,6 +12,7 @@ from dataclasses import replace
 from specc.checks import run_checks
 from specc.diagnostics import Diagnostic
 from specc.expr import ExprError, parse_type
+from specc.facts import Proofs
 from specc.model.expr import ConstantRef
 from specc.model.system import Agent, Constant, System
 from specc.resolve.agents import AgentResolver, Setting
@@ -25,14 +26,15 @@ _NEEDS_USER = ("E04", "O0", "W04", "W05", "E05")
 _OF_TABLES = ("E06", "W06")
 
 
-def check_alone(loader: Loader, path: str) -> System | None:
+def check_alone(loader: Loader, path: str) -> tuple[System | None, Proofs | None]:
     """Resolve a description with its user left open; what is wrong goes to the loader's findings.
 
-    The system that is returned holds the described part alone; None if the file has not its shape.
+    The system that is returned holds the described part alone; with it comes what was proved. Both
+    are None if the file has not its shape.
     """
     file = loader.load(path)
     if file is None:
-        return None
+        return None, None
     library = Library(loader.load, os.path.dirname(path) or ".", loader.findings)
     frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
     scratch = Library(loader.load, library.base, Findings()).definitions(file, frames)
@@ -42,11 +44,11 @@ def check_alone(loader: Loader, path: str) -> System | None:
     system = _system(agent, setting.definitions)
     found = loader.findings.diagnostics
     found[:] = [d for d in found if not d.code.startswith(_NEEDS_USER)]
-    checked, _ = run_checks(
+    checked, proofs = run_checks(
         system, frozenset(resolver.broken), frozenset(resolver.faulty), sound=False
     )
     found += [d for d in checked if _is_certain(d, path)]
-    return system
+    return system, proofs
 
 
 def _is_certain(diagnostic: Diagnostic, path: str) -> bool:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from specc.diagnostics import Diagnostic
 from specc.lsp.index import Index, build_index
@@ -40,6 +41,7 @@ class Analysis:
     diagnostics: tuple[Diagnostic, ...]
     is_system: bool = True
     """Whether the file describes a system; any other was looked at by itself."""
+    proofs: Any = None
 
     @property
     def complete(self) -> bool:
@@ -121,11 +123,13 @@ class Project:
         loader = Loader(Findings(), read)
         if _SYSTEM.search(self.source(root).text):
             result = compile_spec(root, loader)
-            analysis = Analysis(root, loader, result.system, result.diagnostics)
+            analysis = Analysis(
+                root, loader, result.system, result.diagnostics, proofs=result.proofs
+            )
         else:
-            alone = check_alone(loader, root)
+            alone, proofs = check_alone(loader, root)
             found = tuple(loader.findings.diagnostics)
-            analysis = Analysis(root, loader, alone, found, is_system=False)
+            analysis = Analysis(root, loader, alone, found, False, proofs)
         settings = settings_for(os.path.dirname(root)).settings
         judged = judge(analysis.diagnostics, loader.sources, settings)
         analysis.diagnostics = judged.diagnostics

@@ -14,7 +14,7 @@ from pygls.exceptions import JsonRpcInvalidRequest
 from pygls.lsp.server import LanguageServer
 
 from specc import __version__
-from specc.lsp import answers, convert
+from specc.lsp import answers, convert, services
 from specc.lsp.convert import Texts
 from specc.lsp.positions import Columns
 from specc.lsp.project import Project
@@ -118,6 +118,7 @@ def create_server() -> SpecServer:
     server = SpecServer()
     _follow_texts(server)
     _answer_questions(server)
+    _serve_files(server)
     _rename(server)
     return server
 
@@ -173,6 +174,41 @@ def _answer_questions(server: SpecServer) -> None:
         path, offset = _asked(server, params.text_document, params.position)
         found = answers.completions(server.project, path, offset)
         return convert.completions(server.texts, path, offset, found)
+
+
+def _serve_files(server: SpecServer) -> None:
+    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+        path = server.path(params.text_document.uri)
+        return convert.symbols(server.texts, path, services.outline(server.project, path))
+
+    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
+    def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+        path = server.path(params.text_document.uri)
+        return convert.whole(server.texts, path, services.layout(server.project, path))
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix])
+    )
+    def repairs(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        path, start = _asked(server, params.text_document, params.range.start)
+        _, end = _asked(server, params.text_document, params.range.end)
+        found = services.repairs(server.project, path, start, end)
+        return [convert.code_action(server.texts, action) for action in found]
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=["(", ","])
+    )
+    def signature(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
+        path, offset = _asked(server, params.text_document, params.position)
+        return convert.signature_help(services.signature_at(server.project, path, offset))
+
+    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    def highlights(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
+        path, offset = _asked(server, params.text_document, params.position)
+        found = answers.references(server.project, path, offset, True)
+        own = (stretch for stretch in found if stretch.path == path)
+        return [lsp.DocumentHighlight(convert.range_of(server.texts, s)) for s in own]
 
 
 def _rename(server: SpecServer) -> None:

@@ -33,9 +33,14 @@ class Shift:
 
 
 def shift(old: str, new: str) -> Shift:
-    """What lies between the common beginning and the common end of two texts."""
+    """Where the characters of an earlier or mended text stand in the present one."""
     if len(old) == len(new) and (old == new or _blanked(old, new)):
         return Shift(len(old), len(old), len(new))
+    return difference(old, new)
+
+
+def difference(old: str, new: str) -> Shift:
+    """What lies between the common beginning and the common end of two texts."""
     start = _common(old, new)
     rest = min(len(old), len(new)) - start
     ending = _common(old[len(old) - rest :][::-1], new[len(new) - rest :][::-1])

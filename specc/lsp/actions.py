@@ -1,0 +1,136 @@
+"""Repairs that an editor offers: those that findings carry, and rows that are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import chain, count
+
+from specc.diagnostics import Diagnostic, Fix
+from specc.expr import show
+from specc.facts import Decided
+from specc.lsp.cursor import line_break
+from specc.lsp.project import Analysis
+from specc.lsp.symbols import node_at
+from specc.source import Node, Place, Route, SourceFile
+
+_NO_ROW_APPLIES, _NO_ROW = "E0601", "E0603"
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """New text for a stretch of a file, in offsets of the text that was analysed."""
+
+    path: str
+    start: int
+    end: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What can be done about a finding; `preferred` if it is the one safe way."""
+
+    title: str
+    diagnostic: Diagnostic
+    changes: tuple[Insertion, ...]
+    preferred: bool
+
+
+def actions(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
+    """The ways out of a finding that are edits."""
+    if diagnostic.fix is not None:
+        changes = _fixed(analysis, diagnostic.fix)
+        if changes:
+            yield Action(_sentence(diagnostic.fix.title), diagnostic, changes, preferred=True)
+    if diagnostic.code in (_NO_ROW_APPLIES, _NO_ROW):
+        yield from _rows(analysis, diagnostic)
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _fixed(analysis: Analysis, fix: Fix) -> tuple[Insertion, ...]:
+    changes = []
+    for edit in fix.edits:
+        source = analysis.loader.sources.get(edit.place.file)
+        if source is None:
+            return ()
+        changes.append(Insertion(source.path, *source.offsets(edit.place), edit.text))
+    return tuple(changes)
+
+
+def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
+    """A row for each cause that the table forgets; where it leads is for somebody to edit."""
+    for decided in analysis.proofs.facts.decided() if analysis.proofs else ():
+        rows = decided.verdict.rows
+        wanted = diagnostic.code == (_NO_ROW_APPLIES if rows else _NO_ROW)
+        decision = decided.verdict.decision
+        open_ = decision.gap if rows else decision.possible
+        if decided.state.place == diagnostic.primary and wanted and open_:
+            changes = tuple(_insertions(analysis, decided))
+            if changes:
+                title = f"Insert a row for the {decided.cause} condition of {decided.state.name}"
+                yield Action(title, diagnostic, changes, preferred=False)
+
+
+def _insertions(analysis: Analysis, decided: Decided) -> Iterator[Insertion]:
+    """The row behind the last one of its state and, if it needs one, its initial condition."""
+    place = decided.state.place
+    source = analysis.loader.sources.get(place.file)
+    owner = place.route[:-2]
+    gap = decided.verdict.decision.gap
+    name = "always"
+    if decided.verdict.rows and gap is not None and gap.repair is not None:
+        taken = {condition.name for condition in decided.subsystem.conditions}
+        name = next(n for n in chain(("otherwise",), _numbered()) if n not in taken)
+        written = show(gap.repair).replace("\\", "\\\\").replace('"', '\\"')
+        condition = _behind(source, (*owner, "conditions", "initial"), None, f'{name}: "{written}"')
+        if condition is None:
+            return
+        yield condition
+    rows = [
+        i for i, t in enumerate(decided.subsystem.transitions) if t.source == decided.state.name
+    ]
+    text = f"[{decided.state.name}, {decided.cause}, {name}, {decided.state.name}]"
+    row = _behind(source, (*owner, "transitions"), rows[-1] if rows else None, text)
+    if row is not None:
+        yield row
+
+
+def _behind(
+    source: SourceFile | None, route: Route, step: int | None, text: str
+) -> Insertion | None:
+    """A new entry of a collection behind one of its entries, the last one if it is not given."""
+    whole = node_at(source, route)
+    if source is None or whole is None or not whole.values:
+        return None
+    last = step if step is not None else next(reversed(whole.values))
+    before = whole.values[last]
+    if source.text[whole.start] in "[{":
+        return Insertion(source.path, before.end, before.end, f", {text}")
+    begin = _begin(source, whole, last)
+    line = source.line_starts[source.span(Place(source.path, (*route, last))).line - 1]
+    indent = source.text[line:begin]
+    end = _line_end(source, before)
+    dash = "" if last in whole.keys else "- "
+    return Insertion(
+        source.path, end, end, f"{line_break(source.text)}{' ' * len(indent)}{dash}{text}"
+    )
+
+
+def _begin(source: SourceFile, whole: Node, step: str | int) -> int:
+    key = whole.keys.get(step)
+    if key is not None:
+        return key.start
+    return source.text.rindex("-", 0, whole.values[step].start)
+
+
+def _line_end(source: SourceFile, node: Node) -> int:
+    found = [at for at in (source.text.find(c, node.end) for c in "\r\n") if at >= 0]
+    return min(found, default=len(source.text))
+
+
+def _numbered() -> Iterable[str]:
+    return (f"otherwise_{number}" for number in count(2))

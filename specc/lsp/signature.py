@@ -1,0 +1,104 @@
+"""The parameters of the operator or function whose arguments are being written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from specc.lsp.cursor import cursors
+from specc.lsp.index import Index
+from specc.lsp.structure import role_of
+
+_NAME = re.compile(r"[^\W\d]\w*$")
+_TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
+_OPENING = {")": "(", "]": "[", "}": "{"}
+_BUILT_IN: dict[str, tuple[str, str, str]] = {
+    "fresh": ("x.peer.element", "bool", "a value became visible since the previous period"),
+    "present": ("x.peer.element", "bool", "the element has ever had a value"),
+    "near": (
+        "a, b, tolerance, angle",
+        "bool",
+        "numbers or vectors within a tolerance; two poses within a distance and an angle",
+    ),
+    "all": ("test for v in list", "bool", "for every item of a list or component of a vector"),
+    "any": ("test for v in list", "bool", "for some item of a list or component of a vector"),
+    "argmax": ("number for v in list", "item", "the item for which the number is largest"),
+    "argmin": ("number for v in list", "item", "the item for which the number is smallest"),
+    "inverse": ("X", "pose", "pose[B, A] of a pose[A, B]"),
+    "position": ("X", "vector[3, m]", ""),
+    "identity": ("", "pose", "in the frames that the place asks for"),
+    "translation": ("x, y, z", "pose", "in the frames that the place asks for"),
+    "pose": ("p, q", "pose", "q is a quaternion (x, y, z, w)"),
+    "len": ("list", "int", "number of items"),
+    "norm": ("v", "real", "length of a vector, in its unit"),
+    "abs": ("a", "number", ""),
+    "min": ("a, b, ...", "number", "numbers of one unit"),
+    "max": ("a, b, ...", "number", "numbers of one unit"),
+    "sqrt": ("a", "real", "half the powers of the unit"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """How a call is written; `active` counts the argument at the cursor from 0."""
+
+    label: str
+    parameters: tuple[str, ...]
+    words: str
+    active: int
+
+
+def signature(index: Index | None, text: str, offset: int) -> Signature | None:
+    """The innermost call around an offset of a text, however unfinished the call is."""
+    for cursor in cursors(text, offset):
+        role = role_of(cursor.route)
+        if role is None or role.form not in ("constant", "initial", "full", "argument"):
+            continue
+        found = _call(_TEXT.sub(lambda match: "_" * len(match.group()), cursor.before))
+        if found is not None:
+            return _of(index, *found)
+    return None
+
+
+def _call(before: str) -> tuple[str, int] | None:
+    """The name in front of the innermost open bracket, and the commas behind it."""
+    closed: list[str] = []
+    commas = 0
+    for at in range(len(before) - 1, -1, -1):
+        char = before[at]
+        if char in _OPENING:
+            closed.append(_OPENING[char])
+        elif closed:
+            if char == closed[-1]:
+                closed.pop()
+        elif char == ",":
+            commas += 1
+        elif char in "([{":
+            name = _NAME.search(before, 0, at)
+            if char == "(" and name:
+                return name.group(), commas
+            commas = 0
+    return None
+
+
+def _of(index: Index | None, name: str, active: int) -> Signature | None:
+    operators = index.system.operators if index and index.system else ()
+    operator = next((o for o in operators if o.name == name), None)
+    if operator is not None:
+        parameters = tuple(f"{n}: {type_}" for n, type_ in operator.parameters)
+        words = " ".join(
+            filter(None, [operator.title, f"({operator.trace})" if str(operator.trace) else ""])
+        )
+        return _signature(name, parameters, str(operator.result), words, active)
+    if name in _BUILT_IN:
+        listed, result, words = _BUILT_IN[name]
+        parameters = tuple(filter(None, listed.split(", ")))
+        return _signature(name, parameters, result, words, active)
+    return None
+
+
+def _signature(
+    name: str, parameters: tuple[str, ...], result: str, words: str, active: int
+) -> Signature:
+    label = f"{name}({', '.join(parameters)}) -> {result}"
+    return Signature(label, parameters, words, min(active, max(len(parameters) - 1, 0)))
