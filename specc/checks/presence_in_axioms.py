@@ -13,10 +13,11 @@ from specc.model.system import Subsystem, System
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0704."""
     for subsystem in facts.consistent_subsystems:
-        yield from reported("E0704", _absences(subsystem, facts), subsystem, facts)
+        yield from reported("E0704", absences(subsystem, facts), subsystem, facts)
 
 
-def _absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+def absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+    """Inputs that assumptions read although they may have no value."""
     present = facts.presence(subsystem).in_first_period
     for axiom in subsystem.axioms:
         for reading in facts.readings(subsystem).unguarded(axiom.that, present):

@@ -17,10 +17,11 @@ Asked = tuple[Condition, frozenset[InputName]]
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0702."""
     for subsystem in facts.consistent_subsystems:
-        yield from reported("E0702", _absences(subsystem, facts), subsystem, facts)
+        yield from reported("E0702", absences(subsystem, facts), subsystem, facts)
 
 
-def _absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+def absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+    """Inputs that conditions read although they may have no value."""
     readings = facts.readings(subsystem)
     for state in subsystem.states:
         for condition, present in _asked(subsystem, state, facts):

@@ -13,10 +13,11 @@ from specc.model.system import Subsystem, System
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0701."""
     for subsystem in facts.consistent_subsystems:
-        yield from reported("E0701", _absences(subsystem, facts), subsystem, facts)
+        yield from reported("E0701", absences(subsystem, facts), subsystem, facts)
 
 
-def _absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+def absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+    """Inputs that functions read although they may have no value."""
     presence, readings = facts.presence(subsystem), facts.readings(subsystem)
     for state in subsystem.states:
         present = presence.in_functions[state.name]

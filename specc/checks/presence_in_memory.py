@@ -13,10 +13,11 @@ from specc.model.system import Subsystem, System
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0703."""
     for subsystem in facts.consistent_subsystems:
-        yield from reported("E0703", _absences(subsystem, facts), subsystem, facts)
+        yield from reported("E0703", absences(subsystem, facts), subsystem, facts)
 
 
-def _absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+def absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
+    """Inputs that initial values of memory read although they may have no value."""
     present = facts.presence(subsystem).in_first_period
     for memory in subsystem.memory:
         for reading in facts.readings(subsystem).unguarded(memory.init, present):
