@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -27,14 +26,13 @@ def add_ages(commands: Any) -> None:
 def run_ages(options: argparse.Namespace) -> int:
     """Print the greatest age of every value that is received; 1 if the specification has errors."""
     from specc import pipeline
-    from specc.diagnostics.render import text
+    from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
 
     result = pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         found = report(resolve(result.diagnostics, result.sources), [options.spec])
-        colour = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-        sys.stderr.write(text.render(found, colour=colour))
+        tell(found)
         return 2 if result.system is None else 1
     shown = _as_json if options.format == "json" else _as_text
     sys.stdout.write(shown(result.system))

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from specc.cli.telling import tell
 from specc.diagnostics import nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
 from specc.source import Sources
@@ -113,9 +114,9 @@ def explain(options: Namespace) -> int:
         return 0
     entry = codes.get(options.code.upper())
     if entry is None:
-        close = " or ".join(nearest(options.code, codes))
+        close = " or ".join(f"`{code}`" for code in nearest(options.code, codes))
         hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
-        print(f"specc: no code is called {options.code!r}; {hint}", file=sys.stderr)
+        print(f"specc: no code is called `{options.code}`; {hint}", file=sys.stderr)
         return 2
     sys.stdout.write(explanation(entry))
     return 0
@@ -187,11 +188,11 @@ def _overrides(options: Namespace) -> Overrides:
 
 def _publish(found: Report, form: str) -> int:
     """Print a report and give the exit code that it stands for."""
-    # Each format is imported only when it is asked for.
-    renderer = import_module(f"specc.diagnostics.render.{form}")
     if form == "text":
-        sys.stderr.write(renderer.render(found, colour=_colour()))
+        tell(found)
     else:
+        # Each format is imported only when it is asked for.
+        renderer = import_module(f"specc.diagnostics.render.{form}")
         sys.stdout.write(renderer.render(found))
     return _exit_code(found)
 
@@ -200,8 +201,3 @@ def _exit_code(found: Report) -> int:
     if any(finding.diagnostic.code in _UNREADABLE for finding in found.findings):
         return 2
     return 1 if found.count("error") else 0
-
-
-def _colour() -> bool:
-    plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
-    return sys.stderr.isatty() and not plain

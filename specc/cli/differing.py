@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from importlib import import_module
 from typing import Any
@@ -22,19 +21,17 @@ def add_diff(commands: Any) -> None:
 def run_diff(options: argparse.Namespace) -> int:
     """Print how two specifications differ; 0 if they mean the same, 1 if not, 2 if unreadable."""
     from specc import pipeline
-    from specc.diagnostics.render import text
+    from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
     from specc.difference import compare
 
     results = [pipeline.read_spec(path) for path in (options.old, options.new)]
-    if any(not result.ok for result in results):
-        findings = [f for r in results for f in resolve(r.diagnostics, r.sources)]
-        colour = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-        paths = [options.old, options.new]
-        sys.stderr.write(text.render(report(findings, paths), colour=colour))
-        return 2
+    findings = [f for r in results for f in resolve(r.diagnostics, r.sources)]
+    wrong = [finding for finding in findings if finding.diagnostic.severity == "error"]
     old, new = (result.system for result in results)
-    assert old is not None and new is not None  # no errors, so both have a meaning
+    if wrong or old is None or new is None:
+        tell(report(wrong, [options.old, options.new]))
+        return 2
     comparison = compare(old, new)
     renderer = import_module(f"specc.difference.render.{options.format}")
     sys.stdout.write(renderer.render(comparison, options.old, options.new))

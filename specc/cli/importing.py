@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from fractions import Fraction
 from typing import Any
@@ -39,7 +38,7 @@ def add_import(commands: Any) -> None:
 
 def run_import(options: argparse.Namespace) -> int:
     """Import, print or write the specification, and report what is not in it."""
-    from specc.diagnostics.render import text
+    from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
     from specc.importers import import_fabric, import_scxml
 
@@ -50,8 +49,7 @@ def run_import(options: argparse.Namespace) -> int:
     else:
         made = import_scxml(options.files[0], name=options.name, period=options.period)
     findings = resolve(made.diagnostics, made.sources)
-    colour = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-    sys.stderr.write(text.render(report(findings, options.files), colour=colour))
+    tell(report(findings, options.files))
     unreadable = any(f.diagnostic.code in ("E0001", "E0002", "E0003", "E0004") for f in findings)
     if not made.text:
         return 2 if unreadable else 1

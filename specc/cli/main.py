@@ -12,13 +12,14 @@ import sys
 from collections.abc import Sequence
 
 from specc import __version__
+from specc.cli import streams
 from specc.cli.ages import add_ages
 from specc.cli.differing import add_diff
 from specc.cli.importing import add_import
 from specc.cli.witness import add_witness
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
-FAULT, INTERRUPTED, BROKEN_PIPE = 70, 130, 141
+UNWRITTEN, FAULT, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,26 +28,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: the arguments are wrong, ask for help, or the runtime ended the process.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
-    options = _parser().parse_args(arguments)
+    streams.prepare()
     try:
-        code = _dispatch(options)
+        code = _dispatch(_parsed(arguments))
         sys.stdout.flush()
+        sys.stderr.flush()
     except KeyboardInterrupt:
-        print("specc: interrupted", file=sys.stderr)
+        streams.say("specc: interrupted")
         return INTERRUPTED
     except BrokenPipeError:
-        # Python flushes stdout once more at exit; it must find a stream that takes it.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        streams.abandon(sys.stdout)
+        streams.abandon(sys.stderr)
         return BROKEN_PIPE
     except Exception as error:
         if "SPECC_TRACEBACK" in os.environ:
             raise
-        print(_fault(error), file=sys.stderr)
+        if isinstance(error, OSError) and error.filename is None:
+            streams.abandon(sys.stdout)
+            streams.say(f"specc: the output cannot be written: {(error.strerror or '').lower()}")
+            return UNWRITTEN
+        streams.say(_fault(error))
         return FAULT
     return code
+
+
+def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    try:
+        return _parser().parse_args(arguments)
+    except SystemExit:
+        sys.stdout.flush()
+        raise
 
 
 def _dispatch(options: argparse.Namespace) -> int:

@@ -33,14 +33,13 @@ def add_witness(commands: Any) -> None:
 def run_witness(options: argparse.Namespace) -> int:
     """Write scenarios; 0 if nothing is refuted, 1 if something is, 2 for wrong usage."""
     from specc import pipeline
-    from specc.diagnostics.render import text
+    from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
 
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         findings = resolve(result.diagnostics, result.sources)
-        colour = sys.stderr.isatty() and "NO_COLOR" not in os.environ
-        sys.stderr.write(text.render(report(findings, [options.spec]), colour=colour))
+        tell(report(findings, [options.spec]))
         unreadable = any(f.code in ("E0001", "E0002", "E0003", "E0004") for f in result.diagnostics)
         return 2 if unreadable else 1
     if fault := _unknown(options, result):
@@ -61,12 +60,14 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
 
 def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int:
     from specc.emit import FormatError
+    from specc.scenario.absence import AbsencePlanner
     from specc.scenario.plan import Planner
     from specc.scenario.text import file_name, scenario
     from specc.scenario.write import ForeignFileError, put
 
     assert result.system is not None  # something is refuted of it
-    planner = Planner(result.system, result.proofs.facts, item)
+    kind = Planner if item.absent is None else AbsencePlanner
+    planner = kind(result.system, result.proofs.facts, item)
     script = planner.script()
     where = f"{item.code}: {item.subsystem}: {item.words}"
     if script is None:

@@ -13,6 +13,7 @@ from specc.source import Place, SourceFile
 
 _ADDRESSED = re.compile(r"#\s*specc:\s*(?P<words>.*)")
 _IGNORE = re.compile(r"ignore\s*\[(?P<codes>[^\]]*)\]\s*[:—-]?\s*(?P<reason>.*)")
+_LIKE_A_CODE = re.compile(r"\b[EWO]\d{4}\b")
 _CODE = re.compile(r"[^\s,]+")
 _FORM = "write `# specc: ignore[W0412] reason`"
 
@@ -43,8 +44,8 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
     for comment in comments_of(source):
         if words := _ADDRESSED.fullmatch(comment.text):
             taken = _IGNORE.fullmatch(words["words"])
-            if taken is None:
-                findings.append(_finding(source, comment, "E0903", "this says nothing to specc"))
+            if taken is None or _ADDRESSED.search(taken["reason"]):
+                findings.append(_not_understood(source, comment))
                 continue
             begin = comment.start + words.start("words") + taken.start("codes")
             ignores += _entries(source, comment, taken, begin)
@@ -93,10 +94,8 @@ def _line_meant(source: SourceFile, comment: Comment) -> int:
 
 def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
     if entry.code not in all_codes():
-        close = nearest(entry.code, all_codes())
-        hint = f"did you mean {' or '.join(close)}?" if close else _FORM
-        what = f"no finding has the code {entry.code}" if entry.code else "no code is given"
-        return Diagnostic("E0903", what, entry.place, help=hint)
+        what = f"no finding has the code `{entry.code}`" if entry.code else "no code is given"
+        return Diagnostic("E0903", what, entry.place, help=_code_hint(entry.code))
     if severity_of(entry.code) != "warning":
         message = f"{entry.code} is no warning and cannot be ignored"
         return Diagnostic("E0904", message, entry.place, help="mend what it is about")
@@ -104,6 +103,25 @@ def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
         hint = f"say why: `# specc: ignore[{entry.code}] because ...`"
         return _finding(source, entry.comment, "E0902", "the reason is missing", hint)
     return None
+
+
+def _code_hint(code: str) -> str:
+    if code and any(known.startswith(code) for known in all_codes()):
+        return "a comment names whole codes"
+    close = nearest(code, all_codes())
+    same = [known for known in close if known.casefold() == code.casefold()]
+    listed = " or ".join(f"`{known}`" for known in same or close)
+    return f"did you mean {listed}?" if listed else _FORM
+
+
+def _not_understood(source: SourceFile, comment: Comment) -> Diagnostic:
+    """The finding about a comment of another form, with what it was probably meant to say."""
+    codes = [code for code in _LIKE_A_CODE.findall(comment.text) if code in all_codes()]
+    if not codes:
+        return _finding(source, comment, "E0903", "this says nothing to specc")
+    rest = comment.text[comment.text.rindex(codes[-1]) + len(codes[-1]) :].strip(" ]):,—-")
+    hint = f"write `# specc: ignore[{', '.join(codes)}] {rest or 'reason'}`"
+    return _finding(source, comment, "E0903", "this says nothing to specc", hint)
 
 
 def _finding(

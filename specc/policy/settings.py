@@ -22,6 +22,9 @@ FILE = "pyproject.toml"
 KEYS: dict[str, type] = {"select": list, "ignore": list, "strict": bool, "exclude": list}
 """Keys of the section, with the kinds of their values."""
 
+_EXAMPLES = {"select": '["W06"]', "ignore": '["W0611"]', "exclude": '["drafts/*"]'}
+_ENCODING = "save the file with the encoding UTF-8"
+_AT = re.compile(r" \(at line (?P<line>\d+), column (?P<column>\d+)\)")
 _SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
 
 
@@ -100,9 +103,11 @@ def forget() -> None:
 
 def code_fault(code: str) -> str:
     """Why a code or the beginning of one cannot be selected or ignored; empty if it can."""
-    if not any(known.startswith(code) for known in all_codes()) or not code:
+    if not code:
+        return "a code is missing: it would mean all"
+    if not any(known.startswith(code) for known in all_codes()):
         close = nearest(code, all_codes())
-        return f"no code is called {code!r}" + (f"; did you mean {close[0]}?" if close else "")
+        return f"no code is called `{code}`" + (f"; did you mean `{close[0]}`?" if close else "")
     return ""
 
 
@@ -110,10 +115,16 @@ def code_fault(code: str) -> str:
 def _settings_in(directory: Path) -> Found | None:
     path = directory / FILE
     try:
-        text = path.read_text(encoding="utf-8")
+        content = path.read_bytes()
     except (OSError, ValueError):
         return None
-    return _parsed(str(path), text) if "specc" in text else None
+    if b"specc" not in content:
+        return None
+    try:
+        return _parsed(str(path), content.decode())
+    except UnicodeDecodeError:
+        fault = Diagnostic("E0905", "the file is not UTF-8 text", Place(str(path)), help=_ENCODING)
+        return Found(Settings(), None, (fault,))
 
 
 def _parsed(path: str, text: str) -> Found | None:
@@ -122,16 +133,29 @@ def _parsed(path: str, text: str) -> Found | None:
 
     source = SourceFile(path, text)
     try:
-        table = tomllib.loads(text).get("tool", {}).get("specc")
+        tool = tomllib.loads(text).get("tool", {})
     except tomllib.TOMLDecodeError as error:
-        fault = Diagnostic("E0905", f"this is not TOML: {error}", Place(path, (), "text", 0, 0))
-        return Found(Settings(), source, (fault,))
+        return Found(Settings(), source, (_not_toml(source, str(error)),))
+    table = tool.get("specc") if isinstance(tool, dict) else None
     if table is None:
         return None
     if not isinstance(table, dict):
-        fault = Diagnostic("E0905", "`tool.specc` is not a table", Place(path, (), "text", 0, 0))
+        place = Place(path, (), "text", 0, 0)
+        fault = Diagnostic("E0905", "`tool.specc` is not a table", place, help="write [tool.specc]")
         return Found(Settings(), source, (fault,))
     return _checked(source, table)
+
+
+def _not_toml(source: SourceFile, error: str) -> Diagnostic:
+    """The finding about a text that is not TOML, where its reader says that it is not."""
+    at = _AT.search(error)
+    line, column = (int(at["line"]), int(at["column"])) if at else (len(source.lines), 1)
+    starts = source.line_starts
+    offset = min(starts[min(line, len(starts)) - 1] + column - 1, len(source.text))
+    what = error[: at.start()] if at else error.removesuffix(" (at end of document)")
+    message = f"this is not TOML: {what[:1].lower()}{what[1:]}"
+    place = Place(source.path, (), "text", offset, offset)
+    return Diagnostic("E0905", message, place, help="mend the line; until then no setting counts")
 
 
 def _checked(source: SourceFile, table: Mapping[str, Any]) -> Found:
@@ -153,12 +177,15 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
         return _unknown(key, place)
     if KEYS[key] is bool:
         wrong = f"`{key}` takes true or false"
-        return None if isinstance(value, bool) else Diagnostic("E0905", wrong, place)
+        hint = f"write `{key} = true` or `{key} = false`"
+        return None if isinstance(value, bool) else Diagnostic("E0905", wrong, place, help=hint)
     if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-        return Diagnostic("E0905", f"`{key}` takes a list of texts", place)
+        hint = f"write e.g. `{key} = {_EXAMPLES[key]}`"
+        return Diagnostic("E0905", f"`{key}` takes a list of texts", place, help=hint)
     for code in value if key in ("select", "ignore") else ():
         if wrong := code_fault(code):
-            return Diagnostic("E0905", wrong, place)
+            wrong, _, hint = wrong.partition("; ")
+            return Diagnostic("E0905", wrong, place, help=hint or "`specc explain` lists all codes")
         if key == "ignore" and not code.startswith("W"):
             message = f"{code} is no warning and cannot be ignored"
             return Diagnostic("E0904", message, place, help="mend what it is about")
@@ -167,7 +194,8 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
 
 def _unknown(key: str, place: Place) -> Diagnostic:
     close = nearest(key, KEYS)
-    hint = f"did you mean `{close[0]}`?" if close else f"known keys: {', '.join(KEYS)}"
+    listed = ", ".join(f"`{known}`" for known in KEYS)
+    hint = f"did you mean `{close[0]}`?" if close else f"known keys: {listed}"
     meant = surely_meant(key, close)
     fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
     return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)

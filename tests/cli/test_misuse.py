@@ -245,7 +245,7 @@ def test_model_that_only_the_simulator_refuses(folder: Path) -> None:
         ("run", ("required: SPEC",)),
         ("runn gate.yaml", ("'runn'", "validate", "build", "run")),
         ("validate gate.yaml --format xml", ("'xml'", "sarif")),
-        ("explain E9999", ("no code is called 'E9999'",)),
+        ("explain E9999", ("no code is called `E9999`",)),
     ],
 )
 def test_arguments_that_cannot_be_followed(

@@ -51,6 +51,23 @@ def test_a_comment_that_says_nothing(comment: str, tmp_path: Path) -> None:
     assert codes(verdict) == ["E0903", "W0611", "W0611"]
 
 
+@pytest.mark.parametrize(
+    ("comment", "help"),
+    [
+        ("ignore W0611: for later", "write `# specc: ignore[W0611] for later`"),
+        ("ignored", "write `# specc: ignore[W0412] reason`"),
+        ("ignore[w0611] x", "did you mean `W0611`?"),
+        ("ignore[W06] x", "a comment names whole codes"),
+        ("ignore[W0611] a # specc: ignore[W0604] b", "write `# specc: ignore[W0611, W0604] b`"),
+    ],
+)
+def test_the_way_out_is_the_comment_that_was_meant(comment: str, help: str, tmp_path: Path) -> None:
+    verdict = judged(write(tmp_path / "a.yaml", f" # specc: {comment}"))
+    (found,) = [finding for finding in verdict.diagnostics if finding.code == "E0903"]
+    assert found.help == help
+    assert verdict.ignored == 0
+
+
 def test_errors_cannot_be_ignored(tmp_path: Path) -> None:
     path = write(tmp_path / "a.yaml")
     text = path.read_text().replace("S0: work}", "S0: wrk} # specc: ignore[E0216] why not")

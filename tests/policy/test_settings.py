@@ -43,7 +43,27 @@ def test_wrong_settings_are_found_where_they_stand(line: str, code: str, tmp_pat
     (finding,) = found.diagnostics
     assert finding.code == code
     assert found.source is not None
-    assert found.source.span(finding.primary).line == (1 if "TOML" in finding.message else 4)
+    assert found.source.span(finding.primary).line == 4
+    assert finding.help
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"# specc\nx = [", "this is not TOML"),
+        (b"# specc\n\xff = 1\n", "the file is not UTF-8 text"),
+        (b"[tool]\nspecc = 1\n", "`tool.specc` is not a table"),
+    ],
+)
+def test_a_file_without_readable_settings(content: bytes, message: str, tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_bytes(content)
+    (finding,) = settings_for(str(tmp_path)).diagnostics
+    assert (finding.code, finding.message.split(":")[0]) == ("E0905", message)
+
+
+def test_a_file_without_a_section_says_nothing(tmp_path: Path) -> None:
+    project(tmp_path, 'tool = 1\ntitle = "specc"\n')
+    assert settings_for(str(tmp_path)).diagnostics == ()
 
 
 def test_the_command_line_replaces_key_by_key() -> None:

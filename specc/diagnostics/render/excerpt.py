@@ -20,8 +20,11 @@ class Excerpt:
     length: int
 
 
-def excerpt(line: str, span: Span) -> Excerpt:
-    """The part of `line`, the first line of `span`, that has the start of the span in it."""
+def excerpt(line: str, span: Span, columns: int = MAX_COLUMNS) -> Excerpt:
+    """The part of `line`, the first line of `span`, that has the start of the span in it.
+
+    It takes at most as many terminal columns.
+    """
     start = min(span.col - 1, len(line))
     end = span.end_col - 1 if span.end_line == span.line else len(line.rstrip())
     end = min(max(end, start), len(line))
@@ -30,18 +33,19 @@ def excerpt(line: str, span: Span) -> Excerpt:
         line[start : min(end, start + _NEAR)],
         line[end : end + _NEAR],
     )
-    before, marked, after = _windowed(*map(visible, parts))
+    head, middle, tail = map(visible, parts)
+    before, marked, after = _windowed(head, middle, tail, columns)
     return Excerpt(before + marked + after, width(before), max(width(marked), 1))
 
 
-def _windowed(before: str, marked: str, after: str) -> tuple[str, str, str]:
+def _windowed(before: str, marked: str, after: str, columns: int) -> tuple[str, str, str]:
     """The three parts of a line, shortened where they are far from the start of the mark."""
-    if width(before) + width(marked) + width(after) <= MAX_COLUMNS:
+    if width(before) + width(marked) + width(after) <= columns:
         return before, marked, after
-    if width(marked) > MAX_COLUMNS // 2:
-        marked, after = _head(marked, MAX_COLUMNS // 2), ""
-    before = _tail(before, MAX_COLUMNS - width(marked) - min(width(after), MAX_COLUMNS // 4))
-    return before, marked, _head(after, MAX_COLUMNS - width(before) - width(marked))
+    if width(marked) > columns // 2:
+        marked, after = _head(marked, columns // 2), ""
+    before = _tail(before, columns - width(marked) - min(width(after), columns // 4))
+    return before, marked, _head(after, columns - width(before) - width(marked))
 
 
 def _head(text: str, columns: int) -> str:

@@ -1,11 +1,13 @@
 """A report for people: code, place, the line with a caret, related places and a way out."""
 
 from collections.abc import Iterator
+from functools import partial
 
-from specc.diagnostics.render.excerpt import excerpt
+from specc.diagnostics.render.excerpt import MAX_COLUMNS, excerpt
 from specc.diagnostics.render.visible import visible
 from specc.diagnostics.report import Finding, Report, Spot
 
+_NARROWEST = 20
 _RESET = "\x1b[0m"
 _COLOURS = {
     "error": "\x1b[1;31m",
@@ -16,10 +18,13 @@ _COLOURS = {
 }
 
 
-def render(report: Report, colour: bool = False) -> str:
-    """What is wrong, what is not there yet, and a summary; ANSI colours only if `colour`."""
+def render(report: Report, colour: bool = False, columns: int = 2 * MAX_COLUMNS) -> str:
+    """What is wrong, what is not there yet, and a summary.
+
+    ANSI colours only if `colour`; lines of files are cut to fit a terminal of `columns`.
+    """
     paint = _Paint(colour)
-    blocks = ["\n".join(_finding(finding, paint)) for finding in _apart(report)]
+    blocks = ["\n".join(_finding(finding, paint, columns)) for finding in _apart(report)]
     return "\n\n".join([*blocks, _summary(report)]) + "\n"
 
 
@@ -36,15 +41,16 @@ class _Paint:
         return f"{_COLOURS[style]}{text}{_RESET}" if self._colour and text else text
 
 
-def _finding(finding: Finding, paint: _Paint) -> Iterator[str]:
+def _finding(finding: Finding, paint: _Paint, columns: int) -> Iterator[str]:
     found = finding.diagnostic
     numbers = [spot.span.line for spot in (finding.primary, *finding.related)]
     margin = len(str(max(numbers)))
     head = paint(found.severity, f"{found.severity}[{found.code}]")
     yield f"{head}{paint('bold', f': {visible(found.message)}')}"
-    yield from _spot(finding.primary, "-->", "^", found.severity, margin, paint)
+    paint_spot = partial(_spot, margin=margin, room=columns - margin - len(" | "), paint=paint)
+    yield from paint_spot(finding.primary, "-->", "^", found.severity)
     for spot in finding.related:
-        yield from _spot(spot, ":::", "-", "note", margin, paint)
+        yield from paint_spot(spot, ":::", "-", "note")
     if found.help:
         first, *more = found.help.split("\n")
         yield f"{' ' * margin} {paint('note', '=')} help: {visible(first)}"
@@ -52,7 +58,7 @@ def _finding(finding: Finding, paint: _Paint) -> Iterator[str]:
 
 
 def _spot(
-    spot: Spot, arrow: str, mark: str, style: str, margin: int, paint: _Paint
+    spot: Spot, arrow: str, mark: str, style: str, *, margin: int, room: int, paint: _Paint
 ) -> Iterator[str]:
     span = spot.span
     place = f"{visible(span.file)}:{span.line}:{span.col}"
@@ -61,7 +67,7 @@ def _spot(
         if spot.message:
             yield f"{' ' * margin} {paint('note', '|')} {visible(spot.message)}"
         return
-    shown = excerpt(spot.line, span)
+    shown = excerpt(spot.line, span, max(_NARROWEST, min(room, MAX_COLUMNS)))
     bar = paint("note", "|")
     yield f"{' ' * margin} {bar}"
     yield f"{paint('note', str(span.line).rjust(margin))} {bar} {shown.text}"
