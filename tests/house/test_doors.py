@@ -20,6 +20,7 @@ DOORS = {
     "numpy": {"specc_runtime"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},
+    "pydantic_core": {"specc.schema"},
     "pygls": {"specc.lsp.server"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
