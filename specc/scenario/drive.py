@@ -67,8 +67,15 @@ class Drive:
 class Driver:
     """Drives one subsystem."""
 
-    def __init__(self, meaning: Meaning, facts: Facts, original: Subsystem) -> None:
-        """`original` is the subsystem as the facts know it."""
+    def __init__(
+        self,
+        meaning: Meaning,
+        facts: Facts,
+        original: Subsystem,
+        never: frozenset[InputName] = frozenset(),
+    ) -> None:
+        """`original` is the subsystem as the facts know it; what `never` names does not come."""
+        self._never = never
         self.meaning = meaning
         self._subsystem = meaning.subsystem
         self._presence = facts.presence(original)
@@ -86,6 +93,11 @@ class Driver:
             a.name for b in self._subsystem.behaviours for a in b.assignments if not a.peer
         )
         self._elements = {(p.peer, e.name): e for p in ports for e in p.elements}
+
+    @property
+    def elements(self) -> frozenset[InputName]:
+        """All inputs."""
+        return frozenset(self._elements)
 
     def sure(self, state: str) -> frozenset[InputName]:
         """Inputs that are there whenever the conditions of a state are asked."""
@@ -109,12 +121,24 @@ class Driver:
         Raises:
             StrayError: it fails.
         """
-        at = self._with_values(self._nothing(), wanted)
-        goals = [(axiom.that, True) for axiom in self._subsystem.axioms]
         state = self._subsystem.initial_state
-        seen = begun(self.meaning, self.found(at, goals, ""))
-        step = step_between(None, self._without_own(seen), state, "the first period")
+        seen = begun(self.meaning, self.start(wanted))
+        step = self.first_step(seen)
         return Drive(seen, (), (step,), state, self._next(state, seen))
+
+    def start(self, wanted: Situation | None, goals: Sequence[Goal] = ()) -> Situation:
+        """What is seen in the first period.
+
+        Raises:
+            StrayError: nothing was found that meets the assumptions and the goals.
+        """
+        axioms = [(axiom.that, True) for axiom in self._subsystem.axioms]
+        return self.found(self._with_values(self._nothing(), wanted), [*axioms, *goals], "")
+
+    def first_step(self, seen: Situation) -> Step:
+        """The step of the first period."""
+        shown = self._without_own(seen)
+        return step_between(None, shown, self._subsystem.initial_state, "the first period")
 
     def along(self, drive: Drive, row: Transition) -> Drive:
         """The run with one more row taken.
@@ -128,8 +152,7 @@ class Driver:
         if ending(self.meaning, row.source, seen) != Ending(row.cause, (index,)):
             raise StrayError("another row is taken")
         step = step_between(drive.seen, seen, row.target, row_words(row))
-        entered = replace(seen, periods=0)
-        at = self._next(row.target, entered)
+        at = self._next(row.target, replace(seen, periods=0))
         return drive.having(Seen(row.source, seen, index), step, row.target, at)
 
     def reach(self, drive: Drive, goals: Sequence[Goal]) -> tuple[Drive, Situation]:
@@ -165,14 +188,16 @@ class Driver:
         """
         memory = self._changing if placed else frozenset[str]()
         sure = self.sure(state) | self.always if state else self.always
-        found = find(self.meaning, at, goals, Freedom(memory, time, placed, self.devices, sure))
+        found = find(
+            self.meaning, at, goals, Freedom(memory, time, placed, self.devices, sure, self._never)
+        )
         if found is None:
             raise StrayError(f"nothing was found that ends {state} as wanted")
         return self._with_company(found, goals)
 
     def _with_company(self, at: Situation, goals: Sequence[Goal]) -> Situation:
         """The situation with what is sent together with what has come."""
-        present = self._arrivals.close(at.present)
+        present = self._arrivals.close(at.present) - self._never
         came = replace(at, present=present, fresh=at.fresh | (present - at.present))
         if all(self.meaning.holds(condition, came) is wanted for condition, wanted in goals):
             return came
@@ -251,7 +276,7 @@ class Driver:
 
     def _next(self, state: str, at: Situation) -> Situation:
         later = executed(self.meaning, state, at)
-        present = self._arrivals.close(later.present | self._arrivals.later)
+        present = self._arrivals.close(later.present | self._arrivals.later) - self._never
         return replace(later, present=present)
 
     def _nothing(self) -> Situation:

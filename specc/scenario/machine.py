@@ -81,6 +81,15 @@ def axioms_hold(meaning: Meaning, at: Situation) -> bool:
     return all(meaning.holds(axiom.that, at) for axiom in meaning.subsystem.axioms)
 
 
+def watched(meaning: Meaning, at: Situation) -> list[bool]:
+    """Which assumptions hold; a run watches all of them.
+
+    Raises:
+        StrayError: one has no value.
+    """
+    return [_surely(meaning, axiom.that, at) for axiom in meaning.subsystem.axioms]
+
+
 def _surely(meaning: Meaning, condition: Expr, at: Situation) -> bool:
     return bool(_value(meaning, condition, at))
 

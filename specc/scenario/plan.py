@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from specc.facts import Facts
-from specc.model.expr import Input, Present
-from specc.model.fsm import Transition
+from specc.model.fsm import Cause, Transition
 from specc.model.system import System
-from specc.model.types import Bool
 from specc.scenario.drive import Drive, Driver
 from specc.scenario.machine import AbsentError, StrayError, ending
 from specc.scenario.refutations import Refutation
 from specc.scenario.script import Placed, Script, step_between
-from specc.scenario.search import Goal
+from specc.scenario.search import Goal, present
 from specc.scenario.situation import Meaning, Situation
 from specc.scenario.subject import alone
 from specc.scenario.values import Value
@@ -33,6 +31,8 @@ class Planner:
         self.meaning = Meaning(self.system, self.subsystem)
         self._driver = Driver(self.meaning, facts, whole)
         self._refutation = refutation
+        assert refutation.cause is not None  # this is about rows
+        self._cause: Cause = refutation.cause
         self._rows = tuple(self._own(row) for row in refutation.rows)
 
     def script(self) -> Script | None:
@@ -49,7 +49,7 @@ class Planner:
 
     def _goals(self) -> Iterator[list[Goal]]:
         """The goals of the last step: first without, then with further rows that apply."""
-        state, cause = self._refutation.state, self._refutation.cause
+        state, cause = self._refutation.state, self._cause
         exact = [*self._driver.context(state, cause, self._rows), *self._refutation.goals]
         yield exact
         others = {id(r.condition.when) for _, r in self.subsystem.rows(state, cause)}
@@ -96,7 +96,7 @@ class Planner:
                     reached.steps, None, step_between(reached.seen, seen), seen.answers, rows
                 )
             except AbsentError as error:
-                goals = [*goals, _present(error)]
+                goals = [*goals, present(error.name)]
         raise StrayError("inputs are missing")
 
     def _remembered(self, drive: Drive, goals: list[Goal]) -> Script:
@@ -138,7 +138,7 @@ class Planner:
             try:
                 return seen, self._rows_at(seen)
             except AbsentError as error:
-                goals = [*goals, _present(error)]
+                goals = [*goals, present(error.name)]
         raise StrayError("no values were found")
 
     def _rows_at(self, seen: Situation) -> tuple[int, ...]:
@@ -164,8 +164,3 @@ def _changed(before: Situation, at: Situation) -> dict[str, Value]:
     """Memory that has other values than before."""
     known = before.memory
     return {n: value for n, value in at.memory.items() if repr(value) != repr(known[n])}
-
-
-def _present(error: AbsentError) -> Goal:
-    peer, element = error.name
-    return Present(Input(peer, element, type=Bool()), type=Bool()), True

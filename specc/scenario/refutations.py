@@ -5,38 +5,46 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from specc.checks import (
+    presence_in_axioms,
+    presence_in_conditions,
+    presence_in_functions,
+    presence_in_memory,
+)
 from specc.facts import Decided, Facts
 from specc.facts.steps import CAUSES
 from specc.facts.words import ending, situation
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
-from specc.proof import Witness
+from specc.proof import InputName, Witness
 from specc.scenario.search import Goal
-from specc.source import Place
 
-CODES = ("E0601", "E0602", "E0603", "W0616")
+CODES = ("E0601", "E0602", "E0603", "W0616", "E0701", "E0702", "E0703", "E0704")
 """Codes of findings that a run can show."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refutation:
-    """A finding that a run can show: in a state that ends by a cause, none or several rows apply.
+    """A finding that a run can show.
+
+    Either none or several rows apply when a state ends by a cause, or an input is read that may
+    have no value.
 
     Attributes:
         words: what is wrong, in words.
-        place: where the finding points.
-        goals: the witness.
+        goals: the witness about rows.
         rows: rows that apply; with none of them, no row does.
+        absent: the input that is read; empty if it is about rows.
     """
 
     code: str
     subsystem: str
     state: str
-    cause: Cause
+    cause: Cause | None
     words: str
-    place: Place
-    goals: tuple[Goal, ...]
-    rows: tuple[Transition, ...]
+    goals: tuple[Goal, ...] = ()
+    rows: tuple[Transition, ...] = ()
+    absent: InputName | None = None
 
 
 def refutations(facts: Facts) -> Iterator[Refutation]:
@@ -45,6 +53,8 @@ def refutations(facts: Facts) -> Iterator[Refutation]:
         yield from _of_rows(decided, facts)
     for subsystem in facts.whole_subsystems:
         yield from _of_unused_components(subsystem, facts)
+    for subsystem in facts.consistent_subsystems:
+        yield from _of_absence(subsystem, facts)
 
 
 def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
@@ -54,16 +64,14 @@ def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
     name, ended = decided.subsystem.qualified_name, ending(state.behaviour, cause)
     if gap and verdict.rows:
         words = f"no row of state `{state.name}` applies {situation(gap)}"
-        yield Refutation("E0601", name, state.name, cause, words, state.place, gap.answers, ())
+        yield Refutation("E0601", name, state.name, cause, words, gap.answers)
     elif not verdict.rows and verdict.decision.possible and not _is_unfinished(decided, facts):
         words = f"state `{state.name}` can end {ended} and has no row for that"
-        yield Refutation("E0603", name, state.name, cause, words, state.place, (), ())
+        yield Refutation("E0603", name, state.name, cause, words)
     if overlap:
         rows = tuple(verdict.rows[index] for index in overlap.holding)
         words = f"two rows of state `{state.name}` apply {situation(overlap)}"
-        yield Refutation(
-            "E0602", name, state.name, cause, words, rows[-1].place, overlap.answers, rows
-        )
+        yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
 
 
 def _is_unfinished(decided: Decided, facts: Facts) -> bool:
@@ -81,9 +89,7 @@ def _of_unused_components(subsystem: Subsystem, facts: Facts) -> Iterator[Refuta
                 count = "two rows apply" if rows else "no row applies"
                 words = f"in state `{state.name}` {count} {situation(witness)}"
                 name = subsystem.qualified_name
-                yield Refutation(
-                    "W0616", name, state.name, cause, words, state.place, witness.answers, rows
-                )
+                yield Refutation("W0616", name, state.name, cause, words, witness.answers, rows)
 
 
 def _held(
@@ -91,3 +97,26 @@ def _held(
 ) -> tuple[Transition, ...]:
     rows = [row for _, row in subsystem.rows(state, cause)]
     return tuple(rows[index] for index in witness.holding)
+
+
+def _of_absence(subsystem: Subsystem, facts: Facts) -> Iterator[Refutation]:
+    """E0701 to E0704, once for each input and state."""
+    told = set()
+    for code, absences in _ABSENCES.items():
+        for absence in absences(subsystem, facts):
+            state = absence.state or subsystem.initial_state
+            name = absence.reading.name
+            if (code, state, name) not in told:
+                told.add((code, state, name))
+                where = f"in state `{state}`" if absence.state else "in the first period"
+                input_ = f"`x.{name[0]}.{name[1]}`"
+                words = f"{input_} may have no value {where}, where {absence.what} reads it"
+                yield Refutation(code, subsystem.qualified_name, state, None, words, absent=name)
+
+
+_ABSENCES = {
+    "E0701": presence_in_functions.absences,
+    "E0702": presence_in_conditions.absences,
+    "E0703": presence_in_memory.absences,
+    "E0704": presence_in_axioms.absences,
+}

@@ -5,7 +5,9 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Sequence
 
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Fresh, Input, Present
+from specc.model.types import Bool
+from specc.proof import InputName
 from specc.scenario.conditions import Conditions, conjuncts
 from specc.scenario.freedom import Freedom
 from specc.scenario.numbers import Thresholds
@@ -17,6 +19,18 @@ Goal = tuple[Expr, bool]
 STARTS, REPAIRS = 6, 40
 _STRAYING = 0.15
 """How often a repair is taken that is not the best one, which leads out of circles."""
+
+
+def present(name: InputName) -> Goal:
+    """An input has a value."""
+    peer, element = name
+    return Present(Input(peer, element, type=Bool()), type=Bool()), True
+
+
+def came(name: InputName) -> Goal:
+    """A value of an input has come."""
+    peer, element = name
+    return Fresh(Input(peer, element, type=Bool()), type=Bool()), True
 
 
 def find(

@@ -72,15 +72,17 @@ def scenario(refutation: Refutation, script: Script, subsystem: Subsystem, spec:
 
 
 def _identifier(refutation: Refutation) -> str:
-    parts = (refutation.subsystem, refutation.state, refutation.cause, refutation.code)
+    about = (refutation.cause or "", *(refutation.absent or ()))
+    parts = (refutation.subsystem, refutation.state, *filter(None, about), refutation.code)
     return re.sub(r"[^A-Za-z0-9_]", "_", "_".join(parts))
 
 
 def _about(refutation: Refutation, script: Script, spec: str) -> Iterator[str]:
     where = f"Subsystem {refutation.subsystem} of {os.path.basename(spec)}"
+    ended = f", {refutation.cause} condition" if refutation.cause else ""
     yield from wrap(
-        f"{where}, state {refutation.state}, {refutation.cause} condition. This test fails until "
-        "the specification is repaired, and passes from then on.",
+        f"{where}, state {refutation.state}{ended}. This test fails until the specification is "
+        "repaired, and passes from then on.",
         _WIDTH,
     )
     if script.answers:
@@ -104,11 +106,17 @@ def _calls(refutation: Refutation, script: Script, subsystem: Subsystem) -> Iter
         yield CallPlan("step", ", ".join(into), (_commented(step.way),))
     if script.placed is not None:
         yield _place(script.placed)
-    rows = [str(i) for i in script.rows]
-    table = [subsystem.transitions[int(i)] for i in rows]
-    held = " and ".join(f"{r.condition.name} -> {r.target}" for r in table) or "none"
-    comment = _commented(f"{refutation.cause} condition holds, and of its rows: {held}")
+    comment = _commented(_last(refutation, script, subsystem))
     yield CallPlan("decide", ", ".join(_inputs(script.last)), tuple(wrap(comment, _WIDTH)))
+
+
+def _last(refutation: Refutation, script: Script, subsystem: Subsystem) -> str:
+    """What happens in the last step, in words."""
+    if refutation.absent is not None:
+        return f"{_name(refutation.absent)} has not come, and is read"
+    table = [subsystem.transitions[index] for index in script.rows]
+    held = " and ".join(f"{row.condition.name} -> {row.target}" for row in table) or "none"
+    return f"{refutation.cause} condition holds, and of its rows: {held}"
 
 
 def _place(placed: Placed) -> CallPlan:

@@ -1,0 +1,138 @@
+"""Scripts that lead to where an input is read that has not come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from specc.facts import Facts
+from specc.model.fsm import Transition
+from specc.model.system import System
+from specc.proof import InputName
+from specc.scenario.drive import Drive, Driver
+from specc.scenario.machine import AbsentError, StrayError, begun, ending, executed, watched
+from specc.scenario.refutations import Refutation
+from specc.scenario.script import Script, step_between
+from specc.scenario.search import Goal, came, present
+from specc.scenario.situation import Meaning, Situation
+from specc.scenario.subject import alone
+
+MOST_ABSENT = 8
+Reading = Callable[[Situation], object]
+"""What reads inputs in a situation, and raises AbsentError at one that is not there."""
+
+
+class AbsencePlanner:
+    """Finds the script of one refutation about an input that may have no value."""
+
+    def __init__(self, system: System, facts: Facts, refutation: Refutation) -> None:
+        """`system` is the whole one, `facts` are of it."""
+        whole = next(s for s in system.subsystems if s.qualified_name == refutation.subsystem)
+        self.system = alone(system, refutation.subsystem)
+        (self.subsystem,) = self.system.subsystems
+        assert refutation.absent is not None  # this is about an input
+        self._name: InputName = refutation.absent
+        self.meaning = Meaning(self.system, self.subsystem)
+        self._driver = Driver(self.meaning, facts, whole, frozenset((self._name,)))
+        self._refutation = refutation
+        self._others = sorted(self._driver.elements - {self._name})
+
+    def script(self) -> Script | None:
+        """A script that reads the input, if possible with everything else there; else None."""
+        for wanted in (self._everything_else(), None):
+            for attempt in self._attempts(wanted):
+                try:
+                    return attempt()
+                except StrayError:
+                    continue
+        return None
+
+    def _everything_else(self) -> Situation:
+        nothing = self._driver.start(None)
+        return replace(nothing, present=frozenset(self._others))
+
+    def _attempts(self, wanted: Situation | None) -> Iterator[Callable[[], Script]]:
+        state, code = self._refutation.state, self._refutation.code
+        if code == "E0703":
+            yield lambda: self._at_first(wanted, lambda at: begun(self.meaning, at))
+        elif code == "E0704":
+            yield lambda: self._last(
+                self._driver.first(wanted), [], lambda at: watched(self.meaning, at)
+            )
+        elif code == "E0701" and state == self.subsystem.initial_state:
+            yield lambda: self._at_first(
+                wanted, lambda at: executed(self.meaning, state, begun(self.meaning, at))
+            )
+        for path in self._driver.paths(state):
+            if code == "E0702":
+                yield lambda path=path: self._in_conditions(self._along(path, wanted))  # type: ignore[misc]  # a default binds it
+            elif code == "E0701" and path:
+                yield lambda path=path: self._entering(self._along(path[:-1], wanted), path[-1])  # type: ignore[misc]  # as above
+
+    def _along(self, path: Sequence[Transition], wanted: Situation | None) -> Drive:
+        drive = self._driver.first(wanted)
+        for row in path:
+            drive = self._driver.along(drive, row)
+        return drive
+
+    def _at_first(self, wanted: Situation | None, reading: Reading) -> Script:
+        """The first period is the last step."""
+        goals: list[Goal] = []
+        for _ in range(MOST_ABSENT):
+            at = self._driver.start(wanted, goals)
+            missing = _missing(reading, at)
+            if missing == self._name:
+                return Script((), None, self._driver.first_step(at), at.answers, ())
+            if missing is None:
+                break
+            goals.append(present(missing))
+        raise StrayError("it is not read")
+
+    def _entering(self, drive: Drive, row: Transition) -> Script:
+        """The last step takes a row, and the functions of its target read."""
+        goals = self._driver.context(row.source, row.cause, [row])
+        target = row.target
+        return self._last(
+            drive, goals, lambda at: executed(self.meaning, target, replace(at, periods=0))
+        )
+
+    def _in_conditions(self, drive: Drive) -> Script:
+        """In the last step the conditions of the state read, or those of its rows."""
+        state, axioms = drive.state, [(a.that, True) for a in self.subsystem.axioms]
+        behaviour = self.subsystem.state(state).behaviour
+        going: Goal = (behaviour.error.when, False)
+        for goals in ([], [going], [going, (behaviour.terminal.when, True)]):
+            try:
+                asked = [*axioms, *goals]
+                return self._last(drive, asked, lambda at: ending(self.meaning, state, at))
+            except StrayError:
+                continue
+        raise StrayError("it is not read")
+
+    def _last(self, drive: Drive, goals: list[Goal], reading: Reading) -> Script:
+        """The last step, with different inputs coming in it until what is absent is read."""
+        each = [[came(name)] for name in self._others]
+        for coming in ([], [came(name) for name in self._others], *each):
+            wanted = [*goals, *coming]
+            for _ in range(MOST_ABSENT):
+                try:
+                    reached, seen = self._driver.reach(drive, wanted)
+                except StrayError:
+                    break
+                missing = _missing(reading, seen)
+                if missing == self._name:
+                    step = step_between(reached.seen, seen)
+                    return Script(reached.steps, None, step, seen.answers, ())
+                if missing is None:
+                    break
+                wanted.append(present(missing))
+        raise StrayError("it is not read")
+
+
+def _missing(reading: Reading, at: Situation) -> InputName | None:
+    """The first input that is read in vain."""
+    try:
+        reading(at)
+    except AbsentError as error:
+        return error.name
+    return None
