@@ -10,6 +10,9 @@ from specc.facts.words import ending
 from specc.model.system import System
 
 
+_WAY_OUT = "the generated code checks it in every run; to have it proved, ask less in one table"
+
+
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0606."""
     for decided in facts.decided():
@@ -21,6 +24,5 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 f"it is not proved that exactly one row of state `{state.name}` applies: {reason}",
                 state.place,
                 f"ended {ending(state.behaviour, decided.cause)}",
-                help="the generated code checks it in every run; to have it proved, ask less in "
-                "one table",
+                help=decided.verdict.decision.way_out or _WAY_OUT,
             )

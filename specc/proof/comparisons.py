@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import operator
 
-from specc.model.expr import Builtin, Clock, Expr, Unary
+from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int
 from specc.proof.numbering import Depths, Numbering, Scalar
-from specc.proof.variables import Bound, Quantity
+from specc.proof.variables import Apart, Bound, Quantity
 
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 # The question that decides a comparison, and the answer with which the comparison holds.
@@ -27,7 +28,7 @@ _COMPUTED = {
     ">=": operator.ge,
     "!=": operator.ne,
 }
-_NEVER_NEGATIVE = ("len", "abs", "norm")
+_NEVER_NEGATIVE = ("len", "abs", "norm", "sqrt")
 
 Question = tuple[Quantity, Bound, bool]
 
@@ -46,22 +47,26 @@ class Comparisons:
             return bool(_COMPUTED[op](x, y))
         if a == b:
             return bool(_COMPUTED[op](0, 0))
+        if any(n is not None and math.isnan(n) for n in (x, y)):
+            return op == "!="
         if x is not None or (y is None and a > b):
             left, right, a, b, y, op = right, left, b, a, x, _MIRRORED[op]
         if y is not None and isinstance(left, Unary):
             return self.question(_MIRRORED[op], left.operand, _negative(right), bound)
-        whole = isinstance(left.type, Int) and isinstance(right.type, Int)
+        whole = isinstance(left.type, Int)
         if y is None:
+            whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
         else:
-            quantity = Quantity("value", (a,), whole, _least(left))
+            quantity = Quantity("value", (a,), whole, *self._range(left))
         asked, holds = _QUESTIONS[op]
         return quantity, (asked, y), holds
 
     def near(self, expr: Builtin, bound: Depths) -> tuple[Quantity, Bound] | None:
         """`near(a, b, tolerance)` as a question about a distance, so that tolerances are related.
 
-        None for poses, which have two tolerances, and for a tolerance that is not constant.
+        None for poses, which have two tolerances (see `near_pose`), and for a tolerance that is not
+        constant.
         """
         if len(expr.args) != 3:
             return None
@@ -72,6 +77,24 @@ class Comparisons:
         distance = Quantity("distance", (min(a, b), max(a, b)), False, 0.0)
         return distance, ("<=", tolerance)
 
+    def near_pose(self, expr: Builtin, bound: Depths) -> tuple[Apart, tuple[float, float]] | None:
+        """`near(X, Y, distance, angle)` as a question about how far apart two poses are."""
+        if len(expr.args) != 4:
+            return None
+        x, y, *limits = (self._numbering.number(arg, bound) for arg in expr.args)
+        distance, angle = (_as_number(self._numbering.value(limit)) for limit in limits)
+        if distance is None or angle is None:
+            return None
+        return Apart((x, y)), (distance, angle)
+
+    def _range(self, expr: Expr) -> tuple[float | None, float | None]:
+        """The least value of a number by what it is, and the step between its values."""
+        period = self._numbering.period_s
+        if isinstance(expr, Clock) and expr.name == "elapsed" and period is not None:
+            # Conditions are asked from the second period of a state on.
+            return period, period
+        return least(expr), None
+
 
 def _as_number(value: Scalar | None) -> float | None:
     return None if value is None or isinstance(value, (bool, str)) else value
@@ -81,11 +104,22 @@ def _negative(expr: Expr) -> Expr:
     return Unary("-", expr, type=expr.type)
 
 
-def _least(expr: Expr) -> float | None:
+def least(expr: Expr) -> float | None:
     """A lower bound of a number by what it is."""
     match expr:
         case Builtin(name=name) if name in _NEVER_NEGATIVE:
             return 0.0
         case Clock():
             return 0.0
+        case Binary(op="**", right=Number(value=power)) if power > 0 and power % 2 == 0:
+            return 0.0
+        case Builtin(name="max", args=args):
+            return max((n for arg in args if (n := _least_or_known(arg)) is not None), default=None)
+        case Builtin(name="min", args=args):
+            known = [_least_or_known(arg) for arg in args]
+            return None if None in known else min(n for n in known if n is not None)
     return None
+
+
+def _least_or_known(expr: Expr) -> float | None:
+    return expr.value if isinstance(expr, Number) else least(expr)

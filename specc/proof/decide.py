@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 
+from specc.proof.cases import Cases
+from specc.proof.doubt import rounding
 from specc.proof.formula import Formula, atoms_of
-from specc.proof.relevance import components, conjuncts, has_related_sums, related, variables_of
+from specc.proof.relations import Relations, UnsureError
+from specc.proof.relevance import components, conjuncts, related, variables_of
 from specc.proof.repair import condition_for
 from specc.proof.table import Table, TooLargeError
 from specc.proof.variables import Arrival
 from specc.proof.verdict import Decision, InputName, Witness
 from specc.proof.witness import describe
-
-Solve = Callable[[Sequence[Formula], Sequence[Formula]], Decision | None]
-"""Decides about conditions where formulas are assumed; None if it cannot."""
 
 
 class Question:
@@ -24,13 +25,18 @@ class Question:
         conditions: Sequence[Formula],
         context: Sequence[Formula],
         axioms: Sequence[Formula],
-        solve: Solve,
+        relations: Relations,
     ) -> None:
-        """`solve` is asked what the tables do not settle."""
-        self._solve = solve
+        """`relations` between atoms are asked about where the tables alone refute."""
+        self._relations = relations
         self._conditions = conditions
         given = conjuncts(context)
-        self._assumed = given + related(conjuncts(axioms), [*conditions, *given])
+        about = [*conditions, *given]
+        self._assumed = given + related(conjuncts(axioms), about)
+        self._more = related(
+            [a for a in conjuncts(axioms) if a not in self._assumed], about, relations.things
+        )
+        """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
             (variable.peer, variable.element)
             for variable in variables_of([*conditions, *self._assumed])
@@ -42,22 +48,47 @@ class Question:
         """The answer where the facts hold as well."""
         assumed = [*self._assumed, *facts]
         try:
-            decision = _decision(self._conditions, assumed)
-            if decision.proved or not has_related_sums([*self._conditions, *assumed]):
-                return decision
-            return self._solve(self._conditions, assumed) or decision
+            return self._by_table(assumed)
         except TooLargeError as error:
             reason = str(error)
+        except UnsureError as error:
+            return self._unknown(str(error))
         # What the context says of other things cannot help a proof, but makes the table larger.
         try:
-            smaller = _decision(self._conditions, related(assumed, self._conditions))
-        except TooLargeError:
-            smaller = None
-        if smaller is not None and smaller.proved:
-            return smaller
-        solved = self._solve(self._conditions, assumed)
-        if solved is not None:
-            return solved
+            smaller = self._by_table(related(assumed, self._conditions))
+            if smaller.proved:
+                return smaller
+        except (TooLargeError, UnsureError):
+            pass
+        return self._by_solver(assumed, reason)
+
+    def _by_table(self, assumed: Sequence[Formula]) -> Decision:
+        formulas = [*self._conditions, *assumed]
+        table = Table(formulas)
+        decision = _decision(table, Cases(table, assumed, None), self._conditions)
+        atoms = list(atoms_of(formulas))
+        if decision.proved:
+            return decision
+        if self._more:
+            assumed = [*assumed, *self._more]
+            table, atoms = Table([*formulas, *self._more]), [*atoms, *atoms_of(self._more)]
+        judge = self._relations.between(list(dict.fromkeys(atoms)))
+        if judge is None:
+            return decision
+        return _decision(table, Cases(table, assumed, judge), self._conditions)
+
+    def _by_solver(self, assumed: Sequence[Formula], reason: str) -> Decision:
+        try:
+            from specc.proof.solver import solve
+        except ImportError:
+            return self._unknown(reason)
+        judge = self._relations.judge(list(atoms_of([*self._conditions, *assumed])))
+        try:
+            return solve(judge, self._conditions, assumed)
+        except UnsureError as error:
+            return self._unknown(f"{reason}, and {error}")
+
+    def _unknown(self, reason: str) -> Decision:
         return Decision(
             unknown=reason,
             satisfiable=(True,) * len(self._conditions),
@@ -65,71 +96,85 @@ class Question:
         )
 
 
-def can_hold(formulas: Sequence[Formula]) -> bool | None:
+def can_hold(formulas: Sequence[Formula], relations: Relations) -> bool | None:
     """Whether all formulas can hold together; None if the question is too large."""
     answer: bool | None = True
-    for group in components(conjuncts(formulas)):
+    for group in components(conjuncts(formulas), relations.things):
         try:
             table = Table(group)
-        except TooLargeError:
+            if not Cases(table, group, None).allowed:
+                return False
+            judge = relations.between(list(atoms_of(group)))
+            cases = Cases(table, group, judge)
+            if not cases.some(cases.allowed) and not cases.some_rounded(table.full):
+                return False
+        except (TooLargeError, UnsureError):
             answer = None
-            continue
-        if not _all(table, group):
-            return False
     return answer
 
 
-def _decision(conditions: Sequence[Formula], assumed: Sequence[Formula]) -> Decision:
-    table = Table([*conditions, *assumed])
-    context = _all(table, assumed)
-    holding = [table.bits(condition) & context for condition in conditions]
-    return Decision(
-        possible=bool(context),
-        gap=_gap(table, context, holding, conditions),
-        overlap=_overlap(table, context, holding, conditions),
+def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
+    """Raises UnsureError where the judge of the cases is."""
+    rows = [table.bits(condition) for condition in conditions]
+    gap, overlap = _gap(table, cases, conditions), _overlap(table, cases, conditions)
+    decision = Decision(gap=gap, overlap=overlap)
+    if decision.proved:
+        decision = _with_rounding(table, cases, conditions)
+    holding = [cases.some(row) | cases.some_rounded(row) for row in rows]
+    return replace(
+        decision,
+        possible=bool(cases.some(cases.allowed) or cases.some_rounded(table.full)),
         satisfiable=tuple(map(bool, holding)),
         ensures=_ensured(table, holding),
     )
 
 
-def _all(table: Table, formulas: Sequence[Formula]) -> int:
-    bits = table.full
-    for formula in formulas:
-        bits &= table.bits(formula)
-    return bits
-
-
-def _gap(
-    table: Table, context: int, holding: Sequence[int], conditions: Sequence[Formula]
-) -> Witness | None:
-    left = context
-    for bits in holding:
-        left &= ~bits
+def _gap(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Witness | None:
+    left = cases.allowed
+    for condition in conditions:
+        left &= ~table.bits(condition)
+    left = cases.some(left)
     if not left:
         return None
     asked = frozenset(atoms_of(conditions))
-    repair = condition_for(table, left, context, asked)
-    facts, answers = describe(table, left, context, asked)
+    repair = condition_for(table, left, cases.allowed, asked)
+    facts, answers = describe(table, left, cases.allowed, asked)
     return Witness(facts, repair=repair, answers=answers)
 
 
-def _overlap(
-    table: Table, context: int, holding: Sequence[int], conditions: Sequence[Formula]
-) -> Witness | None:
+def _overlap(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Witness | None:
     """The first two conditions that can hold together."""
     seen = 0
-    for index, bits in enumerate(holding):
-        if bits & seen:
-            first = next(i for i in range(index) if holding[i] & bits)
-            asked = frozenset(atoms_of((conditions[first], conditions[index])))
-            facts, answers = describe(table, bits & holding[first], context, asked)
+    for index, condition in enumerate(conditions):
+        several = seen & table.bits(condition) & cases.allowed
+        seen |= table.bits(condition)
+        for first in range(index) if several else ():
+            both = cases.some(table.bits(condition) & table.bits(conditions[first]))
+            if not both:
+                continue
+            holding = {i: table.bits(conditions[i]) & cases.allowed for i in (first, index)}
+            asked = frozenset(atoms_of((conditions[first], condition)))
+            facts, answers = describe(table, both, cases.allowed, asked)
             for one, other in ((index, first), (first, index)):
                 if rest := holding[one] & ~holding[other]:
-                    repair = condition_for(table, rest, context, asked)
+                    repair = condition_for(table, rest, cases.allowed, asked)
                     return Witness(facts, (first, index), repair, one, answers)
             return Witness(facts, (first, index), answers=answers)
-        seen |= bits
     return None
+
+
+def _with_rounding(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
+    """What is proved of exact numbers, and whether it holds of rounded ones."""
+    enabled = several = 0
+    for condition in conditions:
+        several |= enabled & table.bits(condition)
+        enabled |= table.bits(condition)
+    wrong = cases.some_rounded(several | table.full & ~enabled)
+    if not wrong:
+        return Decision()
+    asked = frozenset(atoms_of(conditions))
+    facts, _ = describe(table, wrong, cases.allowed | wrong, asked)
+    return rounding(facts)
 
 
 def _ensured(table: Table, holding: Sequence[int]) -> tuple[frozenset[InputName], ...]:

@@ -6,12 +6,14 @@ linear where lets refer to lets many times over.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from specc.model.expr import (
     Binary,
     Bound,
     Builtin,
+    Clock,
     Component,
     ConstantRef,
     Expr,
@@ -21,24 +23,34 @@ from specc.model.expr import (
     Node,
     Number,
     Quantifier,
+    Sure,
     TextLiteral,
     Truth,
     Unary,
     children,
 )
+from specc.model.types import Int
 
 Scalar = float | bool | str
 Depths = Mapping[str, int]
 """Variable of a quantifier -> how many quantifiers are around its own."""
 
 _COMMUTATIVE = ("+", "*")
+_MOST_BITS = 4096
+"""Whole numbers beyond this size are not computed: powers of powers are soon larger than memory."""
 
 
 class Numbering:
     """Numbers the expressions of one subsystem; equal numbers mean equal values in one period."""
 
-    def __init__(self, lets: Mapping[str, Expr], constants: Mapping[str, Expr]) -> None:
-        """`lets` and `constants` in order of dependence."""
+    def __init__(
+        self,
+        lets: Mapping[str, Expr],
+        constants: Mapping[str, Expr],
+        period_s: float | None = None,
+    ) -> None:
+        """`lets` and `constants` in order of dependence; `period_s` if it is known."""
+        self.period_s = period_s
         self._let_values = lets
         self._constant_values = constants
         self._numbers: dict[object, int] = {}
@@ -65,8 +77,22 @@ class Numbering:
             expr = names[expr.name]
         return expr
 
+    def item(self, component: Component) -> Expr | None:
+        """What a component of a literal vector is; None if it is converted, or not known."""
+        found = self.written(component)
+        return found if found is not None and found.type == component.type else None
+
+    def written(self, component: Component) -> Expr | None:
+        """What a component of a literal vector was written as; None if it is not known."""
+        whole = self.looked_through(component.value)
+        if isinstance(whole, Items) and 0 <= component.index < len(whole.items):
+            return whole.items[component.index]
+        return None
+
     def number(self, expr: Expr, bound: Depths | None = None) -> int:
         """The number of `expr`; `bound` says how deep each quantifier variable was bound."""
+        while isinstance(expr, Sure):
+            expr = expr.value
         if bound:
             return self._number(expr, bound)
         known = self._seen.get(id(expr))
@@ -76,23 +102,26 @@ class Numbering:
 
     def _number(self, expr: Expr, inside: Depths) -> int:
         match expr:
-            case LetRef(name=name) if name in self._lets:
-                return self._lets[name]
-            case ConstantRef(name=name) if name in self._constants:
-                return self._constants[name]
+            case LetRef(name=name) | ConstantRef(name=name) if name in self._named(expr):
+                return self._named(expr)[name]
             case Bound(name=name):
                 return self._of(("bound", inside.get(name, name)))
             case Number(value=value) | Truth(value=value) | TextLiteral(value=value):
                 return self._known(value)
             case Member(name=name):
                 return self._known(name)
-            case Component(value=Items(items=items), index=index) if index < len(items):
-                return self.number(items[index], inside)
+            case Component() if (item := self.item(expr)) is not None:
+                return self.number(item, inside)
             case Quantifier(kind=kind, variable=variable, over=over, body=body):
                 depth = len(inside)
                 parts = self.number(over, inside), self.number(body, {**inside, variable: depth})
                 return self._of(("quantifier", kind, *parts))
+        if isinstance(expr, Clock) and expr.name == "period" and self.period_s is not None:
+            return self._known(self.period_s)
         return self._compound(expr, [self.number(child, inside) for child in children(expr)])
+
+    def _named(self, expr: LetRef | ConstantRef) -> dict[str, int]:
+        return self._lets if isinstance(expr, LetRef) else self._constants
 
     def pair(self, a: int, b: int) -> int:
         """A number for what two values have to do with each other, whatever their order."""
@@ -108,10 +137,13 @@ class Numbering:
             parts = sorted(parts)
         if isinstance(expr, Builtin) and expr.name == "near" and len(parts) == 3:
             parts = [*sorted(parts[:2]), parts[2]]
-        return self._of((type(expr).__name__, *_labels(expr), *parts))
+        whole = isinstance(expr, Binary) and isinstance(expr.type, Int)  # 2 * n, unlike 2.0 * n
+        return self._of((type(expr).__name__, whole, *labels(expr), *parts))
 
     def _known(self, value: Scalar) -> int:
-        number = self._of(("value", isinstance(value, bool), value))
+        # 0.0 and -0.0 are equal, but not the same divisor.
+        kind = math.copysign(1.0, value) if value == 0.0 and isinstance(value, float) else 1.0
+        number = self._of(("value", isinstance(value, bool), kind, value))
         self._values[number] = value
         return number
 
@@ -119,7 +151,7 @@ class Numbering:
         return self._numbers.setdefault(key, len(self._numbers))
 
 
-def _labels(expr: Expr) -> tuple[object, ...]:
+def labels(expr: Expr) -> tuple[object, ...]:
     """What distinguishes a node besides its parts; how many parts it has included."""
     values = [getattr(expr, name) for name in expr.__match_args__]
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
@@ -129,6 +161,8 @@ def _fold(op: str, known: list[Scalar | None]) -> float | None:
     """The result of arithmetic on known numbers; None if it has none."""
     numbers = [k for k in known if isinstance(k, (int, float)) and not isinstance(k, bool)]
     if len(numbers) != len(known):
+        return None
+    if any(isinstance(n, int) and n.bit_length() > _MOST_BITS for n in numbers):
         return None
     try:
         if len(numbers) == 1:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import cached_property, partial
 
 from specc.model.expr import Expr
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof.decide import Question, can_hold
 from specc.proof.formula import Formula
+from specc.proof.relations import Relations
 from specc.proof.repair import none_of, only
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
@@ -32,7 +34,11 @@ class Prover:
         """`constants` of the system by name, in order of dependence."""
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
-        self._translator = Translator(lets, {**constants, **own}, always_present, may_be_unused)
+        known = lets, {**constants, **own}, always_present, may_be_unused
+        self._translator = Translator(*known, float(1 / subsystem.rate_hz))
+        self._elsewhere = partial(Translator, *known)
+        self._may_be_unused = may_be_unused
+        self._relations = Relations(self._translator.numbering, may_be_unused)
         self._formula = self._translator.formula
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
         self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}
@@ -62,7 +68,7 @@ class Prover:
         key: object = (conditions, context, without)
         if key not in self._questions:
             axioms = [a for index, a in enumerate(self._axioms) if index != without]
-            self._questions[key] = Question(conditions, context, axioms, self._solve)
+            self._questions[key] = Question(conditions, context, axioms, self._relations)
         question = self._questions[key]
         known = question.arrivals.intersection(present)
         key = (question, known)
@@ -83,33 +89,31 @@ class Prover:
         negated = self._translator.make.negation(formula)
         return True if self._can_hold([negated]) is False else None
 
-    def implies(self, context: Iterable[Expr], fact: Expr) -> bool | None:
-        """Whether the fact holds whenever the context does; None if the question is too large."""
-        negated = self._translator.make.negation(self._formula(fact))
-        possible = self._can_hold([*map(self._formula, context), negated])
+    def implies(self, context: Iterable[Expr], fact: Expr, *, assumed: bool = True) -> bool | None:
+        """Whether the fact holds whenever the context does; None if the question is too large.
+
+        Axioms, and what is known of `elapsed`, hold where conditions are evaluated; elsewhere they
+        are not `assumed`.
+        """
+        if assumed:
+            negated = self._translator.make.negation(self._formula(fact))
+            possible = self._can_hold([*map(self._formula, context), negated])
+        else:
+            translator, relations = self._anywhere
+            negated = translator.make.negation(translator.formula(fact))
+            possible = can_hold([*map(translator.formula, context), negated], relations)
         return None if possible is None else not possible
 
     def contradiction(self) -> tuple[int, ...]:
         """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
         core = list(range(len(self._axioms)))
-        if can_hold(self._axioms) is not False:
+        if can_hold(self._axioms, self._relations) is not False:
             return ()
         for index in tuple(core):
             rest = [i for i in core if i != index]
-            if can_hold([self._axioms[i] for i in rest]) is False:
+            if can_hold([self._axioms[i] for i in rest], self._relations) is False:
                 core = rest
         return tuple(core)
-
-    def _solve(self, conditions: Sequence[Formula], assumed: Sequence[Formula]) -> Decision | None:
-        """What the solver says, if it is installed and answers."""
-        try:
-            from specc.proof.solver import Solver, UnsureError
-        except ImportError:
-            return None
-        try:
-            return Solver(self._translator.numbering).decide(conditions, assumed)
-        except UnsureError:
-            return None
 
     def _context(self, state: str, cause: Cause) -> tuple[Formula, ...]:
         """When a state ends by a cause: the error condition has priority (2.4)."""
@@ -120,8 +124,14 @@ class Prover:
         negated = self._translator.make.negation(error)
         return self._formula(behaviour.terminal.when), negated
 
+    @cached_property
+    def _anywhere(self) -> tuple[Translator, Relations]:
+        """Formulas about any moment, in functions as well."""
+        translator = self._elsewhere()
+        return translator, Relations(translator.numbering, self._may_be_unused)
+
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
-        return can_hold([*formulas, *self._axioms])
+        return can_hold([*formulas, *self._axioms], self._relations)
 
 
 def _with_repairs(decision: Decision, rows: tuple[Transition, ...]) -> Decision:

@@ -14,18 +14,21 @@ from specc.model.expr import (
     Builtin,
     Call,
     Choice,
+    Clock,
     Compare,
     Expr,
     Fresh,
     Input,
+    IsNone,
     LetRef,
     Logic,
+    Nothing,
     Present,
     Quantifier,
     Truth,
     Unary,
 )
-from specc.model.types import Bool, Enum, Text, Vector
+from specc.model.types import Bool, Enum, OptionalOf, Text, Vector
 from specc.proof.comparisons import Comparisons
 from specc.proof.formula import Atom, Formula, Formulas
 from specc.proof.numbering import Depths, Numbering
@@ -44,18 +47,22 @@ class Translator:
         constants: Mapping[str, Expr],
         always_present: Names[InputName] = (),
         may_be_unused: Callable[[Expr], bool] = lambda _: False,
+        period_s: float | None = None,
     ) -> None:
         """`always_present`: peer and name of input elements that are never without a value.
 
         `may_be_unused` tells numbers that may be `_`, with which every comparison but != is false.
+        With `period_s`, formulas are about the moments at which conditions are asked: a period
+        after a state began, or a multiple of that.
         """
         self._may_be_unused = may_be_unused
         self.make = Formulas()
         self._lets = lets
         self._always = always_present
-        self.numbering = self._numbering = Numbering(lets, constants)
+        self.numbering = self._numbering = Numbering(lets, constants, period_s)
         self._comparisons = Comparisons(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
+        self._compared: dict[tuple[object, ...], Formula] = {}
         for value in lets.values():
             # In order of dependence, so that no chain of lets is followed by deep recursion.
             if isinstance(value.type, Bool):
@@ -96,6 +103,8 @@ class Translator:
                 return self._compare(expr, op, left, right, bound)
             case Among(item=item, members=members):
                 return self._among(expr, item, members, bound)
+            case IsNone(value=value):
+                return self._is_none(expr, value, bound)
         return self._atomic(expr, bound)
 
     def _atomic(self, expr: Expr, bound: Depths) -> Formula:
@@ -104,10 +113,14 @@ class Translator:
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
             case Present(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "present", expr)
-            case Quantifier():
+            case Clock(name="entered") if self._numbering.period_s is not None:
+                return self.make.false
+            case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
             case Builtin(name="near") if near := self._comparisons.near(expr, bound):
                 return self._of_numbers("near", self._ask(*near, expr), expr.args[:2], bound)
+            case Builtin(name="near") if apart := self._comparisons.near_pose(expr, bound):
+                return self._ask(*apart, expr)
         number = self._numbering.number(expr, bound)
         value = self._numbering.value(number)
         if isinstance(value, bool):
@@ -127,6 +140,23 @@ class Translator:
     def _compare(self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths) -> Formula:
         """`left op right`; a choice of values becomes a choice of comparisons."""
         left, right = self._look_through(left), self._look_through(right)
+        if isinstance(left, Choice) or isinstance(right, Choice):
+            numbers = (self._numbering.number(side, bound) for side in (left, right))
+            key = (op, *numbers, len(bound))
+            if key not in self._compared:
+                self._compared[key] = self._compare_choices(whole, op, left, right, bound)
+            return self._compared[key]
+        if isinstance(left.type, (Bool, Enum, Text)):
+            return self._same(whole, left, right, op == "==", bound)
+        question = self._comparisons.question(op, left, right, bound)
+        if isinstance(question, bool):
+            return self.make.constant(question)
+        variable, test, holds = question
+        return self._of_numbers(op, self._ask(variable, test, whole, holds), (left, right), bound)
+
+    def _compare_choices(
+        self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths
+    ) -> Formula:
         if isinstance(left, Choice):
             return self.make.choice(
                 self._bool(left.test, bound),
@@ -135,21 +165,14 @@ class Translator:
                     for a in (left.then, left.otherwise)
                 ),
             )
-        if isinstance(right, Choice):
-            return self.make.choice(
-                self._bool(right.test, bound),
-                *(
-                    self._compare(_like(whole, op, left, b), op, left, b, bound)
-                    for b in (right.then, right.otherwise)
-                ),
-            )
-        if isinstance(left.type, (Bool, Enum, Text)):
-            return self._same(whole, left, right, op == "==", bound)
-        question = self._comparisons.question(op, left, right, bound)
-        if isinstance(question, bool):
-            return self.make.constant(question)
-        variable, test, holds = question
-        return self._of_numbers(op, self._ask(variable, test, whole, holds), (left, right), bound)
+        assert isinstance(right, Choice)  # one of the two is
+        return self.make.choice(
+            self._bool(right.test, bound),
+            *(
+                self._compare(_like(whole, op, left, b), op, left, b, bound)
+                for b in (right.then, right.otherwise)
+            ),
+        )
 
     def _of_numbers(
         self, op: str, formula: Formula, sides: Sequence[Expr], bound: Depths
@@ -208,6 +231,20 @@ class Translator:
             return self.make.constant(known is None or known in members)
         return self._ask(EnumItem(number, enum.members, item), members, whole)
 
+    def _is_none(self, whole: Expr, value: Expr, bound: Depths) -> Formula:
+        """Whether an optional value is missing; a choice may miss one in each branch."""
+        value = self._look_through(value)
+        match value:
+            case Nothing():
+                return self.make.true
+            case Choice(test=test, then=then, otherwise=otherwise):
+                branches = (self._is_none(_none(b), b, bound) for b in (then, otherwise))
+                return self.make.choice(self._bool(test, bound), *branches)
+        if not isinstance(value.type, OptionalOf):
+            return self.make.false
+        number = self._numbering.number(whole, bound)
+        return self._ask(Flag(number), None, whole)
+
     def _quantifier(self, whole: Quantifier, bound: Depths) -> Formula:
         """`any(body)`; `all(body)` says that there is no item for which the body is false."""
         body = self._bool(whole.body, {**bound, whole.variable: len(bound)})
@@ -219,6 +256,10 @@ class Translator:
         size = over.size if isinstance(over, Vector) else None
         number = self._numbering.number(whole.over, bound)
         return self._ask(Collection(number, size), test, whole, exists)
+
+
+def _none(value: Expr) -> Expr:
+    return IsNone(value, type=Bool())
 
 
 def _is_number(expr: Expr) -> Expr:

@@ -89,8 +89,10 @@ class Quantity:
     """One number of a value; two of a difference, or of the distance that `near` judges."""
     whole: bool
     """Whether it is an integer."""
-    least: float | None
+    least: float | None = None
     """A lower bound by its nature, as of a length."""
+    step: float | None = None
+    """It is a whole multiple of this, as the time in a state is of the period."""
 
     def answers(self, tests: Sequence[Bound]) -> list[Answers]:
         """One for every threshold that can be met and every gap between thresholds."""
@@ -103,28 +105,61 @@ class Quantity:
             if self._can_be(value):
                 found.append(tuple(_holds_at(op, value, t) for op, t in tests))
             below = value
-        found.append((False,) * len(tests))
+        if below < math.inf:
+            found.append((False,) * len(tests))
         return _distinct(found)
 
     def _can_be(self, value: float) -> bool:
-        in_range = self.least is None or value >= self.least
-        return in_range and (not self.whole or float(value).is_integer())
+        if self.least is not None and value < self.least:
+            return False
+        if self.step is not None and math.isfinite(value):
+            return any(k * self.step == value for k in _steps_about(value, self.step))
+        return not self.whole or float(value).is_integer()
 
     def _has_room(self, below: float, above: float) -> bool:
         """Whether a value lies between, both ends excluded."""
+        if above == -math.inf:
+            return False
         if self.least is not None and self.least > below:
-            if not self.whole:
-                return self.least < above
-            return math.ceil(self.least) < above
-        if below == -math.inf or not self.whole:
+            return self.least < above if not self.whole else math.ceil(self.least) < above
+        if below == -math.inf:
             return True
-        return math.floor(below) + 1 < above
+        if self.step is not None:
+            return any(below < k * self.step < above for k in _steps_about(below, self.step))
+        if self.whole:
+            return math.floor(below) + 1 < above
+        # Beyond this size a whole number may lie between two floats.
+        return abs(below) >= _ALL_WHOLE or math.nextafter(below, math.inf) < above
+
+
+_ALL_WHOLE = 2.0**53
+
+
+def _steps_about(value: float, step: float) -> range:
+    """Numbers of steps of which one may come to `value`, and one is beyond it; rounding and all."""
+    near = int(value / step)
+    return range(max(near - 1, 1), near + 3)
 
 
 def _holds_at(op: str, value: float, threshold: float) -> bool:
     if op == "==":
         return value == threshold
     return value < threshold or (value == threshold and op == "<=")
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """How far two poses are from each other; a question has a distance and an angle."""
+
+    of: tuple[Number, Number]
+
+    def answers(self, tests: Sequence[tuple[float, float]]) -> list[Answers]:
+        """Within which distances and angles: what is within one is within every larger one."""
+        distances = [*sorted({d for d, _ in tests if d >= 0.0}), math.inf]
+        angles = [*sorted({a for _, a in tests if a >= 0.0}), math.inf]
+        return _distinct(
+            [tuple(d <= e and a <= b for e, b in tests) for d in distances for a in angles]
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +174,7 @@ class Collection:
     """Number of items; None for a list, which may be empty."""
 
 
-Variable = Flag | EnumItem | Label | Arrival | Quantity | Collection
+Variable = Flag | EnumItem | Label | Arrival | Quantity | Apart | Collection
 
 
 def _distinct(answers: list[Answers]) -> list[Answers]:

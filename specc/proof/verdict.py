@@ -47,6 +47,8 @@ class Decision:
     overlap: Witness | None = None
     """Where two conditions hold."""
     unknown: str = ""
+    way_out: str = ""
+    """How to have it proved, where that depends on what is unknown."""
     satisfiable: tuple[bool, ...] = ()
     """For each condition, whether it can hold in the context."""
     ensures: tuple[frozenset[InputName], ...] = ()

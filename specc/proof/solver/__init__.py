@@ -1,5 +1,6 @@
-"""What tables cannot decide: sums of several quantities, and too many facts. The door to z3."""
+"""What tables cannot decide: relations between numbers, and too many facts. The door to z3."""
 
-from specc.proof.solver.solver import Solver, UnsureError
+from specc.proof.solver.solver import solve
+from specc.proof.solver.theory import Theory
 
-__all__ = ["Solver", "UnsureError"]
+__all__ = ["Theory", "solve"]

@@ -2,121 +2,149 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import z3
 
-from specc.model.expr import (
-    Binary,
-    Builtin,
-    Compare,
-    Component,
-    Expr,
-    Items,
-    Unary,
-)
+from specc.model.expr import Binary, Builtin, Choice, Clock, Component, Expr, Unary
 from specc.model.types import Int, Real
-from specc.proof.formula import Atom
+from specc.proof.comparisons import least
 from specc.proof.numbering import Numbering
-from specc.proof.variables import Quantity
+from specc.proof.solver.rounding import Rounding
+from specc.proof.solver.values import Values
 
-_BOUNDED_BELOW = ("len", "norm")
+_LARGEST_EXACT = 2**53
 
 
-class Arithmetic:
-    """Terms of one subsystem; equal terms stand for equal numbers in one period."""
+class Arithmetic(Values):
+    """Terms of numbers; a real number is the float that a run has, unless it is NaN."""
 
-    def __init__(self, numbering: Numbering) -> None:
-        self._numbering = numbering
-        self._bounds: dict[str, Any] = {}
+    def __init__(
+        self,
+        numbering: Numbering,
+        may_be_unused: Callable[[Expr], bool],
+        *,
+        exact: bool,
+    ) -> None:
+        """`exact` takes results of operations as they are, not as they are rounded."""
+        super().__init__(numbering)
+        self._may_be_unused = may_be_unused
+        self._numbers: dict[tuple[int, bool], Any] = {}
+        self.rounding = Rounding(exact)
 
-    def comparison(self, quantity: Quantity, atom: Atom) -> Any:
-        """The question of an atom about a quantity."""
-        match atom.expr:
-            case Compare(op=op, left=left, right=right):
-                holds = _compared(op, self.term(left), self.term(right))
-                return holds if atom.text_holds else z3.Not(holds)
-            case Builtin(name="near", args=(a, b, _)) if _is_scalar(a):
-                gap, limit = self.term(a) - self.term(b), _exact(atom.test[1])
-                return z3.And(gap <= limit, -gap <= limit)
-        op, limit = atom.test
-        distance = z3.Real(f"{quantity.kind} {quantity.of}")
-        if quantity.least is not None:
-            self._bounds[str(distance)] = distance >= _exact(quantity.least)
-        return _compared(op, distance, _exact(limit))
-
-    def bounds(self) -> list[Any]:
-        """What is known of terms by what they are: a length is not negative."""
-        return list(self._bounds.values())
-
-    def term(self, expr: Expr) -> Any:
+    def number(self, expr: Expr) -> Any:
         """The term of an expression of type int or real."""
         expr = self._numbering.looked_through(expr)
-        known = self._numbering.value(self._numbering.number(expr))
-        if isinstance(known, (int, float)) and not isinstance(known, bool):
-            return _exact(known)
+        key = self._numbering.number(expr)
+        memo = key, isinstance(expr.type, Int)
+        if memo not in self._numbers:
+            self._numbers[memo] = self._number(expr, key)
+        return self._numbers[memo]
+
+    def _number(self, expr: Expr, key: int) -> Any:
+        known = self._numbering.value(key)
+        if isinstance(known, int) and isinstance(expr.type, Int):
+            return z3.IntVal(known)
+        if isinstance(known, (int, float)) and math.isfinite(known):
+            term = exact(known)
+            return self.rounding.float(term) if abs(known) <= _LARGEST_EXACT else term
         match expr:
             case Unary(op="-", operand=operand):
-                return -self.term(operand)
-            case Binary(op="+" | "-" as op, left=left, right=right):
-                a, b = self.term(left), self.term(right)
-                return a + b if op == "+" else a - b
-            case Binary(op="*", left=left, right=right) if self._is_known(left, right):
-                return self.term(left) * self.term(right)
-            case Binary(op="/", left=left, right=right) if self._is_known(right):
-                return self.term(left) / self.term(right)
-            case Component(value=value, index=index):
-                return self._component(value, index, expr)
+                return -self.number(operand)
+            case Choice(test=test, then=then, otherwise=otherwise):
+                return z3.If(self.boolean(test), self.number(then), self.number(otherwise))
+            case Binary(op="+" | "-" | "*" | "/"):
+                return self._operation(expr, key)
+            case Component():
+                return self._component(expr)
             case Builtin(name="abs" | "min" | "max" as name, args=args):
-                return _chosen(name, [self.term(arg) for arg in args])
-        return self._opaque(expr)
+                # Which of two numbers is chosen where one is NaN depends on their order.
+                if not any(map(self._may_be_unused, args)):
+                    return _chosen(name, [self.number(arg) for arg in args])
+        return self._leaf(expr)
 
-    def _component(self, value: Expr, index: int, whole: Expr) -> Any:
+    def _operation(self, expr: Binary, key: int) -> Any:
+        whole = isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
+        read = self.number if whole else self.as_float
+        factor = self._known(expr.right)
+        if factor is None and expr.op == "*":
+            factor = self._known(expr.left)
+        if expr.op in "*/" and factor is None:
+            return self._leaf(expr)
+        a, b = read(expr.left), read(expr.right)
+        match expr.op:
+            case "+":
+                result = a + b
+            case "-":
+                result = a - b
+            case "*":
+                result = a * b
+            case _:
+                result = (z3.ToReal(a) if whole else a) / b
+        if isinstance(expr.type, Int):
+            return result
+        return self.rounding.rounded(key, result, kept=expr.op == "*" and factor in _EXACT_FACTORS)
+
+    def as_float(self, expr: Expr) -> Any:
+        """A number as an operation on floats takes it."""
+        term = self.number(expr)
+        key = self._numbering.number(expr)
+        if z3.is_int(term):
+            term = z3.ToReal(term)
+        if not isinstance(expr.type, Int) or self._numbering.value(key) is not None:
+            return term
+        return self.rounding.rounded(f"float {key}", term)
+
+    def _component(self, expr: Component) -> Any:
         """A component of a vector, by the components of what it is computed from."""
-        value = self._numbering.looked_through(value)
+        value = self._numbering.looked_through(expr.value)
 
-        def part(of: Expr) -> Any:
-            return self.term(Component(of, index, type=whole.type))
+        def part(of: Expr) -> Expr:
+            return replace(expr, value=of) if _has_parts(of, expr) else of
 
+        if expr.index < 0:
+            return self._leaf(expr)
+        item = self._numbering.written(expr)
+        if item is not None:
+            return self.as_float(item)
         match value:
-            case Items(items=items) if index < len(items):
-                return self.term(items[index])
             case Unary(op="-", operand=operand):
-                return -part(operand)
-            case Binary(op="+" | "-" as op, left=left, right=right):
-                return part(left) + part(right) if op == "+" else part(left) - part(right)
-        return self._opaque(whole)
+                return self.number(Unary("-", part(operand), type=expr.type))
+            case Binary(op="+" | "-" | "*" | "/" as op, left=left, right=right):
+                return self.number(Binary(op, part(left), part(right), type=expr.type))
+            case Choice(test=test, then=then, otherwise=otherwise):
+                return self.number(Choice(test, part(then), part(otherwise), type=expr.type))
+        return self._leaf(expr)
 
-    def _opaque(self, expr: Expr) -> Any:
-        name = f"number {self._numbering.number(expr)}"
-        term = z3.ToReal(z3.Int(name)) if isinstance(expr.type, Int) else z3.Real(name)
-        if isinstance(expr, Builtin) and expr.name in _BOUNDED_BELOW:
-            self._bounds[name] = term >= 0
+    def _leaf(self, expr: Expr) -> Any:
+        term = self.unknown(expr)
+        if not isinstance(expr.type, Int):
+            self.rounding.float(term)
+        bound = self._numbering.period_s if isinstance(expr, Clock) else least(expr)
+        if bound is not None:
+            self.laws.append(term >= exact(bound))
         return term
 
-    def _is_known(self, *candidates: Expr) -> bool:
-        numbers = (self._numbering.value(self._numbering.number(c)) for c in candidates)
-        return any(n is not None and n != 0 for n in numbers)
+    def _known(self, expr: Expr) -> float | None:
+        known = self._numbering.value(self._numbering.number(expr))
+        return known if isinstance(known, (int, float)) and known != 0 else None
 
 
-def _chosen(name: str, terms: list[Any]) -> Any:
-    """The least or the greatest of some terms, or the absolute value of one."""
-    first, *rest = terms
-    for other in rest if name != "abs" else (-first,):
-        first = z3.If(first < other if name == "min" else first > other, first, other)
-    return first
+_EXACT_FACTORS = frozenset(sign * 2.0**power for power in range(64) for sign in (1, -1))
+"""Factors with which the product of a float is a float, if it is finite."""
 
 
-def _is_scalar(expr: Expr) -> bool:
-    return isinstance(expr.type, (Int, Real))
-
-
-def _exact(value: float) -> Any:
+def exact(value: float) -> Any:
+    """The term of a finite number."""
     return z3.RealVal(str(Fraction(value)))
 
 
-def _compared(op: str, a: Any, b: Any) -> Any:
+def compared(op: str, a: Any, b: Any) -> Any:
+    """The comparison of two terms."""
     match op:
         case "<":
             return a < b
@@ -129,3 +157,16 @@ def _compared(op: str, a: Any, b: Any) -> Any:
         case "!=":
             return a != b
     return a == b
+
+
+def _has_parts(expr: Expr, component: Component) -> bool:
+    """Whether an operand is a vector itself, and not what one is multiplied by."""
+    return expr.type == component.value.type or not isinstance(expr.type, (Int, Real))
+
+
+def _chosen(name: str, terms: list[Any]) -> Any:
+    """The least or the greatest of some terms, or the absolute value of one."""
+    first, *rest = terms
+    for other in rest if name != "abs" else (-first,):
+        first = z3.If(first < other if name == "min" else first > other, first, other)
+    return first

@@ -1,0 +1,162 @@
+"""Whether answers to different questions have to do with each other: lazily, the solver's matter.
+
+Tables take the variables of conditions as independent. What they prove is true for that; where they
+refute, variables that are computed from one thing may not be independent after all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from specc.model.expr import (
+    Among,
+    Binary,
+    Bound,
+    Builtin,
+    Call,
+    Choice,
+    Compare,
+    Component,
+    Expr,
+    Items,
+    Logic,
+    Quantifier,
+    Unary,
+    children,
+)
+from specc.model.types import Bool, Enum, Int, Text, Vector
+from specc.proof.formula import Atom, Formula, atoms_of
+from specc.proof.numbering import Numbering
+from specc.proof.variables import Apart, Arrival, EnumItem, Flag, Quantity, Variable
+
+if TYPE_CHECKING:
+    from specc.proof.solver import Theory
+
+Answered = tuple[Atom, bool]
+"""A question, and whether the answer is yes."""
+
+_LOOKED_INTO = (
+    Among, Binary, Choice, Compare, Component, Items, Logic, Quantifier, Unary
+)  # fmt: skip
+_CHOOSING = ("abs", "min", "max")
+
+
+class UnsureError(Exception):
+    """The solver gave no answer within its bounds, or is not there; the message says so."""
+
+
+class Relations:
+    """Relations between the atoms of one subsystem."""
+
+    def __init__(self, numbering: Numbering, may_be_unused: Callable[[Expr], bool]) -> None:
+        self._numbering = numbering
+        self._may_be_unused = may_be_unused
+        self._roots: dict[Atom, frozenset[object]] = {}
+
+    def between(self, atoms: Sequence[Atom]) -> Judge | None:
+        """A judge of answers to the questions of the atoms; None if all answers are possible."""
+        met: dict[object, Variable] = {}
+        for atom in atoms:
+            variable = atom.variable
+            if isinstance(variable, Quantity) and self._computes(atom.expr):
+                return self.judge(atoms)
+            if any(met.setdefault(root, variable) != variable for root in self._of(atom)):
+                return self.judge(atoms)
+        return None
+
+    def judge(self, atoms: Sequence[Atom]) -> Judge:
+        """A judge of answers to the questions of the atoms, whatever they have in common."""
+        return Judge(self._numbering, self._may_be_unused, atoms)
+
+    def things(self, formulas: Iterable[Formula]) -> set[object]:
+        """The variables that formulas ask about, and what the answers depend on."""
+        found: set[object] = set()
+        for atom in atoms_of(formulas):
+            found.add(atom.variable)
+            found |= self._of(atom)
+        return found
+
+    def _of(self, atom: Atom) -> frozenset[object]:
+        if atom not in self._roots:
+            self._roots[atom] = frozenset(self._find(atom))
+        return self._roots[atom]
+
+    def _find(self, atom: Atom) -> Iterator[object]:
+        """Numbers of what an answer is computed from, as far as the solver knows how."""
+        variable = atom.variable
+        is_number = isinstance(variable, Flag) and variable.of < 0
+        if is_number or isinstance(variable, (Apart, Arrival)):
+            return
+        seen: set[int] = set()
+        open_ = [variable.expr if isinstance(variable, EnumItem) else atom.expr]
+        while open_:
+            part = open_.pop()
+            if part is None:
+                continue
+            expr = self._numbering.looked_through(part)
+            if id(expr) in seen:
+                continue
+            seen.add(id(expr))
+            if isinstance(expr, _LOOKED_INTO) or _is_looked_into(expr):
+                open_ += children(expr)
+                continue
+            if not isinstance(expr, Bound):
+                yield self._numbering.number(expr)
+            if isinstance(expr, Builtin) and expr.name == "len":
+                open_ += expr.args
+            elif isinstance(expr, Call) and any(_is_discrete(arg) for arg in expr.args):
+                yield "operator", expr.operator
+                open_ += [arg for arg in expr.args if _is_discrete(arg)]
+
+    def _computes(self, expr: Expr | None) -> bool:
+        """Whether a comparison alone may have fewer answers than it seems."""
+        return isinstance(expr, Compare) and any(
+            isinstance(side, (Binary, Choice))
+            or (isinstance(side, Builtin) and side.name in _CHOOSING)
+            for side in map(self._numbering.looked_through, (expr.left, expr.right))
+        )
+
+
+class Judge:
+    """Tells which answers are impossible together; z3 is not imported before it is asked."""
+
+    def __init__(
+        self,
+        numbering: Numbering,
+        may_be_unused: Callable[[Expr], bool],
+        atoms: Sequence[Atom],
+    ) -> None:
+        self._of = numbering, may_be_unused, atoms
+
+    @cached_property
+    def exact(self) -> Theory:
+        """Of exact numbers. Raises UnsureError if there is no solver, or too much to be said."""
+        return self._theory(exact=True)
+
+    @cached_property
+    def rounded(self) -> Theory:
+        """Of floats, which all runs satisfy. Raises UnsureError like `exact`."""
+        rounded = self._theory(exact=False)
+        return rounded if rounded.rounds else self.exact
+
+    def _theory(self, *, exact: bool) -> Theory:
+        try:
+            from specc.proof.solver import Theory
+        except ImportError:
+            raise UnsureError("it takes the solver, which is not installed") from None
+        return Theory(*self._of, exact=exact)
+
+
+def _is_looked_into(expr: Expr) -> bool:
+    """Whether the solver knows a function of the language by what it computes."""
+    return isinstance(expr, Builtin) and (
+        expr.name in _CHOOSING or (expr.name == "near" and len(expr.args) == 3)
+    )
+
+
+def _is_discrete(expr: Expr) -> bool:
+    """Whether equal values of an expression are the same value to an operator."""
+    kind = expr.type.element if isinstance(expr.type, Vector) else expr.type
+    return isinstance(kind, (Bool, Enum, Int, Text))

@@ -1,0 +1,190 @@
+"""Conditions of the language as terms, whole and without abstraction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import z3
+
+from specc.model.expr import (
+    Among,
+    Builtin,
+    Choice,
+    Clock,
+    Compare,
+    Component,
+    Expr,
+    Fresh,
+    Items,
+    Logic,
+    Present,
+    Quantifier,
+    Unary,
+    children,
+)
+from specc.model.types import Bool, Enum, Int, ListOf, Real, Spatial, Text, Vector
+from specc.proof.numbering import Numbering
+from specc.proof.solver.arithmetic import Arithmetic, compared
+from specc.proof.solver.substitution import substituted
+
+MOST_ITEMS = 64
+"""Components of a vector that a quantifier is spelt out for."""
+
+
+class TooManyItemsError(Exception):
+    """A quantifier goes over more components than are spelt out."""
+
+
+class Conditions(Arithmetic):
+    """Terms of conditions.
+
+    A quantifier is said of each component of a vector. Of a list it is said of as many items as
+    there are quantifiers over it, since more are never needed to show what holds of some item.
+    """
+
+    def __init__(
+        self,
+        numbering: Numbering,
+        may_be_unused: Callable[[Expr], bool],
+        items: Mapping[int, int],
+        *,
+        exact: bool,
+    ) -> None:
+        """`items`: numbers of lists -> how many of their items are told apart."""
+        super().__init__(numbering, may_be_unused, exact=exact)
+        self._items = items
+        self._booleans: dict[int, Any] = {}
+
+    def boolean(self, expr: Expr) -> Any:
+        """The term of an expression of type bool."""
+        expr = self._numbering.looked_through(expr)
+        key = self._numbering.number(expr)
+        if key not in self._booleans:
+            self._booleans[key] = self._boolean(expr, key)
+        return self._booleans[key]
+
+    def _boolean(self, expr: Expr, key: int) -> Any:
+        known = self._numbering.value(key)
+        if isinstance(known, bool):
+            return z3.BoolVal(known)
+        parts = [self.boolean(part) for part in children(expr)] if _is_joint(expr) else []
+        match expr:
+            case Unary():
+                term = z3.Not(*parts)
+            case Logic(op=op):
+                term = z3.And(parts) if op == "and" else z3.Or(parts)
+            case Choice():
+                term = z3.If(*parts)
+            case Compare(op=op, left=left, right=right):
+                term = self._compare(op, left, right)
+            case Quantifier():
+                term = self._quantifier(expr)
+            case Builtin(name="near", args=(x, y, distance, angle)):
+                term = self._near_pose(x, y, self.number(distance), self.number(angle))
+            case Builtin(name="near", args=(a, b, limit)):
+                term = self._near(a, b, self.number(limit))
+            case _:
+                term = self._fact(expr)
+        return term
+
+    def _fact(self, expr: Expr) -> Any:
+        match expr:
+            case Among(item=item, members=members) if isinstance(item.type, Enum):
+                term = self.item(item)
+                return z3.Or([term == item.type.members.index(m) for m in sorted(members)])
+            case Fresh(input=element) | Present(input=element):
+                return arrived(element.peer, element.element, type(expr).__name__.lower())
+            case Clock(name="entered") if self._numbering.period_s is not None:
+                return z3.BoolVal(False)
+        return self.unknown(expr)
+
+    def _compare(self, op: str, left: Expr, right: Expr) -> Any:
+        kind = left.type
+        if isinstance(kind, Bool):
+            return compared(op, self.boolean(left), self.boolean(right))
+        if isinstance(kind, (Enum, Text)):
+            return compared(op, self.item(left), self.item(right))
+        if isinstance(kind, (Int, Real)) and isinstance(right.type, (Int, Real)):
+            return compared(op, *self._sides(left, right))
+        if not isinstance(kind, Vector):
+            return compared(op, self.argument(left), self.argument(right))
+        same = z3.And(
+            [self._compare("==", *_parts(left, right, i, kind.element)) for i in range(kind.size)]
+        )
+        self.laws.append(z3.Implies(same, self.argument(left) == self.argument(right)))
+        return same if op == "==" else z3.Not(same)
+
+    def _sides(self, left: Expr, right: Expr) -> tuple[Any, Any]:
+        """Two numbers as a comparison takes them: numpy rounds an integer beside a float."""
+        a, b = self.number(left), self.number(right)
+        keys = [self._numbering.number(side) for side in (left, right)]
+        if isinstance(left.type, Int) == isinstance(right.type, Int):
+            return a, b
+        if any(self._numbering.value(key) is not None for key in keys):
+            return a, b
+        name = f"compared {sorted(keys)}"
+        if isinstance(left.type, Int):
+            return self.rounding.rounded(name, a), b
+        return a, self.rounding.rounded(name, b)
+
+    def _near(self, a: Expr, b: Expr, limit: Any) -> Any:
+        if isinstance(a.type, Vector):
+            pairs = [_parts(a, b, i, a.type.element) for i in range(a.type.size)]
+            return z3.And([self._near(one, other, limit) for one, other in pairs])
+        whole = isinstance(a.type, Int) and isinstance(b.type, Int)
+        if whole:
+            gap = self.number(a) - self.number(b)
+        else:
+            keys = [self._numbering.number(side) for side in (a, b)]
+            # -(a - b) is exactly b - a.
+            first, second = (a, b) if keys[0] <= keys[1] else (b, a)
+            gap = self.rounding.rounded(
+                f"gap {sorted(keys)}", self.as_float(first) - self.as_float(second)
+            )
+        return z3.And(gap <= limit, -gap <= limit)
+
+    def _near_pose(self, x: Expr, y: Expr, distance: Any, angle: Any) -> Any:
+        """Two poses are apart by some distance and some angle, neither of them negative."""
+        of = self._numbering.number(x), self._numbering.number(y)
+        apart, turned = z3.Real(f"distance {of}"), z3.Real(f"angle {of}")
+        self.laws += [apart >= 0, turned >= 0]
+        return z3.And(apart <= distance, turned <= angle)
+
+    def _quantifier(self, expr: Quantifier) -> Any:
+        over = self._numbering.looked_through(expr.over)
+        parts: list[Any]
+        if isinstance(over.type, Vector) or isinstance(over, Items):
+            size = over.type.size if isinstance(over.type, Vector) else len(over.items)  # type: ignore[union-attr]  # one of the two
+            if size > MOST_ITEMS:
+                raise TooManyItemsError
+            parts = [(z3.BoolVal(True), self._of_item(expr, over, i)) for i in range(size)]
+        else:
+            count = self._items.get(self._numbering.number(over), 0)
+            if not count or not isinstance(over.type, ListOf):
+                return self.unknown(expr)
+            length = self.number(Builtin("len", (over,), type=Int()))
+            parts = [(length > i, self._of_item(expr, over, -1 - i)) for i in range(count)]
+        if expr.kind == "any":
+            return z3.Or([z3.And(there, holds) for there, holds in parts])
+        return z3.And([z3.Implies(there, holds) for there, holds in parts])
+
+    def _of_item(self, expr: Quantifier, over: Expr, index: int) -> Any:
+        assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
+        item = Component(over, index, type=over.type.element)
+        return self.boolean(substituted(expr.body, expr.variable, item))
+
+
+def _is_joint(expr: Expr) -> bool:
+    """Whether the parts of a condition are conditions."""
+    return isinstance(expr, (Logic, Choice)) or (isinstance(expr, Unary) and expr.op == "not")
+
+
+def arrived(peer: str, element: str, test: str) -> Any:
+    """The term that an input is fresh, or present."""
+    return z3.Bool(f"{test} {peer}.{element}")
+
+
+def _parts(a: Expr, b: Expr, index: int, element: Any) -> tuple[Expr, Expr]:
+    assert not isinstance(element, Spatial)  # vectors are of numbers, members and truth values
+    return Component(a, index, type=element), Component(b, index, type=element)

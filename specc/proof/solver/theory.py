@@ -1,0 +1,140 @@
+"""What answers to questions have to do with each other, whatever the structure of conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import z3
+
+from specc.model.expr import Among, Expr, LetRef, Quantifier, children
+from specc.model.types import Bool, ListOf
+from specc.proof.formula import Atom
+from specc.proof.numbering import Numbering
+from specc.proof.relations import Answered, UnsureError
+from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived
+from specc.proof.variables import Arrival, EnumItem, Flag
+
+MOST_STEPS = 400_000
+"""Steps of the solver for one question; steps and not seconds, so that all machines agree."""
+
+
+class Theory:
+    """Answers to the questions of some atoms that are possible together.
+
+    With `exact`, numbers are taken as exact ones; what is impossible then may be possible with
+    rounded ones.
+    """
+
+    def __init__(
+        self,
+        numbering: Numbering,
+        may_be_unused: Callable[[Expr], bool],
+        atoms: Sequence[Atom],
+        *,
+        exact: bool,
+    ) -> None:
+        items = _quantified(atoms, numbering)
+        self._conditions = Conditions(numbering, may_be_unused, items, exact=exact)
+        try:
+            self.terms = {atom: self._term(atom) for atom in atoms}
+        except TooManyItemsError:
+            raise UnsureError("a quantifier goes over a long vector") from None
+        rounding = self._conditions.rounding
+        if rounding.is_large:
+            raise UnsureError("too many sums are compared in one table")
+        self.rounds = rounding.matters
+        facts = [*self._conditions.laws, *rounding.facts()]
+        facts += [_arrival(atom.variable) for atom in atoms if _is_arrival(atom)]
+        # In a context of its own, so that an answer does not depend on earlier questions.
+        self._context = z3.Context()
+        self._solver = z3.Solver(ctx=self._context)
+        self._solver.set("rlimit", MOST_STEPS)
+        self._solver.add(*(fact.translate(self._context) for fact in facts))
+
+    def conflict(self, answers: Sequence[Answered]) -> tuple[Answered, ...] | None:
+        """Some of the answers that are impossible together, as few as suffice; None if possible."""
+        if self.holds([self.said(*answer) for answer in answers]):
+            return None
+        core = list(answers)
+        for answer in answers:
+            rest = [other for other in core if other is not answer]
+            if not self.holds([self.said(*other) for other in rest]):
+                core = rest
+        return tuple(core)
+
+    def holds(self, terms: Sequence[Any]) -> bool:
+        """Whether all terms can hold together.
+
+        Raises:
+            UnsureError: that takes too long.
+        """
+        return self.model(terms) is not None
+
+    def model(self, terms: Sequence[Any]) -> Any:
+        """Values with which all terms hold; None if there are none."""
+        self._solver.push()
+        try:
+            self._solver.add(*(term.translate(self._context) for term in terms))
+            found = self._solver.check()
+            if found == z3.unknown:
+                raise UnsureError("the solver found no answer within bounds")
+            return self._solver.model() if found == z3.sat else None
+        finally:
+            self._solver.pop()
+
+    def is_true(self, atom: Atom, model: Any) -> bool:
+        """The answer to the question of an atom with the values of a model."""
+        term = self.terms[atom].translate(self._context)
+        return bool(z3.is_true(model.eval(term, model_completion=True)))
+
+    def said(self, atom: Atom, yes: bool) -> Any:
+        """The term that the answer to the question of an atom is yes, or no."""
+        return self.terms[atom] if yes else z3.Not(self.terms[atom])
+
+    def _term(self, atom: Atom) -> Any:
+        variable = atom.variable
+        match variable:
+            case Arrival(peer=peer, element=element):
+                return arrived(peer, element, atom.test)
+            case EnumItem(expr=item) if item is not None:
+                return self._conditions.boolean(Among(item, atom.test, type=Bool()))
+            case Flag(of=of) if of < 0:  # whether something is a number
+                return z3.Bool(f"is used {of}")
+        if atom.expr is None:
+            return z3.Bool(f"fact {variable} {atom.test}")
+        term = self._conditions.boolean(atom.expr)
+        return term if atom.text_holds else z3.Not(term)
+
+
+def _is_arrival(atom: Atom) -> bool:
+    return isinstance(atom.variable, Arrival)
+
+
+def _arrival(variable: Any) -> Any:
+    fresh, present = (arrived(variable.peer, variable.element, t) for t in ("fresh", "present"))
+    return present if variable.always_present else z3.Implies(fresh, present)
+
+
+def _quantified(atoms: Iterable[Atom], numbering: Numbering) -> dict[int, int]:
+    """Numbers of lists, and how many quantifiers go over each that are in no other quantifier."""
+    found: dict[int, set[int]] = {}
+    seen: set[int] = set()
+    open_ = [atom.expr for atom in atoms if atom.expr is not None]
+    items = [atom.variable.expr for atom in atoms if isinstance(atom.variable, EnumItem)]
+    open_ += [item for item in items if item is not None]
+    while open_:
+        expr = open_.pop()
+        if isinstance(expr, LetRef):
+            expr = numbering.looked_through(expr)
+        if id(expr) in seen:
+            continue
+        seen.add(id(expr))
+        if isinstance(expr, Quantifier):
+            if isinstance(expr.over.type, ListOf):
+                over = numbering.number(numbering.looked_through(expr.over))
+                found.setdefault(over, set()).add(numbering.number(expr))
+            open_.append(expr.over)
+        else:
+            open_ += children(expr)
+    return {over: len(several) for over, several in found.items()}
