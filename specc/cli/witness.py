@@ -54,7 +54,7 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
     if not found:
         others = sum(1 for finding in result.diagnostics if finding.severity == "error")
         hint = "; `specc validate` reports errors of other kinds" if others else ""
-        return _say(f"{options.spec}: nothing to show is refuted{hint}", 0)
+        return _say(f"{options.spec}: nothing that a run can show is refuted{hint}", 0)
     return max(_write(item, options, result) for item in found)
 
 

@@ -60,8 +60,8 @@ def scenario(refutation: Refutation, script: Script, subsystem: Subsystem, spec:
         "scenario.py.j2",
         ScenarioPlan(
             mark=MARK,
-            title=_documented(f"{refutation.code}: {refutation.words}."),
-            about=tuple(map(_documented, _about(refutation, script, spec))),
+            title=_documented(_title(refutation)),
+            about=tuple(map(_documented, _about(refutation, script))),
             imports=", ".join(name for name in _HELPERS if f"{name}(" in used),
             spec=repr(spec.replace(os.sep, "/")),
             name=f"test_{_identifier(refutation)}",
@@ -77,14 +77,15 @@ def _identifier(refutation: Refutation) -> str:
     return re.sub(r"[^A-Za-z0-9_]", "_", "_".join(parts))
 
 
-def _about(refutation: Refutation, script: Script, spec: str) -> Iterator[str]:
-    where = f"Subsystem {refutation.subsystem} of {os.path.basename(spec)}"
-    ended = f", {refutation.cause} condition" if refutation.cause else ""
-    yield from wrap(
-        f"{where}, state {refutation.state}{ended}. This test fails until the specification is "
-        "repaired, and passes from then on.",
-        _WIDTH,
-    )
+def _title(refutation: Refutation) -> str:
+    ended = f", ended by its {refutation.cause} condition" if refutation.cause else ""
+    return f"{refutation.code} in {refutation.subsystem}, state {refutation.state}{ended}."
+
+
+def _about(refutation: Refutation, script: Script) -> Iterator[str]:
+    words = refutation.words[0].upper() + refutation.words[1:]
+    yield from wrap(f"{words}.", _WIDTH)
+    yield "This test fails until the specification is repaired, and passes from then on."
     if script.answers:
         names = ", ".join(dict.fromkeys(name for name, _, _ in script.answers))
         yield ""

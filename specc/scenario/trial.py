@@ -86,6 +86,7 @@ class Trial:
         Raises:
             SkipTest: the specification has changed, and another state is reached.
         """
+        __tracebackhide__ = True
         for _ in range(periods):
             self._feed(arrives or {}, there or {}, absent)
             self._run()
@@ -122,10 +123,12 @@ class Trial:
 
         It is all right as well if an assumption says that this cannot be.
         """
+        __tracebackhide__ = True
         self._feed(arrives or {}, there or {}, absent)
         self._run()
 
     def _run(self) -> None:
+        __tracebackhide__ = True  # pytest then shows the scenario and the generated code only
         self._machine.violations = ()
         try:
             self._machine.step()
