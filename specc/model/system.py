@@ -232,6 +232,24 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
+class Definition:
+    """A type, file, constant or operator of the main file.
+
+    `names` are the types that its own text names, by their labels.
+    """
+
+    kind: str
+    name: str
+    place: Place
+    names: frozenset[str]
+
+    @property
+    def label(self) -> str:
+        """Kind and name, e.g. `type Mode`."""
+        return f"{self.kind} {self.name}"
+
+
+@dataclass(frozen=True, slots=True)
 class System:
     name: str
     title: str
@@ -245,6 +263,9 @@ class System:
     agents: tuple[Agent, ...]
     plant: Plant | None
     task: Task | None
+    definitions: tuple[Definition, ...] = ()
+    """Those of the main file, whose agents name the types in `named_in_agents`."""
+    named_in_agents: frozenset[str] = frozenset()
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -10,6 +10,7 @@ from specc.resolve.agents import AgentResolver, Setting
 from specc.resolve.context import Findings
 from specc.resolve.definitions import Definitions
 from specc.resolve.library import Library, Load, Loaded
+from specc.resolve.mentions import definitions_of, named_in_agents
 from specc.resolve.plant import resolve_plant, resolve_task
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
@@ -67,6 +68,8 @@ def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
         agents,
         plant,
         task,
+        definitions_of(file),
+        named_in_agents(spec),
     )
     return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
 

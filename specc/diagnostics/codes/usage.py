@@ -34,8 +34,9 @@ CODES = (
     Code(
         "W0240",
         "definition that is not used",
-        "No expression of any agent refers to this operator or constant of the main file. A file "
-        "that others use may define more than one of them needs, and is left alone.",
+        "Nothing in any agent refers to this operator, constant, file or type of the main "
+        "file, neither directly nor through other definitions. A file that others use may define "
+        "more than one of them needs, and is left alone.",
         'constants: {limit: "0.2[m]"}\n',
         "{}\n",
         "file",
