@@ -21,8 +21,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from specc.model.system import System
-from specc.pipeline import compile_spec
+from specc.pipeline import Result, compile_spec
 from tests.soundness.law import compare
 from tests.soundness.open_inputs import Findings, tried
 from tests.soundness.running import compiled
@@ -101,16 +100,16 @@ def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
     begin = perf_counter()
     written, random = Findings(), Findings()
     systems = list(_written())
-    for number, system in enumerate(systems):
+    for number, result in enumerate(systems):
         goal = count // 2 * (number + 1) // len(systems)
-        tried(system, f"{seed}", goal - written.steps, written, odd=odd)
+        tried(result, f"{seed}", goal - written.steps, written, odd=odd)
     number = 0
     while random.steps < count - written.steps:
         name = f"{seed}.{number}"
         result = compiled(specification(Random(name)), folder)
         if result.ok and result.system is not None:
             left = count - written.steps - random.steps
-            tried(result.system, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=odd)
+            tried(result, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=odd)
         number += 1
     print(f"steps: {written.steps + random.steps} in {perf_counter() - begin:.0f} s")
     for what, findings in (("written", written), ("random", random)):
@@ -122,13 +121,13 @@ def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
     return [] if nan else [*written.faults, *random.faults]
 
 
-def _written() -> Iterator[System]:
+def _written() -> Iterator[Result]:
     """The accepted specifications of the project whose Python is at hand."""
     for pattern in WRITTEN:
         for path in sorted(ROOT.glob(pattern)):
             result = compile_spec(str(path))
             if result.ok and result.system is not None:
-                yield result.system
+                yield result
 
 
 if __name__ == "__main__":

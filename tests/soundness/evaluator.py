@@ -40,6 +40,8 @@ class Situation:
     known: dict[str, Value] = field(default_factory=dict)
     """Lets that were computed in this period."""
     bound: dict[str, Value] = field(default_factory=dict)
+    empty: list[str] = field(default_factory=list)
+    """What was said to be there and was not: types of values that are None, of lists of nothing."""
 
 
 def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each kind of node
@@ -51,6 +53,8 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
             return name
         case m.Unused():
             return math.nan
+        case m.Nothing():
+            return None
         case m.Input(peer=peer, element=element):
             if (peer, element) not in at.inputs:
                 raise Absent(f"x.{peer}.{element}")
@@ -91,7 +95,7 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
     return _computed(e, at)
 
 
-def _computed(e: m.Expr, at: Situation) -> Value:
+def _computed(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # as above
     match e:
         case m.Unary(op="not", operand=operand):
             return not value(operand, at)
@@ -106,6 +110,10 @@ def _computed(e: m.Expr, at: Situation) -> Value:
             return value(then, at) if value(test, at) else value(otherwise, at)
         case m.Compare(op=op, left=left, right=right):
             return _compared(op, value(left, at), value(right, at))
+        case m.IsNone(value=optional):
+            return value(optional, at) is None
+        case m.Sure(value=doubtful):
+            return _sure(doubtful, at)
         case m.Among(item=item, members=members):
             return value(item, at) in members
         case m.Quantifier():
@@ -117,7 +125,35 @@ def _computed(e: m.Expr, at: Situation) -> Value:
     raise TypeError(f"{e!r} has no value")
 
 
-def _quantified(e: m.Quantifier, at: Situation) -> bool:
+def _sure(doubtful: m.Expr, at: Situation) -> Value:
+    """A value that must be there; a list that must have an item."""
+    found = value(doubtful, at)
+    if found is None or found == ():
+        at.empty.append(str(doubtful.type))
+    if found is None:
+        raise ValueError("there is no value")
+    return found
+
+
+def _extreme(e: m.Quantifier, at: Situation) -> Value:
+    """The first item with the largest or smallest number; the first of all if all are NaN."""
+    items = value(e.over, at)
+    if not items:
+        raise ValueError("there is no item")
+    best, record = items[0], math.nan
+    for item in items:
+        outside, at.bound = at.bound, {**at.bound, e.variable: item}
+        number = value(e.body, at)
+        at.bound = outside
+        better = number > record if e.kind == "argmax" else number < record
+        if better or (math.isnan(record) and not math.isnan(number)):
+            best, record = item, number
+    return best
+
+
+def _quantified(e: m.Quantifier, at: Situation) -> Value:
+    if e.kind in ("argmax", "argmin"):
+        return _extreme(e, at)
     for item in value(e.over, at):
         outside, at.bound = at.bound, {**at.bound, e.variable: item}
         holds = value(e.body, at)

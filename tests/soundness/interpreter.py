@@ -41,7 +41,7 @@ class Failure:
     state: str
     kind: str
     about: tuple[str, ...] = ()
-    axioms_held: bool = True
+    cause: str = ""
 
 
 @dataclass(slots=True)
@@ -51,10 +51,12 @@ class Run:
     steps: dict[str, list[Step]]
     failures: list[Failure] = field(default_factory=list)
     commands: list[tuple[int, str, Value]] = field(default_factory=list)
+    empty: list[str] = field(default_factory=list)
+    """Types of what was said to be there and was not, of steps in which the assumptions held."""
 
 
 class Undecided(Exception):
-    """Not exactly one row holds; `args` are those that do."""
+    """Not exactly one row holds; `args` are the cause and those that do."""
 
 
 class Machine:
@@ -75,6 +77,8 @@ class Machine:
         self.memory: dict[str, Value] = {}
         self.stamp = -1
         self.broken: list[int] = []
+        self.empty: list[str] = []
+        """What was said to be there and was not, in all steps."""
 
     def situation(self, inputs: Mapping[Key, Value], fresh: frozenset[Key]) -> Situation:
         """What expressions see now."""
@@ -88,26 +92,30 @@ class Machine:
             elapsed=float(self.periods / self.subsystem.rate_hz),
             entered=self.periods == 0,
             period=float(1 / self.subsystem.rate_hz),
+            empty=self.empty,
         )
 
     def step(self, inputs: Mapping[Key, Value], fresh: frozenset[Key]) -> Step | Failure:
         """One period of the work cycle."""
         self.stamp += 1
         self.broken = []
+        self.empty = []
+        cause = ""
         try:
             return self._step(inputs, fresh)
         except Undecided as error:
-            kind, about = "UndecidedTransition", tuple(map(str, error.args))
+            cause, *rows = map(str, error.args)
+            kind, about = "UndecidedTransition", tuple(rows)
         except Absent as error:
             kind, about = "Absent", (str(error),)
         except (ArithmeticError, ValueError):
             kind, about = "StepFailed", ()
         if self.broken:
             return self._broken()
-        return self._failed(kind, about)
+        return self._failed(kind, about, cause)
 
-    def _failed(self, kind: str, about: tuple[str, ...]) -> Failure:
-        return Failure(self.subsystem.qualified_name, self.stamp, self.state, kind, about)
+    def _failed(self, kind: str, about: tuple[str, ...], cause: str = "") -> Failure:
+        return Failure(self.subsystem.qualified_name, self.stamp, self.state, kind, about, cause)
 
     def _broken(self) -> Failure:
         return self._failed("AxiomViolated", tuple(map(str, self.broken)))
@@ -148,7 +156,7 @@ class Machine:
             if row.source == self.state and row.cause == cause and value(row.condition.when, now)
         ]
         if len(enabled) != 1:
-            raise Undecided(*enabled)
+            raise Undecided(cause, *enabled)
         return enabled[0]
 
     def behaviour(self) -> Behaviour:
@@ -212,6 +220,8 @@ class Interpreter:
             snapshots = {name: self.snapshot(name, tick) for name in due}
             for name in due:
                 self.under_way[name] = self.machines[name].step(*snapshots[name])
+                if not self.machines[name].broken:
+                    self.run_.empty += [f"{name}: {what}" for what in self.machines[name].empty]
             tick += 1
         for name in sorted(self.under_way):
             self.complete(name, tick)

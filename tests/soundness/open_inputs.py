@@ -23,9 +23,10 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.subsystem import Subsystem as Generated
 
 from specc.emit import filled
-from specc.lower import lower
+from specc.lower import Proofs, lower
 from specc.model.system import Operator, Port, Subsystem, System
 from specc.model.types import Type
+from specc.pipeline import Result
 from tests.soundness.evaluator import Absent, Key, Situation, Value, value
 from tests.soundness.interpreter import base_tick_s, constants_of
 from tests.soundness.law import marks_of
@@ -172,9 +173,11 @@ class Trial:
         operators: Mapping[str, Callable[..., Value]],
         classes: Mapping[str, type[Generated]],
         findings: Findings,
+        proofs: Proofs,
         odd: tuple[float, ...] = (),
     ) -> None:
         self.system = system
+        self.proofs = proofs
         self.operators = operators
         self.classes = classes
         self.findings = findings
@@ -214,7 +217,7 @@ class Trial:
             visited.add(machine.state)
             if isinstance(outcome, str):
                 self.findings.ended[outcome.split(":")[0]] += 1
-                if not outcome.startswith("arithmetic"):
+                if not outcome.startswith(("arithmetic", "undecided where")):
                     where = f"{self.system.file} {subsystem.qualified_name} in {machine.state}"
                     self.findings.faults.append(f"{where}, step {number}: {outcome}")
                 break
@@ -230,11 +233,14 @@ class Trial:
             with np.errstate(all="ignore"):
                 row = machine.step()
         except UndecidedTransition as fault:
+            if not self.proofs.is_proved(machine.name, machine.state, fault.cause):
+                return "undecided where it is not proved"
             return f"undecided: {fault.message}; inputs {fault.inputs}"
         except AttributeError as error:
             return f"absent: {error}"
         except (ArithmeticError, ValueError) as error:
-            return f"arithmetic: {error}"
+            kind = "missing" if str(error).startswith(("None where", "max()")) else "arithmetic"
+            return f"{kind}: {error}"
         if machine.violations:
             return f"assumption: {machine.violations} said to hold by the interpreter"
         return row
@@ -272,14 +278,17 @@ class Trial:
 
 
 def tried(
-    system: System, seed: str, steps: int, findings: Findings, *, odd: tuple[float, ...] = ()
+    result: Result, seed: str, steps: int, findings: Findings, *, odd: tuple[float, ...] = ()
 ) -> None:
-    """So many steps of the subsystems of an accepted system, in turn and from the start each time.
+    """So many steps of the subsystems of a system, in turn and from the start each time.
+
+    What was not proved and is said so (W0606, W0616) may turn out undecided; it is counted.
 
     Raises:
         ImportError: the specification names Python classes that are not there.
     """
-    system = with_stubs(system)
+    assert result.system is not None
+    system = with_stubs(result.system)
     rng = Random(seed)
     files = dict(filled(lower(system, NothingProved())))
     files.pop("system.py")
@@ -290,7 +299,7 @@ def tried(
             for kind in vars(module).values()
             if isinstance(kind, type) and issubclass(kind, Generated) and kind is not Generated
         }
-        trial = Trial(system, operators, classes, findings, odd)
+        trial = Trial(system, operators, classes, findings, result.proofs, odd)
         findings.systems += 1
         goal = findings.steps + steps
         while findings.steps < goal:

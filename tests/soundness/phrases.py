@@ -11,6 +11,7 @@ SIDES = ("left", "right")
 TYPES = (
     "bool", "int", "real", "real[m]", "real[s]", "Mode", "Side", "vector[3, m]", "vector[2, Mode]",
     "vector[2]", "pose[B, E]", "wrench[E]", "list[real[m]]", "list[Reading]", "Reading",
+    "optional[real[m]]", "optional[Mode]",
 )  # fmt: skip
 UNIT = {"real": "", "real[m]": "[m]", "real[s]": "[s]"}
 CONSTANTS = ("limit", "gain", "whole", "first")
@@ -103,6 +104,9 @@ class Phrases:
                 return f"best(readings({self.rng.randrange(9)}))"
             case "list[Reading]":
                 return f"readings({self.rng.randrange(9)})"
+        if type_.startswith("optional"):
+            inner = type_[len("optional[") : -1]
+            return "None" if self.chance(50) else self.literal(inner, 0)
         if type_ in UNIT:
             return f"{self.one(EIGHTHS)}{UNIT[type_]}"
         return self.listed(type_, depth)
@@ -133,6 +137,8 @@ class Phrases:
 
     def composite(self, type_: str, depth: int) -> str:
         """Something computed; empty where the type has no operation."""
+        if type_.startswith("optional"):
+            return self.rooted(type_[len("optional[") : -1], depth)
         if self.chance(25):
             test, then = self.condition(depth), self.rooted(type_, depth)
             return f"({then} if {test} else {self.rooted(type_, depth)})"
@@ -206,7 +212,29 @@ class Phrases:
                 f"norm({v})",
             ]
         X = self.name("pose[B, E]")
+        ways += [w for w in (self.there(), self.largest()) if w]
         return ways + ([f"position({X}).z"] if X else [])
+
+    def there(self) -> str:
+        """What an optional length is, or another one."""
+        named = self.name("optional[real[m]]")
+        if not named or self.chance(self.careless):
+            return named
+        test = self.one((f"{named} is not None", f"not {named} is None"))
+        return f"({named} if {test} else {self.metres()})"
+
+    def largest(self) -> str:
+        """The greatest or least item of a list, if it has any."""
+        named = self.name("list[real[m]]")
+        if not named or self.depth_of_loops:
+            return ""
+        kind, body = self.one(("argmax", "argmin")), self.one(("v", "abs(v)", "-v"))
+        found = f"{kind}({body} for v in {named})"
+        if self.chance(self.careless):
+            return found
+        return (
+            f"({found} if {self.one(('len({}) > 0', 'len({}) != 0')).format(named)} else 0.25[m])"
+        )
 
     # Conditions -----------------------------------------------------------------------
 
@@ -230,7 +258,7 @@ class Phrases:
             self.quantified,
             self.close,
         ]
-        ways += [self.flag, self.asked, self.difference]
+        ways += [self.flag, self.asked, self.difference, self.missing]
         return self.rng.choice(ways)()
 
     def arrival(self) -> str:
@@ -299,6 +327,16 @@ class Phrases:
         limits = "0.3[m], 100[deg]" if type_ == "pose[B, E]" else self.one(("0.25[m]", "1[m]"))
         other = self.known(type_) if self.chance(50) else self.literal(type_, 0)
         return f"near({named}, {other}, {limits})"
+
+    def missing(self) -> str:
+        """Whether something optional is there, and what it is."""
+        mode, length = self.name("optional[Mode]"), self.name("optional[real[m]]")
+        ways = []
+        if mode:
+            ways += [f"({mode} is None)", f"({mode} is not None and {mode} == {self.one(MODES)})"]
+        if length:
+            ways += [f"({length} is not None)", f"({length} is None or {length} < 0.5[m])"]
+        return self.one(ways) if ways else self.flag()
 
     def asked(self) -> str:
         """A predicate that is an operator."""

@@ -29,7 +29,7 @@ def test_written_specifications(path: Path) -> None:
         pytest.skip("not accepted for building")
     findings = Findings()
     try:
-        tried(result.system, "1", 400, findings, odd=NASTY)
+        tried(result, "1", 400, findings, odd=NASTY)
     except ImportError as missing:
         pytest.skip(f"its types are classes that are not there: {missing}")
     assert findings.faults == []
@@ -41,20 +41,20 @@ def test_the_flagship_goes_through_most_of_its_states() -> None:
     assert result.ok
     assert result.system is not None
     findings = Findings()
-    tried(result.system, "2", 4000, findings)
+    tried(result, "2", 4000, findings)
     assert findings.faults == []
     assert findings.visited > 0.3 * findings.states
 
 
 def test_random_specifications(tmp_path: Path) -> None:
     findings = Findings()
-    for seed in range(30):
+    for seed in range(20):
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok and result.system is not None:
-            tried(result.system, str(seed), 150, findings, odd=NASTY)
+            tried(result, str(seed), 150, findings, odd=NASTY)
     assert findings.faults == []
-    assert findings.systems >= 10
-    assert findings.rows_taken > 50
+    assert findings.systems >= 7
+    assert findings.rows_taken > 30
 
 
 def small(rows: dict[str, str]) -> Tree:
@@ -105,5 +105,5 @@ def test_the_steps_find_what_is_refused(rows: dict[str, str], tmp_path: Path) ->
     assert not result.ok
     assert result.system is not None
     findings = Findings()
-    tried(result.system, "1", 300, findings)
-    assert findings.faults
+    tried(result, "1", 300, findings)
+    assert findings.ended["undecided where it is not proved"]

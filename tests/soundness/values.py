@@ -20,6 +20,7 @@ from specc.model.types import (
     Image,
     Int,
     ListOf,
+    OptionalOf,
     Pose,
     Real,
     Record,
@@ -80,7 +81,9 @@ class Chooser:
             case Spatial():
                 return tuple(self.number() for _ in range(6))
             case ListOf():
-                return tuple(self.value(type_.element) for _ in range(rng.choice((0, 1, 1, 2, 3))))
+                return tuple(self.value(type_.element) for _ in range(self._size(type_)))
+            case OptionalOf():
+                return None if rng.random() < 0.3 else self.value(type_.value)
             case Pose():
                 if rng.random() < 0.4:
                     return IDENTITY
@@ -91,6 +94,9 @@ class Chooser:
             case Image():
                 return ("image", rng.randrange(4))
         return ("token", str(type_), rng.randrange(4))
+
+    def _size(self, type_: ListOf) -> int:
+        return max(self.rng.choice((0, 1, 1, 2, 3)), type_.nonempty)
 
     def number(self) -> float:
         """A small number, one that is compared with, a neighbour of it, or an odd one."""
@@ -127,6 +133,8 @@ def for_runtime(value: Any, type_: Type) -> Any:
             made = np.array(value, dtype=float)
             made.setflags(write=False)
             return made
+        case OptionalOf(value=there):
+            return None if value is None else for_runtime(value, there)
         case ListOf(element=element):
             return tuple(for_runtime(item, element) for item in value)
         case Record():
