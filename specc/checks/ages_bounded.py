@@ -8,7 +8,6 @@ from math import ceil
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
-from specc.facts.ages import Ages
 from specc.facts.places import below
 from specc.facts.sources import Measured, bounded
 from specc.facts.trails import Trail
@@ -20,26 +19,24 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0410, with the whole way of the oldest value."""
     if facts.broken or facts.faulty:
         return
-    ages = None
     for node, element in bounded(facts):
-        ages = ages or Ages(facts)
-        oldest, allowed = ages.oldest(node), element.max_age_s
+        oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, Trail) and allowed is not None and oldest.age_s > allowed:
             yield Diagnostic(
                 "E0410",
                 f"`{node.short}` can be {ms(oldest.age_s)} old",
                 below(element.place, "max_age"),
                 f"may be {ms(allowed)} old",
-                tuple(_way(oldest, ages, facts)),
-                f"raise the rate of `{_slowest(oldest, ages)}`, from which most of it comes, or "
+                tuple(_way(oldest, facts)),
+                f"raise the rate of `{_slowest(oldest, facts)}`, from which most of it comes, or "
                 f"allow {_at_least(oldest.age_s)}",
             )
 
 
-def _way(oldest: Trail, ages: Ages, facts: Facts) -> Iterator[Related]:
+def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
     """From the measurement to the reader, with the time that has passed since."""
     hops = oldest.hops()
-    first = ages.sources.of(hops[0].node)
+    first = facts.ages.sources.of(hops[0].node)
     if isinstance(first, Measured):
         every = f", a sample every {ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
@@ -63,11 +60,11 @@ def _at_least(age_s: Fraction) -> str:
     return ms(Fraction(ceil(age_s * scale), scale))
 
 
-def _slowest(oldest: Trail, ages: Ages) -> str:
+def _slowest(oldest: Trail, facts: Facts) -> str:
     """The subsystem or device behind the longest step of the way."""
     steps: list[tuple[Fraction, str]] = []
     for hop in oldest.hops():
-        source = ages.sources.of(hop.node)
+        source = facts.ages.sources.of(hop.node)
         before = hop.before.read_s if hop.before else oldest.measured_s
         if isinstance(source, Measured):
             steps.append((hop.read_s - before, source.device))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
-from specc.facts.ages import Ages, Held
+from specc.facts.ages import Held
 from specc.facts.places import below
 from specc.facts.sources import bounded
 from specc.facts.words import ms
@@ -15,10 +15,8 @@ from specc.model.system import System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
-    ages = None
     for node, element in bounded(facts):
-        ages = ages or Ages(facts)
-        held, allowed = ages.oldest(node), element.max_age_s
+        held, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(held, Held) and held.sent.silent is not None and allowed is not None:
             sender, state = held.sent.sender.qualified_name, held.sent.silent
             whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic
 from specc.facts import Facts
-from specc.facts.ages import Ages
 from specc.facts.places import below
 from specc.facts.sources import bounded
 from specc.model.system import System
@@ -14,10 +13,8 @@ from specc.model.system import System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0415."""
-    ages = None
     for node, element in bounded(facts):
-        ages = ages or Ages(facts)
-        if ages.oldest(node) is None:
+        if facts.ages.oldest(node) is None:
             yield Diagnostic(
                 "W0415",
                 f"no measurement is behind `{node.short}`",

@@ -30,6 +30,7 @@ class Ages:
     def __init__(self, facts: Facts) -> None:
         self.sources = Sources(facts)
         self._facts = facts
+        self._oldest: dict[Node, Trail | Held | None] = {}
         self._periods = {s.qualified_name: 1 / s.rate_hz for s in facts.subsystems}
 
     def oldest(self, node: Node) -> Trail | Held | None:
@@ -38,6 +39,19 @@ class Ages:
         A device takes a value when it is sent; a subsystem that uses one only where it is fresh
         is not asked for its age later.
         """
+        if node not in self._oldest:
+            self._oldest[node] = self._follow(node)
+        return self._oldest[node]
+
+    def only_on_arrival(self, node: Node) -> bool:
+        """Whether a subsystem uses a value only where it is fresh."""
+        reader = self._facts.connections.subsystems.get(node.reader)
+        if reader is None:
+            return False
+        own = [read for read in self.sources.own_reads(reader) if read.input == node[1:]]
+        return bool(own) and all(read.on_arrival for read in own)
+
+    def _follow(self, node: Node) -> Trail | Held | None:
         edges = self._upstream(node)
         order = self._order(edges)
         measured = _behind(order, edges, self.sources)
@@ -51,14 +65,6 @@ class Ages:
             return held
         periods_s = {n: self._period_s(n) for n in order}
         return Timeline(self.sources, order, edges, periods_s).oldest(node, on_arrival)
-
-    def only_on_arrival(self, node: Node) -> bool:
-        """Whether a subsystem uses a value only where it is fresh."""
-        reader = self._facts.connections.subsystems.get(node.reader)
-        if reader is None:
-            return False
-        own = [read for read in self.sources.own_reads(reader) if read.input == node[1:]]
-        return bool(own) and all(read.on_arrival for read in own)
 
     def _period_s(self, node: Node) -> Fraction:
         """Between two time stamps of a reader; a device reads whenever something is sent."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
@@ -24,6 +25,9 @@ from specc.model.expr import Truth
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
 from specc.proof import Decision, Prover, RowVerdict, Witness
+
+if TYPE_CHECKING:
+    from specc.facts.ages import Ages
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +82,13 @@ class Facts:
             always = self.connections.always_present(subsystem)
             self._provers[name] = Prover(subsystem, self._constants, always)
         return self._provers[name]
+
+    @cached_property
+    def ages(self) -> Ages:
+        """How old values are where they are read."""
+        from specc.facts.ages import Ages
+
+        return Ages(self)
 
     @cached_property
     def carriers(self) -> Carriers:

@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from specc.facts.facts import Facts
 from specc.facts.steps import Step, reached_from
-from specc.facts.ways import Conditions, Way, Ways, all_of, least
+from specc.facts.ways import FREE, Conditions, Way, Ways, all_of, least
 from specc.model.expr import Truth
 from specc.model.fsm import State, Transition
 from specc.model.system import Port, Subsystem
@@ -35,6 +35,7 @@ class Waiting:
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
         self._conditions: dict[str, Conditions] = {}
+        self._known: dict[tuple[object, ...], Ways] = {}
         self._leaving: dict[str, dict[str, list[Step]]] = {}
 
     def in_vain(self, reader: Subsystem, state: State) -> Iterator[tuple[Way, Rest]]:
@@ -53,7 +54,12 @@ class Waiting:
         """The ways out of a state to others, or to itself if there is no other."""
         steps = self._steps_from(subsystem, state.name)
         leaving = [s for s in steps if s.row.target != state.name] or steps
-        return least(way for step in leaving for way in self._asked(subsystem, step))
+        found: set[Way] = set()
+        for step in leaving:
+            found.update(self._asked(subsystem, step))
+            if frozenset() in found:
+                return FREE
+        return least(found)
 
     def _steps_from(self, subsystem: Subsystem, state: str) -> list[Step]:
         name = subsystem.qualified_name
@@ -64,11 +70,15 @@ class Waiting:
         return self._leaving[name].get(state, [])
 
     def _asked(self, subsystem: Subsystem, step: Step) -> Ways:
-        name = subsystem.qualified_name
-        conditions = self._conditions.setdefault(name, Conditions(subsystem))
         behaviour = subsystem.state(step.row.source).behaviour
         cause = behaviour.terminal if step.row.cause == "terminal" else behaviour.error
-        return all_of(conditions.ways(c.when) for c in (cause, step.row.condition))
+        asked = (cause, step.row.condition)
+        key = (subsystem.qualified_name, *((c.kind, c.name) for c in asked))
+        if key not in self._known:
+            name = subsystem.qualified_name
+            conditions = self._conditions.setdefault(name, Conditions(subsystem))
+            self._known[key] = all_of(conditions.ways(c.when) for c in asked)
+        return self._known[key]
 
     def _rest(self, wait: _Wait) -> Rest | None:
         reached = self._facts.reached(wait.sender)
