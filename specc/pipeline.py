@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from specc.diagnostics import Command, Diagnostic, stops
+from specc.diagnostics import Command, Diagnostic, stops, without_follow_ups
 from specc.model.system import System
 from specc.resolve import Findings, resolve
 from specc.resolve.loader import Loader
@@ -58,7 +58,7 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
     resolved = resolve(file, loader.load, findings)
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
-    found = (*findings.diagnostics, *checked)
+    found = (*without_follow_ups(findings.diagnostics, checked), *checked)
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken)
 
 

@@ -48,9 +48,19 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
             "this end has no other",
             (Related(other.place, f"`{other.qualified_name}` is here"),),
             f"add `{name}: {{...}}` under its `{key}:`, with the same elements",
+            lacks=_buffer(other, key, name),
         )
     elif port.direction == "x":
         yield from _compare(port, port.place, port.elements, end.place, end.elements)
+
+
+def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
+    """Where a buffer of a subsystem would be declared, beside its others if it has any."""
+    here = subsystem.place
+    others = [port.place for port in subsystem.ports]
+    route = others[0].route[:-2] if others else here.route
+    file = others[0].file if others else here.file
+    return Place(file, (*route, direction, peer))
 
 
 def _compare(
@@ -83,6 +93,7 @@ def _missing(port: Port, place: Place, element: Element) -> Diagnostic:
         "lacks it",
         (Related(element.place, f"{element.type}, without another end"),),
         f'add `{element.name}: "{element.type}"`, or delete it at the other end',
+        lacks=replace(place, route=(*place.route, element.name), part="value"),
     )
 
 

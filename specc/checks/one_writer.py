@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
+from specc.facts.places import below
 from specc.model.fsm import Assignment, Behaviour
 from specc.model.system import System
 
@@ -22,14 +23,13 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) -> Diagnostic:
+    writers = [Related(earlier.place, "here"), Related(assignment.place, "and here")]
     if earlier is assignment:
-        where = Related(behaviour.place, f"`{behaviour.name}` names the function twice")
-    else:
-        where = Related(earlier.place, f"`{behaviour.name}` writes it here as well")
+        writers = [Related(assignment.place, f"`{behaviour.name}` names the function twice")]
     return Diagnostic(
         "E0608",
         f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
-        assignment.place,
-        related=(where,),
+        below(behaviour.place, "functions"),
+        related=tuple(writers),
         help="keep one of the two, or give the functions to different behaviours",
     )

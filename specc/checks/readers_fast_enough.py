@@ -30,7 +30,10 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                             element.place,
                             f"up to {_count(rate / subsystem.rate_hz)} values come between two "
                             f"periods of {_ms(subsystem.rate_hz)}, and the last one is seen",
-                            (Related(place, f"sends one every {_ms(rate)}"),),
+                            (
+                                Related(place, f"sends one every {_ms(rate)}"),
+                                Related(below(subsystem.place, "rate"), "looks at this rate"),
+                            ),
                             "raise the rate of the reader, or lower that of the sender",
                         )
 

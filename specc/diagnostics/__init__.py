@@ -9,6 +9,7 @@ from specc.diagnostics.diagnostic import (
     Severity,
     severity_of,
     stops,
+    without_follow_ups,
 )
 from specc.diagnostics.nearest import nearest, surely_meant
 
@@ -23,4 +24,5 @@ __all__ = [
     "severity_of",
     "stops",
     "surely_meant",
+    "without_follow_ups",
 ]

@@ -1,6 +1,7 @@
 """A finding as a value: what is wrong, where, and a way out; no lines, columns or colours."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from specc.source import Place
@@ -40,7 +41,8 @@ class Fix:
 class Diagnostic:
     """A finding; `code` is an entry of the registry and `label` stands at the caret.
 
-    `promoted` makes a warning or an open point count as an error, as `--strict` asks for.
+    `promoted` makes a warning or an open point count as an error, as `--strict` asks for. `lacks`
+    is the place of a part that is not there but should be, if that is what the finding says.
     """
 
     code: str
@@ -51,11 +53,26 @@ class Diagnostic:
     help: str = ""
     fix: Fix | None = None
     promoted: bool = False
+    lacks: Place | None = None
 
     @property
     def severity(self) -> Severity:
         """Whether the specification is refused because of this."""
         return "error" if self.promoted else severity_of(self.code)
+
+
+def without_follow_ups(
+    uses: Iterable[Diagnostic], found: Iterable[Diagnostic]
+) -> Iterator[Diagnostic]:
+    """The findings about `uses` of parts but those of parts whose lack is `found` already."""
+    lacking = {finding.lacks for finding in found if finding.lacks}
+    for use in uses:
+        place = use.lacks
+        if place is None or not any(
+            replace(place, route=place.route[:depth]) in lacking
+            for depth in range(len(place.route) + 1)
+        ):
+            yield use
 
 
 def severity_of(code: str) -> Severity:

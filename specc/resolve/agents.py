@@ -148,7 +148,7 @@ class AgentResolver:
         at: Setting,
         rate: Fraction | None,
     ) -> Subsystem:
-        expressions = Expressions(self.findings, at.definitions)
+        expressions = Expressions(self.findings, at.definitions, home=where)
         buffers = resolve_buffers(definition, where, peers, expressions)
         machine = MachineResolver(
             definition, where, buffers.scope, buffers.ports, buffers.memory, expressions

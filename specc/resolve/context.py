@@ -89,11 +89,16 @@ class Findings:
         self.diagnostics.append(Diagnostic(code, message, place, label, related, help))
 
     def expression_error(
-        self, where: Where, error: ExprError, target: Related | None = None
+        self,
+        where: Where,
+        error: ExprError,
+        target: Related | None = None,
+        lacks: Place | None = None,
     ) -> None:
         """Report an error in the text at `where`, at its own offsets.
 
-        `target` is the declaration that the whole text has its expected type from.
+        `target` is the declaration that the whole text has its expected type from, `lacks` where
+        an element would have to be declared that it asks for.
         """
         if error.code == FOLLOW_UP:
             self.withheld += 1
@@ -102,16 +107,27 @@ class Findings:
         related = tuple(Related(origin.place, origin.words) for origin in error.origins)
         if target is not None and error.expected is not None:
             related += (target,)
-        found = Diagnostic(error.code, error.message, place, "", related, error.help)
+        found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=lacks)
         self.diagnostics.append(replace(found, fix=rename(place, error.repair)))
 
-    def unknown(self, code: str, what: str, name: str, known: object, place: Place) -> None:
-        """Report an unknown name with the nearest known ones, or all of them if they are few."""
+    def unknown(
+        self,
+        code: str,
+        what: str,
+        name: str,
+        known: object,
+        place: Place,
+        lacks: Place | None = None,
+    ) -> None:
+        """Report an unknown name with the nearest known ones, or all of them if they are few.
+
+        `lacks` is where an element of that name would have to be declared.
+        """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggestion(name, names)
         fix = rename(place, surely_meant(name, nearest(name, names)))
         message = f"unknown {what} `{name}`"
-        self.diagnostics.append(Diagnostic(code, message, place, help=help, fix=fix))
+        self.diagnostics.append(Diagnostic(code, message, place, "", (), help, fix, lacks=lacks))
 
 
 def rename(place: Place, name: str) -> Fix | None:

@@ -22,11 +22,13 @@ class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 
     An error that only says that such a name is unknown would be a follow-up, and is dropped.
+    `home` is the subsystem whose buffers the texts speak of.
     """
 
     findings: Findings
     definitions: Definitions
     broken: set[str] = field(default_factory=set)
+    home: Where | None = None
 
     def type(self, where: Where, text: str) -> Type | None:
         """The type that `text` spells, or None after reporting."""
@@ -108,9 +110,22 @@ class Expressions:
         if error.code.startswith("E02") and known:
             self.findings.withheld += 1
             return
-        self.findings.expression_error(where, error, target)
+        self.findings.expression_error(where, error, target, self._lacking(text, error))
+
+    def _lacking(self, text: str, error: ExprError) -> Place | None:
+        """Where the element, or the buffer, would be declared that an error says is not there."""
+        dotted = _ELEMENT.search(text[: error.end])
+        if self.home is None or error.code not in ("E0203", "E0204") or dotted is None:
+            return None
+        return self.element(*re.split(r"\s*\.\s*", dotted[0]))
+
+    def element(self, *steps: str) -> Place | None:
+        """Where an element of a buffer is declared: direction, peer and element."""
+        home = self.home
+        return Place(home.file, (*home.route, *steps)) if home else None
 
 
+_ELEMENT = re.compile(r"\bx(?:\s*\.\s*\w+){1,2}$")
 # A Fraction of `1e999999999` is computed digit by digit.
 _NUMBER = re.compile(r"\d{1,12}(?:\.\d{0,12}|/\d{1,12})?(?:[eE][+-]?\d{1,2})?", re.ASCII)
 

@@ -146,7 +146,8 @@ class MachineResolver:
             type_ = elements.get((parts[1], parts[2]))
             if type_ is None and parts[2] not in self.expressions.broken:
                 known = [f"y.{peer}.{name}" for peer, name in elements]
-                self.expressions.findings.unknown("E0214", "target", target, known, at.key)
+                lacks = self.expressions.element(*parts)
+                self.expressions.findings.unknown("E0214", "target", target, known, at.key, lacks)
             return parts[1], parts[2], type_
         type_ = {m.name: m.type for m in self.memory}.get(target)
         if type_ is None and target not in self.expressions.broken:
