@@ -65,7 +65,11 @@ def records(count: int, seed: int, folder: Path, keep: Path | None, nan: bool) -
     for number in range(count):
         name = f"{seed}.{number}"
         tree = specification(Random(name))
-        verdict = compare(tree, folder, name, TICKS, odd=NOT_A_NUMBER if nan else NASTY)
+        try:
+            verdict = compare(tree, folder, name, TICKS, odd=NOT_A_NUMBER if nan else NASTY)
+        except Exception as error:  # noqa: BLE001  # whatever it is, it is a finding
+            found.append(f"specification {name}: {type(error).__name__}: {error}")
+            continue
         counts["accepted"] += verdict.accepted
         counts["rejected but run"] += verdict.usable and not verdict.accepted
         counts["steps"] += verdict.steps
@@ -106,11 +110,11 @@ def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
     number = 0
     while random.steps < count - written.steps:
         name = f"{seed}.{number}"
-        result = compiled(specification(Random(name)), folder)
-        if result.ok and result.system is not None:
+        number += 1
+        result = _compiled(specification(Random(name)), folder, random, name)
+        if result is not None and result.ok and result.system is not None:
             left = count - written.steps - random.steps
             tried(result, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=odd)
-        number += 1
     print(f"steps: {written.steps + random.steps} in {perf_counter() - begin:.0f} s")
     for what, findings in (("written", written), ("random", random)):
         print(
@@ -119,6 +123,15 @@ def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
             f"{findings.rows} rows taken, {len(findings.faults)} faults; {dict(findings.ended)}"
         )
     return [] if nan else [*written.faults, *random.faults]
+
+
+def _compiled(tree: Tree, folder: Path, findings: Findings, name: str) -> Result | None:
+    """What the compiler makes of a specification; an exception is a fault."""
+    try:
+        return compiled(tree, folder)
+    except Exception as error:  # noqa: BLE001  # whatever it is, it is a finding
+        findings.faults.append(f"specification {name}: {type(error).__name__}: {error}")
+        return None
 
 
 def _written() -> Iterator[Result]:
