@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.facts import Facts
+from specc.facts.kinds import wrong_kind
 from specc.facts.places import below
 from specc.mjcf import Model
 from specc.model.system import Binding, System
@@ -13,14 +14,15 @@ from specc.source import Place
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0502."""
+    """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
     model = facts.model
     if system.plant is None or not isinstance(model, Model) or not model.complete:
         return
+    unfit = [bound.binding for bound in facts.bindings if wrong_kind(bound)]
     for binding in system.plant.bindings:
         for kind, names, known in _named(binding, model):
             for index, name in enumerate(names):
-                if name not in known:
+                if name not in known and binding not in unfit:
                     yield _unknown(_place(binding, kind, index), kind, name, known)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic
 from specc.facts import Facts
+from specc.facts.kinds import wrong_kind
 from specc.facts.places import below
 from specc.model.system import Binding, System
 
@@ -13,10 +14,12 @@ DEPTH_NOISES = ("kinect",)
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0510."""
+    """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
         binding = bound.binding
-        complaint = None if bound.commanded else _depth(binding) or _deviations(binding)
+        if bound.commanded or wrong_kind(bound):
+            continue
+        complaint = _depth(binding) or _deviations(binding)
         if complaint:
             message, help_text = complaint
             yield Diagnostic("E0510", message, below(binding.place, "noise"), help=help_text)

@@ -21,7 +21,8 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         for state in subsystem.states:
             if state.name in reached:
                 for needed, rest in waiting.in_vain(subsystem, state):
-                    yield _finding(state, needed, rest)
+                    if facts.ways_are_known(rest.sender):
+                        yield _finding(state, needed, rest)
 
 
 def _finding(state: State, needed: Way, rest: Rest) -> Diagnostic:

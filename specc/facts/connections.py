@@ -80,10 +80,13 @@ class Connections:
             if element.init is not None or port.other_end in self.devices
         )
 
-    def arrivals(self, subsystem: Subsystem, broken: Collection[str]) -> Arrivals:
+    def arrivals(
+        self, subsystem: Subsystem, broken: Collection[str], *, timed: bool = True
+    ) -> Arrivals:
         """When the inputs of a subsystem have values; a broken sender may send at any time.
 
-        So may any other of which it is not known when it sends what.
+        So may any other of which it is not known when it sends what, and all if rates are not
+        `timed` well.
         """
         always = set(self.always_present(subsystem))
         later: set[InputName] = set()
@@ -95,7 +98,7 @@ class Connections:
             if sender is None or end is None or port.other_end in broken:
                 always |= {(port.peer, element.name) for element in port.elements}
                 continue
-            if _in_time(sender, subsystem):
+            if not timed or _in_time(sender, subsystem):
                 later |= {(port.peer, name) for name in _first_sent(sender, end)}
             together |= _sent_together(sender, end, port)
         return Arrivals(frozenset(always), frozenset(later), together)

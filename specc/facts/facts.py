@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -41,9 +40,13 @@ class Decided:
 
 
 def _named_twice(system: System) -> frozenset[str]:
-    """Names of several subsystems; what is sent to them has no one place to go."""
-    names = Counter(s.qualified_name for s in system.subsystems)
-    return frozenset(name for name, count in names.items() if count > 1)
+    """All parts of agents with several subsystems of one name: who talks to whom is not known."""
+    found: set[str] = set()
+    for agent in system.agents:
+        names = [s.qualified_name for s in agent.subsystems]
+        if len(set(names)) < len(names):
+            found |= {*names, *(device.qualified_name for device in agent.devices)}
+    return frozenset(found)
 
 
 class Facts:
@@ -288,7 +291,7 @@ class Facts:
         """Where the inputs of a subsystem surely have values."""
         name = subsystem.qualified_name
         if name not in self._presence:
-            arrivals = self.connections.arrivals(subsystem, self.broken)
+            arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.clash)
             self._presence[name] = find_presence(subsystem, self._sure_steps(subsystem), arrivals)
         return self._presence[name]
 
