@@ -240,10 +240,11 @@ def _pose(p: Any, q: Any) -> Rows:
     n = x * x + y * y + z * z + w * w
     if not 0.0 < n < math.inf:
         raise ValueError("no direction")
+    t = 2 / n
     return (
-        (1 - 2 * (y * y + z * z) / n, 2 * (x * y - z * w) / n, 2 * (x * z + y * w) / n, p[0]),
-        (2 * (x * y + z * w) / n, 1 - 2 * (x * x + z * z) / n, 2 * (y * z - x * w) / n, p[1]),
-        (2 * (x * z - y * w) / n, 2 * (y * z + x * w) / n, 1 - 2 * (x * x + y * y) / n, p[2]),
+        (1 - t * (y * y + z * z), t * (x * y - z * w), t * (x * z + y * w), p[0]),
+        (t * (x * y + z * w), 1 - t * (x * x + z * z), t * (y * z - x * w), p[1]),
+        (t * (x * z - y * w), t * (y * z + x * w), 1 - t * (x * x + y * y), p[2]),
         LAST,
     )
 

@@ -67,8 +67,10 @@ class Machine:
         subsystem: Subsystem,
         constants: Mapping[str, Value],
         operators: Mapping[str, Callable[..., Value]],
+        files: Mapping[str, str] | None = None,
     ) -> None:
         self.subsystem = subsystem
+        self.files = files or {}
         self.constants = constants
         self.operators = operators
         self.lets = {item.name: item.value for item in subsystem.lets}
@@ -92,6 +94,7 @@ class Machine:
             elapsed=float(self.periods / self.subsystem.rate_hz),
             entered=self.periods == 0,
             period=float(1 / self.subsystem.rate_hz),
+            files=self.files,
             empty=self.empty,
         )
 
@@ -199,9 +202,11 @@ class Interpreter:
     ) -> None:
         self.system = system
         self.measure = measure
-        constants = constants_of(system, operators)
         self.machines = {
-            s.qualified_name: Machine(s, constants, operators) for s in system.subsystems
+            s.qualified_name: Machine(
+                s, constants_of(system, operators, s.constants), operators, dict(system.files)
+            )
+            for s in system.subsystems
         }
         self.tick_s = base_tick_s(system)
         self.sent: list[Sent] = []
@@ -298,7 +303,7 @@ def constants_of(
 ) -> dict[str, Value]:
     """Values of the constants, each over those above it."""
     known: dict[str, Value] = {}
-    now = Situation({}, frozenset(), {}, {}, known, operators)
+    now = Situation({}, frozenset(), {}, {}, known, operators, files=dict(system.files))
     for constant in (*system.constants, *own):
         known[constant.name] = value(constant.value, now)
     return known

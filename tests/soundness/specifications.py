@@ -37,6 +37,8 @@ class Draft:
     inputs: list[tuple[str, str, str, bool]] = field(default_factory=list)
     """Peer, element, type, and whether it has a value from the start."""
     outputs: list[tuple[str, str, str]] = field(default_factory=list)
+    device: str = ""
+    """A device that nobody else reads, so that its sensors may have any rate."""
 
 
 class Author:
@@ -89,12 +91,13 @@ class Author:
             for part in ["m", "g"][
                 : self.rng.choice((1, 1, 2)) if len(names) == 1 else self.rng.randrange(2)
             ]:
-                effector = Draft(agent, part)
+                effector = Draft(agent, part, device=f"E.{part}")
                 agents[agent].setdefault("virtual_effectors", {})[part] = effector.tree
                 self._connect(control, effector, part, "c")
                 self._connect(effector, control, "c", part)
                 self._device(agents[agent], effector)
                 parts.append(effector)
+            parts += self._receptors(agents[agent], control)
             drafts[agent] = parts
         if len(names) == 2:
             self._connect(drafts["one"][0], drafts["two"][0], "two", "one")
@@ -102,6 +105,26 @@ class Author:
         for part in (p for parts in drafts.values() for p in parts):
             part.tree.update(Machine(self, part).tree())
         return agents
+
+    def _receptors(self, agent: Tree, control: Draft) -> Iterator[Draft]:
+        """Up to two virtual receptors that read one real one."""
+        count = self.rng.choice((0, 0, 1, 2))
+        reports = {f"s{i}": self.rng.choice(TYPES) for i in range(self.rng.randrange(1, 3))}
+        if count:
+            agent["real_receptors"] = {"k": {"y": reports}}
+        for name in reports if count else ():
+            bound = {"joints": ["j"], "through": f"{HERE}:raw"}
+            self.bind[f"{control.agent}.R.k.{name}"] = bound
+        for part in ("r", "v")[:count]:
+            receptor = Draft(control.agent, part, device="R.k" if count == 1 else "")
+            agent.setdefault("virtual_receptors", {})[part] = receptor.tree
+            receptor.tree["uses"] = ["k"]
+            receptor.tree["x"] = {"R": dict(reports)}
+            receptor.inputs += [("R", name, type_, True) for name, type_ in reports.items()]
+            self._connect(receptor, control, "c", part)
+            if self.rng.randrange(2):
+                self._connect(control, receptor, part, "c")
+            yield receptor
 
     def _connect(self, a: Draft, b: Draft, peer_of_a: str, peer_of_b: str) -> None:
         """A buffer from `a` to `b`, both ends of it."""
@@ -168,8 +191,13 @@ class Machine:
     def _sample_rates(self, period_ms: int) -> None:
         """Some sensors have a rate of their own, a multiple or a whole fraction of the reader's."""
         for key, bound in self.author.bind.items():
-            device = f"{self.draft.agent}.E.{self.draft.name}."
-            if key.startswith(device) and "joints" in bound and self.rng.randrange(3) == 0:
+            device = f"{self.draft.agent}.{self.draft.device}."
+            if (
+                self.draft.device
+                and key.startswith(device)
+                and "joints" in bound
+                and self.rng.randrange(3) == 0
+            ):
                 bound["rate"] = f"{period_ms * self.rng.choice((2, 3))} ms"
 
     def _scope(self, clock: bool = True) -> Scope:
@@ -345,7 +373,7 @@ class Machine:
         return sides
 
     def _axioms(self) -> Iterator[Tree]:
-        if self.rng.randrange(4):
+        if self.rng.randrange(7):
             return
         arrivals = [text for text, _ in self.scope.inputs]
         if len(arrivals) > 1 and self.rng.randrange(2):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -80,10 +81,8 @@ class NeverEntered(book.Machine):
 class NoAxioms(book.Machine):
     """Assumptions are not watched."""
 
-    def __init__(self, subsystem: Any, constants: Any, operators: Any) -> None:
-        from dataclasses import replace
-
-        super().__init__(replace(subsystem, axioms=()), constants, operators)
+    def __init__(self, subsystem: Any, *rest: Any) -> None:
+        super().__init__(replace(subsystem, axioms=()), *rest)
 
 
 @pytest.mark.parametrize(

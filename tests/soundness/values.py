@@ -158,19 +158,27 @@ def plain(value: Any) -> Any:
     return value
 
 
-def same(a: Any, b: Any) -> bool:
-    """Whether two plain values are equal, bit for bit but for the sign of zero; NaN is NaN."""
+def same(a: Any, b: Any, tolerance: float = 0.0) -> bool:
+    """Whether two plain values are equal but for the sign of zero; NaN is NaN.
+
+    `tolerance` is relative, absolute below 1.
+    """
     if isinstance(a, tuple) and isinstance(b, tuple):
-        return len(a) == len(b) and all(map(same, a, b))
-    if isinstance(a, float) and isinstance(b, float) and math.isnan(a):
-        return math.isnan(b)
+        return len(a) == len(b) and all(same(p, q, tolerance) for p, q in zip(a, b, strict=True))
+    if isinstance(a, float) and isinstance(b, float):
+        both_nan = math.isnan(a) and math.isnan(b)
+        return both_nan or math.isclose(a, b, rel_tol=tolerance, abs_tol=tolerance)
+    if isinstance(a, SimpleNamespace) and isinstance(b, SimpleNamespace):
+        return vars(a).keys() == vars(b).keys() and all(
+            same(part, vars(b)[name], tolerance) for name, part in vars(a).items()
+        )
     if is_dataclass(a) and type(a) is type(b):
-        return all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))  # type: ignore[arg-type]  # an instance
+        return all(same(getattr(a, f.name), getattr(b, f.name), tolerance) for f in fields(a))  # type: ignore[arg-type]  # an instance
     return bool(a == b)
 
 
 def key_of(value: Any) -> str:
-    """A text that is the same for equal values and for no others."""
+    """A text that is the same for values that are equal but for rounding."""
     value = plain(value)
     if isinstance(value, tuple):
         return f"({','.join(map(key_of, value))})"
@@ -180,4 +188,4 @@ def key_of(value: Any) -> str:
         if isinstance(value, SimpleNamespace):
             return f"[{','.join(key_of(v) for _, v in sorted(vars(value).items()))}]"
         return repr(value)
-    return repr(float(value) + 0.0)
+    return f"{float(value) + 0.0:.9g}"
