@@ -40,4 +40,7 @@ def _decided(
     """What the rows tell about presence, and then what is known of the rows."""
     before = facts.prover(subsystem).prove_rows(state, cause, without=without).decision
     after = facts.verdict(subsystem, state, cause, without=without).decision
-    return before.ensures, after.proved, after.possible, after.satisfiable
+    several = after.overlap.holding if after.overlap else ()
+    found = after.proved, after.gap is None, several, after.possible, after.satisfiable
+    for_nan = facts.unused_component(subsystem, state, cause, without=without)
+    return before.ensures, found, for_nan is None

@@ -1,4 +1,4 @@
-"""What is proved of rows holds for components that are not used as well."""
+"""What is proved of rows holds for NaN as well: components that are not used, and results."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     state.place,
                     f"ended {ending(state.behaviour, cause)}",
                     tuple(Related(row.place, "a row") for row in facts.rows(subsystem, state.name)),
-                    "a comparison with a component that is not used is false; ask first for what "
-                    "tells that it is used, or write `not a < b` for `a >= b`",
+                    "every comparison with NaN is false: write `not a < b` for `a >= b`, ask first "
+                    "for what tells that it is a number, or assume it, as in `a <= a`",
                 )

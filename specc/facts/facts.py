@@ -18,7 +18,7 @@ from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
 from specc.facts.timeline import base_tick
-from specc.facts.unused_components import Carriers
+from specc.facts.unused_components import Carriers, is_real
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth
 from specc.model.fsm import Cause, Condition, State, Transition
@@ -70,6 +70,7 @@ class Facts:
         self._constants = {c.name: c.value for c in system.constants}
         self._provers: dict[str, Prover] = {}
         self._minding: dict[str, Prover | None] = {}
+        self._strict: dict[str, Prover] = {}
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
@@ -98,8 +99,10 @@ class Facts:
         """Where components that are not used can come to."""
         return Carriers(self.connections)
 
-    def unused_component(self, subsystem: Subsystem, state: str, cause: Cause) -> Witness | None:
-        """Where rows that are proved for numbers fail for a component that is not used."""
+    def unused_component(
+        self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
+    ) -> Witness | None:
+        """Where rows that are proved for numbers fail for NaN that is known to come up."""
         name = subsystem.qualified_name
         if name not in self._minding:
             always = self.connections.always_present(subsystem)
@@ -108,11 +111,24 @@ class Facts:
             prover = Prover(subsystem, self._constants, always, may_be) if minds else None
             self._minding[name] = prover
         minding = self._minding[name]
-        if minding is None or not self.verdict(subsystem, state, cause).proved:
+        if minding is None or not self.verdict(subsystem, state, cause, without=without).proved:
             return None
         present = self.presence(subsystem).in_conditions(state)
-        decision = minding.prove_rows(state, cause, present=present).decision
+        decision = minding.prove_rows(state, cause, present=present, without=without).decision
         return decision.gap or decision.overlap
+
+    def is_proved(self, subsystem: Subsystem, state: str, cause: Cause) -> bool:
+        """Whether exactly one row applies, also if any real number there is may be NaN."""
+        if not self.verdict(subsystem, state, cause).proved:
+            return False
+        if not self.prover(subsystem).compares_reals(state, cause):
+            return True
+        name = subsystem.qualified_name
+        if name not in self._strict:
+            always = self.connections.always_present(subsystem)
+            self._strict[name] = Prover(subsystem, self._constants, always, is_real)
+        present = self.presence(subsystem).in_conditions(state)
+        return self._strict[name].prove_rows(state, cause, present=present).proved
 
     def rows(self, subsystem: Subsystem, state: str) -> tuple[Transition, ...]:
         """The rows of a state, of both causes."""

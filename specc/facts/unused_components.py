@@ -1,21 +1,37 @@
-"""Where the value `_` of a component that is not used can come to: through buffers and memory."""
+"""Where NaN can come to, through buffers and memory: components that are not used, and results."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 from specc.facts.connections import Connections
-from specc.model.expr import Call, Expr, Input, LetRef, MemoryRef, Unused, children
+from specc.model.expr import (
+    Binary,
+    Builtin,
+    Call,
+    Choice,
+    Clock,
+    ConstantRef,
+    Expr,
+    Input,
+    LetRef,
+    MemoryRef,
+    Number,
+    Unused,
+    children,
+)
 from specc.model.system import Subsystem
+from specc.model.types import ListOf, OptionalOf, Pose, Real, Record, Spatial, Type, Vector
 
 _LET = "let "  # no peer has a space in its name
 
 
 @dataclass(slots=True)
 class Carriers:
-    """Inputs, memory elements and lets that may hold `_`: subsystem, peer or kind, and name.
+    """Inputs, memory elements and lets that may hold NaN: subsystem, peer or kind, and name.
 
-    Operators let none through, and what devices measure is a number.
+    It comes from `_`, from operators, of which nothing is known, and from a division by zero. What
+    devices measure is a number.
     """
 
     connections: Connections
@@ -33,18 +49,20 @@ class Carriers:
         return any(self.may_be_unused(c.when, subsystem) for c in subsystem.conditions)
 
     def may_be_unused(self, expr: Expr, subsystem: Subsystem) -> bool:
-        """Whether the value of an expression may have a component that is not used."""
+        """Whether the value of an expression may be NaN, or have a component that is."""
         match expr:
             case Unused():
                 return True
             case Call():
+                return has_reals(expr.type)
+            case Binary(op="/", right=right) if not _is_constant(right):
+                return True
+            case Builtin(name="len"):
                 return False
-            case Input(peer=peer, element=element):
-                return (subsystem.qualified_name, peer, element) in self._found
-            case MemoryRef(name=name):
-                return (subsystem.qualified_name, "", name) in self._found
-            case LetRef(name=name):
-                return (subsystem.qualified_name, _LET, name) in self._found
+            case Choice(then=then, otherwise=otherwise):
+                return any(self.may_be_unused(part, subsystem) for part in (then, otherwise))
+            case Input() | MemoryRef() | LetRef():
+                return (subsystem.qualified_name, *_name(expr)) in self._found
         return any(self.may_be_unused(child, subsystem) for child in children(expr))
 
     def _follow(self, subsystem: Subsystem) -> None:
@@ -70,3 +88,37 @@ class Carriers:
         port = subsystem.port("y", peer)
         end = self.connections.other_port(subsystem, port) if port else None
         return {(port.other_end, end.peer, name)} if port and end else set()
+
+
+def _name(expr: Input | MemoryRef | LetRef) -> tuple[str, str]:
+    if isinstance(expr, Input):
+        return expr.peer, expr.element
+    return "" if isinstance(expr, MemoryRef) else _LET, expr.name
+
+
+def has_reals(type_: Type) -> bool:
+    """Whether a value of the type has real numbers in it."""
+    match type_:
+        case Real() | Spatial() | Pose():
+            return True
+        case Vector(element=element) | ListOf(element=element):
+            return has_reals(element)
+        case OptionalOf(value=value):
+            return has_reals(value)
+        case Record(fields=fields):
+            return any(has_reals(field) for _, field in fields)
+    return False
+
+
+def is_real(expr: Expr) -> bool:
+    """Whether the value of an expression has real numbers in it that are not written down."""
+    return has_reals(expr.type) and not isinstance(expr, (Number, Clock))
+
+
+def _is_constant(divisor: Expr) -> bool:
+    """Whether a divisor is written down, and not zero as far as that shows."""
+    if isinstance(divisor, Number):
+        return divisor.value != 0
+    return isinstance(divisor, ConstantRef) or (
+        isinstance(divisor, Clock) and divisor.name == "period"
+    )

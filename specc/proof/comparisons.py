@@ -6,7 +6,7 @@ import math
 import operator
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
-from specc.model.types import Int
+from specc.model.types import Int, ListOf
 from specc.proof.numbering import Depths, Numbering, Scalar
 from specc.proof.variables import Apart, Bound, Quantity
 
@@ -28,7 +28,7 @@ _COMPUTED = {
     ">=": operator.ge,
     "!=": operator.ne,
 }
-_NEVER_NEGATIVE = ("len", "abs", "norm", "sqrt")
+_NEVER_NEGATIVE = ("abs", "norm", "sqrt")
 
 Question = tuple[Quantity, Bound, bool]
 
@@ -107,6 +107,8 @@ def _negative(expr: Expr) -> Expr:
 def least(expr: Expr) -> float | None:
     """A lower bound of a number by what it is."""
     match expr:
+        case Builtin(name="len", args=(several,)):
+            return float(isinstance(several.type, ListOf) and several.type.nonempty)
         case Builtin(name=name) if name in _NEVER_NEGATIVE:
             return 0.0
         case Clock():

@@ -10,10 +10,10 @@ from specc.model.expr import Expr
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof.decide import Question, can_hold
-from specc.proof.formula import Formula
+from specc.proof.formula import Formula, atoms_of
 from specc.proof.relations import Relations
 from specc.proof.repair import none_of, only
-from specc.proof.translate import Translator
+from specc.proof.translate import Translator, is_of_reals
 from specc.proof.verdict import Decision, InputName, RowVerdict
 
 
@@ -76,6 +76,14 @@ class Prover:
             facts = [self._translator.present(*name) for name in sorted(known)]
             self._decisions[key] = question.decide(facts)
         return RowVerdict(rows, _with_repairs(self._decisions[key], rows))
+
+    def compares_reals(self, state: str, cause: Cause) -> bool:
+        """Whether the decision about rows rests on comparisons that are false for NaN."""
+        rows = self._rows.get((state, cause), ())
+        asked = [self._formula(row.condition.when) for row in rows]
+        return any(
+            map(is_of_reals, atoms_of([*asked, *self._context(state, cause), *self._axioms]))
+        )
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""

@@ -130,9 +130,10 @@ def _collection_answers(variable: Collection, tests: list[Formula]) -> list[Answ
         for answer, count in list(fewest.items()):
             both = tuple(a or b for a, b in zip(answer, kind, strict=True))
             fewest[both] = min(count + 1, fewest.get(both, count + 1))
-    if variable.size is None:
-        return list(fewest)
     nothing = (False,) * len(tests)
+    if variable.size is None:
+        found = list(fewest)
+        return found if not variable.nonempty or nothing in kinds else found[1:]
     possible = [a for a, count in fewest.items() if count <= variable.size and a != nothing]
     return possible + ([nothing] if nothing in kinds or not variable.size else [])
 

@@ -11,6 +11,7 @@ from collections.abc import Collection as Names
 
 from specc.model.expr import (
     Among,
+    Bound,
     Builtin,
     Call,
     Choice,
@@ -27,12 +28,22 @@ from specc.model.expr import (
     Quantifier,
     Truth,
     Unary,
+    walk,
 )
-from specc.model.types import Bool, Enum, OptionalOf, Text, Vector
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Text, Vector
 from specc.proof.comparisons import Comparisons
-from specc.proof.formula import Atom, Formula, Formulas
+from specc.proof.formula import Atom, Formula, Formulas, atoms_of
 from specc.proof.numbering import Depths, Numbering
-from specc.proof.variables import Arrival, Collection, EnumItem, Flag, Label, Variable
+from specc.proof.variables import (
+    Apart,
+    Arrival,
+    Collection,
+    EnumItem,
+    Flag,
+    Label,
+    Quantity,
+    Variable,
+)
 from specc.proof.verdict import InputName
 
 _OUTSIDE: Depths = {}
@@ -56,6 +67,8 @@ class Translator:
         after a state began, or a multiple of that.
         """
         self._may_be_unused = may_be_unused
+        self._unused: set[str] = set()
+        # Variables of quantifiers over numbers that may be `_`.
         self.make = Formulas()
         self._lets = lets
         self._always = always_present
@@ -150,9 +163,11 @@ class Translator:
             return self._same(whole, left, right, op == "==", bound)
         question = self._comparisons.question(op, left, right, bound)
         if isinstance(question, bool):
-            return self.make.constant(question)
-        variable, test, holds = question
-        return self._of_numbers(op, self._ask(variable, test, whole, holds), (left, right), bound)
+            formula = self.make.constant(question)
+        else:
+            variable, test, holds = question
+            formula = self._ask(variable, test, whole, holds)
+        return self._of_numbers(op, formula, (left, right), bound)
 
     def _compare_choices(
         self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths
@@ -181,11 +196,19 @@ class Translator:
         numbers = self.make.conjunction(
             self._ask(Flag(-1 - self._numbering.number(side, bound)), None, _is_number(side))
             for side in sides
-            if self._may_be_unused(side)
+            if self._may_be_nan(side, bound)
         )
         if op == "!=":
             return self.make.disjunction((self.make.negation(numbers), formula))
         return self.make.conjunction((numbers, formula))
+
+    def _may_be_nan(self, side: Expr, bound: Depths) -> bool:
+        known = self._numbering.value(self._numbering.number(side, bound))
+        if known is not None or isinstance(side.type, Int):
+            return False
+        if self._may_be_unused(side):
+            return True
+        return any(isinstance(part, Bound) and part.name in self._unused for part in walk(side))
 
     def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
@@ -247,7 +270,10 @@ class Translator:
 
     def _quantifier(self, whole: Quantifier, bound: Depths) -> Formula:
         """`any(body)`; `all(body)` says that there is no item for which the body is false."""
+        if self._may_be_unused(whole.over):
+            self._unused.add(whole.variable)
         body = self._bool(whole.body, {**bound, whole.variable: len(bound)})
+        self._unused.discard(whole.variable)
         exists = whole.kind == "any"
         test = body if exists else self.make.negation(body)
         if test is self.make.false:
@@ -255,11 +281,20 @@ class Translator:
         over = whole.over.type
         size = over.size if isinstance(over, Vector) else None
         number = self._numbering.number(whole.over, bound)
-        return self._ask(Collection(number, size), test, whole, exists)
+        nonempty = isinstance(over, ListOf) and over.nonempty
+        return self._ask(Collection(number, size, nonempty), test, whole, exists)
 
 
 def _none(value: Expr) -> Expr:
     return IsNone(value, type=Bool())
+
+
+def is_of_reals(atom: Atom) -> bool:
+    """Whether the answer depends on comparisons of real numbers, which are false for NaN."""
+    variable = atom.variable
+    if isinstance(variable, Collection):
+        return any(map(is_of_reals, atoms_of((atom.test,))))
+    return isinstance(variable, Apart) or (isinstance(variable, Quantity) and not variable.whole)
 
 
 def _is_number(expr: Expr) -> Expr:

@@ -171,7 +171,8 @@ class Collection:
 
     of: Number
     size: int | None
-    """Number of items; None for a list, which may be empty."""
+    """Number of items; None for a list, which may be empty unless it is `nonempty`."""
+    nonempty: bool = False
 
 
 Variable = Flag | EnumItem | Label | Arrival | Quantity | Apart | Collection

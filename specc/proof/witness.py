@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from specc.model.expr import Among, Expr
+from specc.expr import show
+from specc.model.expr import Among, Call, Expr
 from specc.model.types import Bool
 from specc.proof.formula import Atom
 from specc.proof.table import Column, Table
-from specc.proof.variables import Arrival, EnumItem
+from specc.proof.variables import Arrival, EnumItem, Flag
 from specc.proof.verdict import Answers, Facts
 
 
@@ -47,9 +48,18 @@ def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tupl
     if isinstance(variable, Arrival):
         fresh = [item for item in answered if item[0].test == "fresh" and item[1]]
         answered = fresh or answered
+    if isinstance(variable, Flag) and variable.of < 0:
+        yield from (_number(atom, yes) for atom, yes in answered)
+        return
     told = [(atom, yes) for atom, yes in answered if atom in asked] or answered
     for atom, yes in told:
         yield atom.text, "true" if yes == atom.text_holds else "false"
+
+
+def _number(atom: Atom, yes: bool) -> tuple[str, str]:
+    """Whether something is a number, in words."""
+    of = atom.expr.args[0] if isinstance(atom.expr, Call) else None
+    return show(of) if of is not None else atom.text, "a number" if yes else "NaN"
 
 
 def _answers(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:

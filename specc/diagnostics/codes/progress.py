@@ -52,9 +52,10 @@ CODES = (
     Code(
         "W0616",
         "rows proved for numbers only",
-        "A component that is not used, `_`, is no number, and every comparison with it but `!=` is "
-        "false: neither `a < b` nor `a >= b` holds. The rows are complete and exclusive for "
-        "numbers, and a component that may be `_` is compared.",
+        "Every comparison with NaN but `!=` is false: neither `a < b` nor `a >= b` holds. The rows "
+        "are complete and exclusive for numbers, and what they compare may be NaN: a component "
+        "that is not used (`_`), the result of an operator, which is not known, or that of a "
+        "division by zero. In generated code the rows are checked in every run.",
         _UNUSED % "n[0] >= 2",
         _UNUSED % "not n[0] < 2",
         "subsystem",

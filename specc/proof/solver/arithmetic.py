@@ -10,7 +10,7 @@ from typing import Any
 
 import z3
 
-from specc.model.expr import Binary, Builtin, Choice, Clock, Component, Expr, Unary
+from specc.model.expr import Binary, Builtin, Choice, Clock, Component, Expr, Number, Unary
 from specc.model.types import Int, Real
 from specc.proof.comparisons import least
 from specc.proof.numbering import Numbering
@@ -18,6 +18,7 @@ from specc.proof.solver.rounding import Rounding
 from specc.proof.solver.values import Values
 
 _LARGEST_EXACT = 2**53
+_LARGEST_FLOAT = 2**1023
 
 
 class Arithmetic(Values):
@@ -55,7 +56,7 @@ class Arithmetic(Values):
         match expr:
             case Unary(op="-", operand=operand):
                 return -self.number(operand)
-            case Choice(test=test, then=then, otherwise=otherwise):
+            case Choice(test=test, then=then, otherwise=otherwise) if not _is_mixed(expr):
                 return z3.If(self.boolean(test), self.number(then), self.number(otherwise))
             case Binary(op="+" | "-" | "*" | "/"):
                 return self._operation(expr, key)
@@ -63,7 +64,7 @@ class Arithmetic(Values):
                 return self._component(expr)
             case Builtin(name="abs" | "min" | "max" as name, args=args):
                 # Which of two numbers is chosen where one is NaN depends on their order.
-                if not any(map(self._may_be_unused, args)):
+                if not _is_mixed(expr) and not any(map(self._may_be_unused, args)):
                     return _chosen(name, [self.number(arg) for arg in args])
         return self._leaf(expr)
 
@@ -87,7 +88,8 @@ class Arithmetic(Values):
                 result = (z3.ToReal(a) if whole else a) / b
         if isinstance(expr.type, Int):
             return result
-        return self.rounding.rounded(key, result, kept=expr.op == "*" and factor in _EXACT_FACTORS)
+        kept = expr.op == "*" and factor in _EXACT_FACTORS
+        return self.rounding.rounded(key, result, kept=kept, is_sum=expr.op in "+-")
 
     def as_float(self, expr: Expr) -> Any:
         """A number as an operation on floats takes it."""
@@ -95,7 +97,10 @@ class Arithmetic(Values):
         key = self._numbering.number(expr)
         if z3.is_int(term):
             term = z3.ToReal(term)
-        if not isinstance(expr.type, Int) or self._numbering.value(key) is not None:
+        known = self._numbering.value(key)
+        if isinstance(known, int) and _LARGEST_EXACT < abs(known) < _LARGEST_FLOAT:
+            return exact(float(known))
+        if not isinstance(expr.type, Int) or known is not None:
             return term
         return self.rounding.rounded(f"float {key}", term)
 
@@ -162,6 +167,13 @@ def compared(op: str, a: Any, b: Any) -> Any:
 def _has_parts(expr: Expr, component: Component) -> bool:
     """Whether an operand is a vector itself, and not what one is multiplied by."""
     return expr.type == component.value.type or not isinstance(expr.type, (Int, Real))
+
+
+def _is_mixed(expr: Builtin | Choice) -> bool:
+    """Whether the value is a float in some cases and an integer in others."""
+    chosen = expr.args if isinstance(expr, Builtin) else (expr.then, expr.otherwise)
+    whole = {isinstance(arg.type, Int) for arg in chosen if not isinstance(arg, Number)}
+    return len(whole) == 2
 
 
 def _chosen(name: str, terms: list[Any]) -> Any:

@@ -123,10 +123,11 @@ class Conditions(Arithmetic):
             return a, b
         if any(self._numbering.value(key) is not None for key in keys):
             return a, b
-        name = f"compared {sorted(keys)}"
+        # Which of the two it is depends on where the float comes from.
+        is_exact = z3.Bool(f"compared exactly {keys}")
         if isinstance(left.type, Int):
-            return self.rounding.rounded(name, a), b
-        return a, self.rounding.rounded(name, b)
+            return z3.If(is_exact, z3.ToReal(a), self.as_float(left)), b
+        return a, z3.If(is_exact, z3.ToReal(b), self.as_float(right))
 
     def _near(self, a: Expr, b: Expr, limit: Any) -> Any:
         if isinstance(a.type, Vector):
@@ -140,7 +141,9 @@ class Conditions(Arithmetic):
             # -(a - b) is exactly b - a.
             first, second = (a, b) if keys[0] <= keys[1] else (b, a)
             gap = self.rounding.rounded(
-                f"gap {sorted(keys)}", self.as_float(first) - self.as_float(second)
+                f"gap {sorted(keys)}",
+                self.as_float(first) - self.as_float(second),
+                is_sum=True,
             )
         return z3.And(gap <= limit, -gap <= limit)
 

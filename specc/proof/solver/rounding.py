@@ -25,21 +25,24 @@ class Rounding:
         self._exact = exact
         self._floats: dict[int, Any] = {}
         self._results: dict[object, tuple[Any, Any]] = {}
-        self._kept: list[Any] = []
+        self._facts: list[Any] = []
 
     def float(self, term: Any) -> Any:
         """The term itself, which stands for a float."""
         self._floats[term.get_id()] = term
         return term
 
-    def rounded(self, key: object, exact: Any, *, kept: bool = False) -> Any:
-        """The result of an operation; `key` names it. A result that is a float can be `kept`."""
+    def rounded(self, key: object, exact: Any, *, kept: bool = False, is_sum: bool = False) -> Any:
+        """The result of an operation; `key` names it. A result that is a float can be `kept`.
+
+        A sum or difference of two floats is a multiple of the smallest one, so it does not vanish.
+        """
         if self._exact:
             return exact
         if key not in self._results:
             self._results[key] = exact, (result := z3.Real(f"rounded {key}"))
-            if kept:
-                self._kept.append(z3.Implies(_is_finite(exact), result == exact))
+            least = 0 if is_sum or kept else _HALF_SMALLEST
+            self._facts.append(_is_close(exact, result, 0 if kept else _HALF_ULP, least))
         return self._results[key][1]
 
     @property
@@ -55,10 +58,9 @@ class Rounding:
 
     def facts(self) -> list[Any]:
         """Facts about all results."""
-        found = list(self._kept)
+        found = list(self._facts)
         results = list(self._results.values())
         for index, (exact, result) in enumerate(results):
-            found.append(_is_close(exact, result))
             others = [*((t, t) for t in self._floats.values()), *results[:index]]
             for other_exact, other in others:
                 found.append(z3.Implies(exact <= other_exact, result <= other))
@@ -70,16 +72,17 @@ class Rounding:
         return found
 
 
-def _is_close(exact: Any, result: Any) -> Any:
+def _is_close(exact: Any, result: Any, relative: Fraction | int, least: Fraction | int) -> Any:
     size = z3.If(exact < 0, -exact, exact)
     error = z3.If(exact < result, result - exact, exact - result)
-    bound = _term(_HALF_ULP) * size + _term(_HALF_SMALLEST)
-    return z3.Implies(_is_finite(exact), error <= bound)
+    bound = _term(relative) * size + _term(least)
+    largest = _term(_LARGEST)
+    return z3.And(
+        z3.Implies(size <= largest, error <= bound),
+        z3.Implies(exact > largest, result >= largest),
+        z3.Implies(-exact > largest, -result >= largest),
+    )
 
 
-def _is_finite(exact: Any) -> Any:
-    return z3.And(exact <= _term(_LARGEST), -exact <= _term(_LARGEST))
-
-
-def _term(value: Fraction) -> Any:
+def _term(value: Fraction | int) -> Any:
     return z3.RealVal(str(value))

@@ -1,0 +1,104 @@
+"""What is proved of numbers holds of the floats of a run, NaN and infinities included."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+
+import pytest
+
+from specc.expr import Environment, evaluate
+from specc.model.expr import Bound, Compare, Quantifier, walk
+from tests.checks.texts import condition, prove
+
+SUMS = (
+    "d", "e", "d + e", "d - e", "e + d", "d * 2", "d + d", "d / 3", "d * 3", "d + 0.1",
+    "d + 0.1 + 0.2", "d + 0.3", "d * 0.1", "n", "n + d", "n / 3", "n * 2", "n + k", "f - e",
+    "abs(d)", "abs(d - e)", "max(d, e)", "min(d, n)", "(d if p else e) + 1", "d * e", "d / 2",
+    "q[0]", "q[1] + d", "(q - r)[0]", "(2 * q)[1]", "norm(q)", "size(d)", "-(d + e)",
+)  # fmt: skip
+LIMITS = ("0", "1", "0.3", "-0.5", "1e300", "d", "e", "f", "n", "9007199254740993", "q[0]", "f - d")
+WHOLES = ("near(q, r, 1)", "near(d, e, 0.1)", "all(v < 1 for v in q)", "any(v >= d for v in r)")
+OPS = ("<", "<=", ">", ">=")
+VALUES = (
+    0.0, -0.0, 1.0, 0.1, 0.2, 0.3, 0.1 + 0.2, -0.5, 1 / 3, 5e-324, 1e-300, 1e16, 1e300, -1e300,
+    1.7e308, -1.7e308, math.inf, -math.inf, math.nan, math.nextafter(1.0, 2.0), 2.0**53,
+)  # fmt: skip
+WHOLE_VALUES = (0, 1, -1, 2, 7, 2**53 + 1, 2**60 - 1, -(2**53) - 1)
+
+
+def comparison(rng: random.Random) -> str:
+    if rng.random() < 0.2:
+        return rng.choice(WHOLES)
+    return f"{rng.choice(SUMS)} {rng.choice(OPS)} {rng.choice(LIMITS)}"
+
+
+def rows(rng: random.Random) -> list[str]:
+    """Rows that often decide: of one comparison, or of two that look alike, and their negations."""
+    a, b = comparison(rng), comparison(rng)
+    left, right = rng.choice(SUMS), rng.choice((*LIMITS, *SUMS))
+    tables = (
+        [f"{left} < {right}", f"{left} >= {right}"],
+        [f"{left} < {right}", f"not {left} < {right}"],
+        [f"{left} <= {right}", f"{right} < {left}"],
+        [f"{left} < {right}", f"{left} - {right} >= 0"],
+        [a, f"not ({a})"],
+        [f"({a}) and ({b})", f"not ({a})", f"({a}) and not ({b})"],
+        [f"({a}) or ({b})", f"not ({a}) and not ({b})"],
+        [a, b],
+        [f"({a}) and ({b})", f"not (({a}) and ({b}))"],
+        [f"({a}) and d < e", f"({a}) and d >= e", f"not ({a})"],
+    )
+    return list(rng.choice(tables))
+
+
+def worlds(rng: random.Random, count: int) -> Iterator[Environment]:
+    def number() -> float:
+        value = rng.choice(VALUES)
+        if rng.random() < 0.3:
+            value = rng.uniform(-3.0, 3.0)
+        return value
+
+    for _ in range(count):
+        memory = {name: number() for name in "def"}
+        if rng.random() < 0.4:
+            memory["f"] = memory["d"] + memory["e"]
+        memory |= {name: rng.choice(WHOLE_VALUES) for name in "nk"} | {"p": rng.random() < 0.5}
+        memory |= {name: tuple(number() for _ in range(3)) for name in "qr"}
+        yield Environment(memory=memory, operators={"size": lambda d: d * d - 1.0})
+
+
+def holding(texts: list[str], world: Environment) -> int | None:
+    """How many rows hold; None where computing fails."""
+    try:
+        return sum(bool(evaluate(condition(text), world)) for text in texts)
+    except (ArithmeticError, ValueError):
+        return None
+
+
+@pytest.mark.parametrize("seed", range(90))
+def test_what_is_proved_holds_of_floats(seed: int) -> None:
+    rng = random.Random(seed)
+    texts = rows(rng)
+    of_numbers, of_floats = prove(*texts).proved, prove(*texts, nan=True).proved
+    assert of_numbers or not of_floats
+    if not of_numbers:
+        return
+    for world in worlds(rng, 250):
+        count = holding(texts, world)
+        if count is None or count == 1:
+            continue
+        assert not of_floats, (texts, world.memory)
+        assert meets_nan(texts, world), (texts, world.memory)
+
+
+def meets_nan(texts: list[str], world: Environment) -> bool:
+    """Whether one of the comparisons has NaN on a side."""
+    found: list[object] = []
+    for node in (node for text in texts for node in walk(condition(text))):
+        if isinstance(node, Quantifier):
+            found += evaluate(node.over, world)
+        elif isinstance(node, Compare) and not any(isinstance(n, Bound) for n in walk(node)):
+            found += (evaluate(side, world) for side in (node.left, node.right))
+    return any(value != value for value in found)

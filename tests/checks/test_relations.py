@@ -1,0 +1,162 @@
+"""Questions that have to do with each other are not taken for independent ones."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.checks.texts import prove, prover
+
+PROVED = {
+    "whole numbers beside thresholds between them": ["n < 1", "n > 0.5"],
+    "floats without room between them": ["d <= 0.1", "d >= 0.10000000000000002"],
+    "periods": ["elapsed <= 1[s]", "elapsed >= 2[s]"],
+    "a period has passed": ["elapsed >= 1[s]"],
+    "conditions come after the first period": ["not entered"],
+    "the period is a number": ["elapsed < 3 * period", "elapsed >= 3[s]"],
+    "tolerances of poses": [
+        "near(X, Y, 1[mm], 1[deg])",
+        "near(X, Y, 2[mm], 2[deg]) and not near(X, Y, 1[mm], 1[deg])",
+        "not near(X, Y, 2[mm], 2[deg])",
+    ],
+    "vectors by component": [
+        "near(q, r, 1)",
+        "not near(q, r, 1) and abs(q[0] - r[0]) <= 1",
+        "abs(q[0] - r[0]) > 1",
+    ],
+    "equal vectors": ["b == [u, u, u]", "any(v != u for v in b)"],
+    "a component and all of them": [
+        "all(v == u for v in b)",
+        "b[0] == c",
+        "b[0] != c and any(v != u for v in b)",
+    ],
+    "the length of a list": [
+        "len(l) == 0",
+        "any(v > 1 for v in l)",
+        "len(l) > 0 and all(v <= 1 for v in l)",
+    ],
+    "one item has one value": [
+        "len(l) == 1 and any(v > 1 for v in l)",
+        "len(l) == 1 and any(v <= 1 for v in l)",
+        "len(l) != 1",
+    ],
+    "same arguments": ["n == k and P(n)", "n == k and not P(k)", "n != k"],
+    "same members": ["m == u and Q(m)", "m == u and not Q(u)", "m != u"],
+    "same texts": ['t == "a" and t == w and w != "a"', 'not (t == "a" and t == w and w != "a")'],
+    "chosen numbers": ["(d if p else e) + 1 < 2", "p and d + 1 >= 2", "not p and e + 1 >= 2"],
+    "an order": ["d < e and e < f and f < d", "not (d < e and e < f and f < d)"],
+    "larger than something": ["max(d, 0) >= 0"],
+    "squares": ["d ** 2 >= 0"],
+}
+REFUTED = {
+    "real arguments are more than their order": [
+        "d <= e and e <= d and R(d)",
+        "d <= e and e <= d and not R(e)",
+        "not (d <= e and e <= d)",
+    ],
+    "an empty list": ["all(v > 1 for v in l)", "any(v > 1 for v in l)"],
+    "items of one list": ["any(v > 1 for v in l)", "any(v <= 1 for v in l)", "len(l) == 0"],
+    "other tolerances": ["near(X, Y, 1[mm], 2[deg])", "not near(X, Y, 2[mm], 1[deg])"],
+    "lists of other names": ["any(v > 1 for v in l) and len(i) == 0", "len(l) > 0", "len(l) == 0"],
+    "between two periods": ["elapsed <= 1[s]", "elapsed >= 3[s]"],
+}
+
+
+@pytest.mark.parametrize("rows", PROVED.values(), ids=PROVED)
+def test_proved(rows: list[str]) -> None:
+    decision = prove(*rows).decision
+    assert decision.proved, (decision.gap, decision.overlap, decision.unknown)
+
+
+@pytest.mark.parametrize("rows", REFUTED.values(), ids=REFUTED)
+def test_refuted(rows: list[str]) -> None:
+    decision = prove(*rows).decision
+    assert decision.gap or decision.overlap
+
+
+ROUNDED = {
+    "sums on both sides": ["d + e < f", "d >= f - e"],
+    "an order of sums": ["d + e + f < 1", "f + e + d >= 1"],
+    "a sum is not undone": ["d + 1 - 1 < e", "d >= e"],
+    "large products": ["d * 2 - d <= e", "d > e"],
+    "thirds": ["d / 3 * 3 < e", "d >= e"],
+}
+EXACT = {
+    "doubled": ["d * 2 < e", "d + d >= e"],
+    "differences have the sign of the order": ["d - e < 0", "d >= e"],
+    "one and the same sum": ["d + e < f", "not e + d < f"],
+    "rounding keeps order": ["d + e < f", "d + e >= f and d >= 0", "d + e >= f and d < 0"],
+    "room for rounding": ["d + e < 1 and d > 1 - e + 0.001 and abs(e) < 100",
+                          "not (d + e < 1 and d > 1 - e + 0.001 and abs(e) < 100)"],
+    "whole numbers": ["n + k < 5", "n >= 5 - k"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("rows", ROUNDED.values(), ids=ROUNDED)
+def test_what_rounding_can_break_is_not_proved_and_says_so(rows: list[str]) -> None:
+    decision = prove(*rows).decision
+    assert "rounded" in decision.unknown
+    assert not decision.gap
+    assert not decision.overlap
+
+
+@pytest.mark.parametrize("rows", EXACT.values(), ids=EXACT)
+def test_what_rounding_cannot_break_is_proved(rows: list[str]) -> None:
+    assert prove(*rows).proved
+
+
+NUMBERS_ONLY = {
+    "complements": ["d < 1", "d >= 1"],
+    "a quantifier": ["all(v < 1 for v in q)", "any(v >= 1 for v in q)"],
+    "infinities": ["d - d <= 0", "d - d > 0"],
+    "the length of a vector": ["norm(q) < 1", "norm(q) >= 1"],
+    "two numbers": ["d < e", "e <= d"],
+}
+NAN_AS_WELL = {
+    "a negation": ["d < 1", "not d < 1"],
+    "near": ["near(q, r, 1)", "not near(q, r, 1)"],
+    "poses": ["near(X, Y, 1[m], 1[deg])", "not near(X, Y, 1[m], 1[deg])"],
+    "asked first": ["d <= d and d < 1", "d <= d and d >= 1", "not d <= d"],
+    "whole numbers": ["n < 1", "n >= 1"],
+    "time": ["elapsed < 2[s]", "elapsed >= 2[s]"],
+}
+
+
+@pytest.mark.parametrize("rows", NUMBERS_ONLY.values(), ids=NUMBERS_ONLY)
+def test_what_nan_breaks_is_proved_for_numbers_only(rows: list[str]) -> None:
+    assert prove(*rows).proved
+    assert not prove(*rows, nan=True).proved
+
+
+@pytest.mark.parametrize("rows", NAN_AS_WELL.values(), ids=NAN_AS_WELL)
+def test_what_nan_does_not_break_is_proved_for_it(rows: list[str]) -> None:
+    assert prove(*rows, nan=True).proved
+
+
+def test_that_something_is_a_number_can_be_assumed() -> None:
+    assert prove("d < 1", "d >= 1", nan=True, axioms=("d <= d",)).proved
+
+
+@pytest.mark.parametrize(
+    ("axioms", "core"),
+    [
+        (("d < e", "p", "e < f", "f < d"), (0, 2, 3)),
+        (("len(l) == 0", "any(v > 1 for v in l)"), (0, 1)),
+        (("n == k", "P(n)", "not P(k)"), (0, 1, 2)),
+        (("abs(d) + 1 < 0",), (0,)),
+        (("d < e", "e < f", "d < f"), ()),
+        (("d + e < f", "d >= f - e"), ()),
+    ],
+)
+def test_contradictions_of_related_axioms(axioms: tuple[str, ...], core: tuple[int, ...]) -> None:
+    assert prover("True", axioms=axioms).contradiction() == core
+
+
+def test_axioms_count_that_are_related_by_their_numbers_only() -> None:
+    rows = "d < f", "p and d >= f"
+    assert prove(*rows, axioms=("d < e", "e < f")).proved
+    assert not prove(*rows, axioms=("d < e",)).proved
+
+
+def test_rows_that_related_questions_rule_out_cannot_apply() -> None:
+    decision = prove("d > e", "d <= e", terminal="d > f and f > e").decision
+    assert decision.proved

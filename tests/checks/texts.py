@@ -1,0 +1,71 @@
+"""Verdicts about conditions that are given as text, over inputs of most types."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from specc.expr import Scope, TypeNames, expression, members_of, parse_signature, parse_type
+from specc.model.expr import Expr
+from specc.model.system import Operator
+from specc.model.trace import Trace
+from specc.model.types import Bool, Enum
+from specc.proof import Prover, RowVerdict
+from specc.source import Place
+from tests.checks.conditions import machine
+
+MODE = Enum("Mode", ("u", "c", "s"))
+NAMES = TypeNames(frames={"A": "A", "B": "B"}, types={"Mode": lambda _: MODE})
+TYPES = {
+    "d": "real", "e": "real", "f": "real", "n": "int", "k": "int", "m": "Mode", "o": "Mode",
+    "p": "bool", "t": "text", "w": "text", "b": "vector[3, Mode]", "q": "vector[3]",
+    "r": "vector[3]", "X": "pose[A, B]", "Y": "pose[A, B]", "l": "list[real]",
+    "i": "list[int]",
+}  # fmt: skip
+SIGNATURES = {
+    "P": "(n: int) -> bool",
+    "Q": "(m: Mode) -> bool",
+    "R": "(d: real) -> bool",
+    "size": "(d: real) -> real",
+    "along": "(d: real) -> vector[3]",
+}
+
+
+def _operator(name: str, signature: str) -> Operator:
+    parameters, result = parse_signature(signature, NAMES)
+    return Operator(name, parameters, result, "demo:f", "", Trace(), Place(""))
+
+
+SCOPE = Scope(
+    memory={name: parse_type(text, NAMES) for name, text in TYPES.items()},
+    enums=members_of([MODE]),
+    operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
+    allow_clock=True,
+)
+
+
+def condition(text: str) -> Expr:
+    """The condition that a text says."""
+    return expression(text, SCOPE, Bool())
+
+
+def prover(
+    *rows: str, axioms: tuple[str, ...] = (), terminal: str = "True", nan: bool = False
+) -> Prover:
+    """What answers about a machine with these rows, whose period is 1 s.
+
+    With `nan`, every real number may be one.
+    """
+    subsystem = machine(
+        [condition(row) for row in rows],
+        axioms=tuple(condition(axiom) for axiom in axioms),
+        terminal=condition(terminal),
+    )
+    assert subsystem.rate_hz == Fraction(1)
+    from specc.facts.unused_components import is_real
+
+    return Prover(subsystem, {}, (), is_real) if nan else Prover(subsystem, {})
+
+
+def prove(*rows: str, **context: object) -> RowVerdict:
+    """The verdict about the rows."""
+    return prover(*rows, **context).prove_rows("S", "terminal")  # type: ignore[arg-type]  # passed on
