@@ -13,11 +13,10 @@ from specc.scenario.drive import Drive, Driver
 from specc.scenario.machine import AbsentError, StrayError, begun, ending, executed, watched
 from specc.scenario.refutations import Refutation
 from specc.scenario.script import Script, step_between
-from specc.scenario.search import Goal, came, present
+from specc.scenario.search import Goal, came
 from specc.scenario.situation import Meaning, Situation
 from specc.scenario.subject import alone
 
-MOST_ABSENT = 8
 Reading = Callable[[Situation], object]
 """What reads inputs in a situation, and raises AbsentError at one that is not there."""
 
@@ -77,16 +76,13 @@ class AbsencePlanner:
 
     def _at_first(self, wanted: Situation | None, reading: Reading) -> Script:
         """The first period is the last step."""
-        goals: list[Goal] = []
-        for _ in range(MOST_ABSENT):
-            at = self._driver.start(wanted, goals)
-            missing = _missing(reading, at)
-            if missing == self._name:
-                return Script((), None, self._driver.first_step(at), at.answers, ())
-            if missing is None:
-                break
-            goals.append(present(missing))
-        raise StrayError("it is not read")
+
+        def begin(more: list[Goal]) -> Script:
+            at = self._driver.start(wanted, more)
+            self._read(reading, at)
+            return Script((), None, self._driver.first_step(at), at.answers, ())
+
+        return self._driver.patiently(begin)
 
     def _entering(self, drive: Drive, row: Transition) -> Script:
         """The last step takes a row, and the functions of its target read."""
@@ -111,28 +107,35 @@ class AbsencePlanner:
 
     def _last(self, drive: Drive, goals: list[Goal], reading: Reading) -> Script:
         """The last step, with different inputs coming in it until what is absent is read."""
-        each = [[came(name)] for name in self._others]
-        for coming in ([], [came(name) for name in self._others], *each):
-            wanted = [*goals, *coming]
-            for _ in range(MOST_ABSENT):
-                try:
-                    reached, seen = self._driver.reach(drive, wanted)
-                except StrayError:
-                    break
-                missing = _missing(reading, seen)
-                if missing == self._name:
-                    step = step_between(reached.seen, seen)
-                    return Script(reached.steps, None, step, seen.answers, ())
-                if missing is None:
-                    break
-                wanted.append(present(missing))
+
+        every = [came(name) for name in self._others]
+        for coming in ([], every, *([one] for one in every)):
+            try:
+                return self._reached(drive, [*goals, *coming], reading)
+            except StrayError:
+                continue
         raise StrayError("it is not read")
 
+    def _reached(self, drive: Drive, goals: list[Goal], reading: Reading) -> Script:
+        def reach(more: list[Goal]) -> Script:
+            reached, seen = self._driver.reach(drive, [*goals, *more])
+            self._read(reading, seen)
+            step = step_between(reached.seen, seen)
+            return Script(reached.steps, None, step, seen.answers, ())
 
-def _missing(reading: Reading, at: Situation) -> InputName | None:
-    """The first input that is read in vain."""
-    try:
-        reading(at)
-    except AbsentError as error:
-        return error.name
-    return None
+        return self._driver.patiently(reach)
+
+    def _read(self, reading: Reading, at: Situation) -> None:
+        """Make sure that the input is read in vain.
+
+        Raises:
+            AbsentError: another one is.
+            StrayError: it is not read.
+        """
+        try:
+            reading(at)
+        except AbsentError as error:
+            if error.name == self._name:
+                return
+            raise
+        raise StrayError("it is not read")

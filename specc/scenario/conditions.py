@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
@@ -14,7 +15,7 @@ from specc.scenario.assign import Assigning, Ways, items_of
 from specc.scenario.freedom import Freedom
 from specc.scenario.numbers import Thresholds
 from specc.scenario.situation import NO_VALUE, Meaning, Situation
-from specc.scenario.values import Value, first_value
+from specc.scenario.values import Value, first_value, others
 
 MOST_WAYS = 60
 _OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
@@ -63,10 +64,18 @@ class Conditions:
     def _call(self, call: m.Call, wanted: bool, at: Situation) -> Ways:
         if call.operator != "is_used":
             yield from self._give(call, wanted, at)
+            yield from self._elsewhere(call, wanted, at)
             return
         value = first_value(call.args[0].type)
         unused = (float("nan"),) * len(value) if isinstance(value, tuple) else float("nan")
         yield from self._give(call.args[0], value if wanted else unused, at)
+
+    def _elsewhere(self, call: m.Call, wanted: bool, at: Situation) -> Ways:
+        """For other arguments an operator may give something else."""
+        for arg in call.args:
+            for value in others(self._meaning.value(arg, at), arg.type):
+                for moved in self._give(arg, value, at):
+                    yield from self._give(call, wanted, moved)
 
     def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Ways:
         assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
@@ -129,6 +138,9 @@ class Conditions:
         for side, other in ((expr.args[0], b), (expr.args[1], a)):
             for value in self._distant(other, side, tolerance, wanted):
                 yield from self._give(side, value, at)
+        if not isinstance(expr.args[0].type, Pose):
+            gap = abs(a - b) if not isinstance(a, tuple) else math.dist(a, b)
+            yield from self._give(expr.args[2], gap + 1.0 if wanted else gap / 2, at)
 
     def _distant(
         self, other: Value, side: m.Expr, tolerance: float, wanted: bool

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from specc.facts import Facts
 from specc.facts import Step as Taken
@@ -12,15 +13,28 @@ from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.scenario.freedom import Freedom
-from specc.scenario.machine import Ending, StrayError, axioms_hold, begun, ending, executed
+from specc.scenario.machine import (
+    AbsentError,
+    Ending,
+    StrayError,
+    axioms_hold,
+    begun,
+    ending,
+    executed,
+)
 from specc.scenario.script import Step, row_words, step_between
-from specc.scenario.search import Goal, find
+from specc.scenario.search import Goal, find, present
 from specc.scenario.situation import Meaning, Situation
 from specc.scenario.values import Value, alike, first_value
 
 MOST_PATHS = 6
+MOST_ABSENT = 8
+"""Inputs that are asked for one after another."""
 LONGEST_WAIT = 5000
 """Periods that a run waits at most; beyond that the time is put in place."""
+
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,18 +136,32 @@ class Driver:
             StrayError: it fails.
         """
         state = self._subsystem.initial_state
-        seen = begun(self.meaning, self.start(wanted))
-        step = self.first_step(seen)
-        return Drive(seen, (), (step,), state, self._next(state, seen))
 
-    def start(self, wanted: Situation | None, goals: Sequence[Goal] = ()) -> Situation:
-        """What is seen in the first period.
+        def begin(more: list[Goal]) -> Drive:
+            seen = begun(self.meaning, self.start(wanted, more, number))
+            step = self.first_step(seen)
+            return Drive(seen, (), (step,), state, self._next(state, seen))
+
+        number = 0.0
+        try:
+            return self.patiently(begin)
+        except AbsentError:
+            raise
+        except StrayError:
+            number = 1.0  # by which one can divide
+            return self.patiently(begin)
+
+    def start(
+        self, wanted: Situation | None, goals: Sequence[Goal] = (), number: float = 0.0
+    ) -> Situation:
+        """What is seen in the first period, where numbers that do not matter are `number`.
 
         Raises:
             StrayError: nothing was found that meets the assumptions and the goals.
         """
         axioms = [(axiom.that, True) for axiom in self._subsystem.axioms]
-        return self.found(self._with_values(self._nothing(), wanted), [*axioms, *goals], "")
+        at = self._with_values(self._nothing(number), wanted)
+        return self.found(at, [*axioms, *goals], "")
 
     def first_step(self, seen: Situation) -> Step:
         """The step of the first period."""
@@ -147,13 +175,33 @@ class Driver:
             StrayError: nothing was found that takes it.
         """
         goals = self.context(row.source, row.cause, [row])
-        drive, seen = self.reach(drive, goals)
         index = next(i for i, other in enumerate(self._subsystem.transitions) if other is row)
-        if ending(self.meaning, row.source, seen) != Ending(row.cause, (index,)):
-            raise StrayError("another row is taken")
-        step = step_between(drive.seen, seen, row.target, row_words(row))
-        at = self._next(row.target, replace(seen, periods=0))
-        return drive.having(Seen(row.source, seen, index), step, row.target, at)
+
+        def take(more: list[Goal]) -> Drive:
+            here, seen = self.reach(drive, [*goals, *more])
+            if ending(self.meaning, row.source, seen) != Ending(row.cause, (index,)):
+                raise StrayError("another row is taken")
+            step = step_between(here.seen, seen, row.target, row_words(row))
+            at = self._next(row.target, replace(seen, periods=0))
+            return here.having(Seen(row.source, seen, index), step, row.target, at)
+
+        return self.patiently(take)
+
+    def patiently(self, attempt: Callable[[list[Goal]], Found]) -> Found:
+        """What an attempt gives once the inputs that it reads in vain are among its goals.
+
+        Raises:
+            StrayError: it fails otherwise, or needs what never comes.
+        """
+        more: list[Goal] = []
+        for _ in range(MOST_ABSENT):
+            try:
+                return attempt(more)
+            except AbsentError as error:
+                if error.name in self._never:
+                    raise
+                more.append(present(error.name))
+        raise StrayError("inputs are missing")
 
     def reach(self, drive: Drive, goals: Sequence[Goal]) -> tuple[Drive, Situation]:
         """What is seen in the state that the run is in so that the goals are met; it may wait.
@@ -279,9 +327,9 @@ class Driver:
         present = self._arrivals.close(later.present | self._arrivals.later) - self._never
         return replace(later, present=present)
 
-    def _nothing(self) -> Situation:
+    def _nothing(self, number: float) -> Situation:
         inputs: dict[InputName, Value] = {
-            name: first_value(element.type) for name, element in self._elements.items()
+            name: first_value(element.type, number) for name, element in self._elements.items()
         }
         start = Situation(inputs, self.always)
         for name, element in self._elements.items():

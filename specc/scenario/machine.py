@@ -39,12 +39,12 @@ def ending(meaning: Meaning, state: str, at: Situation) -> Ending | None:
     """
     subsystem = meaning.subsystem
     behaviour = subsystem.state(state).behaviour
-    causes: tuple[tuple[Cause, bool], ...] = (
-        ("error", _surely(meaning, behaviour.error.when, at)),
-        ("terminal", _surely(meaning, behaviour.terminal.when, at)),
+    asked: tuple[tuple[Cause, Expr], ...] = (
+        ("error", behaviour.error.when),
+        ("terminal", behaviour.terminal.when),
     )
-    for cause, occurs in causes:
-        if occurs:
+    for cause, condition in asked:
+        if _surely(meaning, condition, at):
             rows = subsystem.rows(state, cause)
             held = (i for i, row in rows if _surely(meaning, row.condition.when, at))
             return Ending(cause, tuple(held))

@@ -9,15 +9,13 @@ from specc.facts import Facts
 from specc.model.fsm import Cause, Transition
 from specc.model.system import System
 from specc.scenario.drive import Drive, Driver
-from specc.scenario.machine import AbsentError, StrayError, ending
+from specc.scenario.machine import StrayError, ending
 from specc.scenario.refutations import Refutation
 from specc.scenario.script import Placed, Script, step_between
-from specc.scenario.search import Goal, present
+from specc.scenario.search import Goal
 from specc.scenario.situation import Meaning, Situation
 from specc.scenario.subject import alone
 from specc.scenario.values import Value
-
-MOST_ABSENT = 8
 
 
 class Planner:
@@ -87,17 +85,15 @@ class Planner:
 
     def _reached(self, drive: Drive, goals: list[Goal]) -> Script:
         """The last step of a run that is driven by inputs alone."""
-        for _ in range(MOST_ABSENT):
-            reached, seen = self._driver.reach(drive, goals)
-            try:
-                rows = self._rows_at(seen)
-                self._driver.replay(reached, seen)
-                return Script(
-                    reached.steps, None, step_between(reached.seen, seen), seen.answers, rows
-                )
-            except AbsentError as error:
-                goals = [*goals, present(error.name)]
-        raise StrayError("inputs are missing")
+
+        def reach(more: list[Goal]) -> Script:
+            reached, seen = self._driver.reach(drive, [*goals, *more])
+            rows = self._rows_at(seen)
+            self._driver.replay(reached, seen)
+            step = step_between(reached.seen, seen)
+            return Script(reached.steps, None, step, seen.answers, rows)
+
+        return self._driver.patiently(reach)
 
     def _remembered(self, drive: Drive, goals: list[Goal]) -> Script:
         """The last step with memory, time and old inputs put in place."""
@@ -133,13 +129,12 @@ class Planner:
         """
         state = self._refutation.state
         at = replace(at, present=at.present | self._driver.sure(state))
-        for _ in range(MOST_ABSENT):
-            seen = self._driver.found(at, goals, state, time=True, placed=True)
-            try:
-                return seen, self._rows_at(seen)
-            except AbsentError as error:
-                goals = [*goals, present(error.name)]
-        raise StrayError("no values were found")
+
+        def settle(more: list[Goal]) -> tuple[Situation, tuple[int, ...]]:
+            seen = self._driver.found(at, [*goals, *more], state, time=True, placed=True)
+            return seen, self._rows_at(seen)
+
+        return self._driver.patiently(settle)
 
     def _rows_at(self, seen: Situation) -> tuple[int, ...]:
         """The rows that apply in the last step, which are those of the refutation at least.

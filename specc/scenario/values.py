@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from specc.expr.evaluate_builtins import translation
+from specc.expr.evaluate_builtins import compose, translation
 from specc.model.types import (
     Bool,
     Enum,
@@ -77,34 +77,57 @@ class Fields:
 
 _SIMPLE: dict[type[Type], Value] = {
     Bool: False,
-    Int: 0,
-    Real: 0.0,
     Text: "",
     File: "",
     ListOf: (),
+    Pose: translation(0.0, 0.0, 0.0),
     OptionalOf: None,
     Image: Token("image"),
 }
 
 
-def first_value(type_: Type) -> Value:
-    """A value of a type: nothing, zero, the first member, the identity."""
+def first_value(type_: Type, number: float = 0.0) -> Value:
+    """A value of a type: nothing, the number, the first member, the identity."""
     match type_:
+        case Real() | Int():
+            return number if isinstance(type_, Real) else int(number)
         case Enum(members=members):
             return members[0]
         case Vector(size=size, element=element):
-            return (first_value(element),) * size
+            return (first_value(element, number),) * size
         case Spatial():
-            return (0.0,) * 6
-        case Pose():
-            return translation(0.0, 0.0, 0.0)
+            return (number,) * 6
         case Record(fields=fields):
-            return Fields(**{name: first_value(inner) for name, inner in fields})
+            return Fields(**{name: first_value(inner, number) for name, inner in fields})
         case ListOf(element=element, nonempty=True):
             return (first_value(element),)
         case Opaque(name=name):
             return Token(name)
     return _SIMPLE[type(type_)]
+
+
+def others(value: Value, type_: Type) -> Iterator[Value]:
+    """Some values of a type beside a given one."""
+    match type_:
+        case Bool():
+            yield not value
+        case Int() | Real():
+            yield value + 1
+            yield value - 1
+        case Enum(members=members):
+            yield from (member for member in members if member != value)
+        case Vector() | Spatial() if value:
+            part: Type = type_.element if isinstance(type_, Vector) else Real()
+            yield from ((first, *value[1:]) for first in others(value[0], part))
+        case Pose():
+            yield compose(value, translation(1.0, 0.0, 0.0))
+        case ListOf(element=element):
+            yield (*value, first_value(element))
+        case Record(fields=fields):
+            for name, inner in fields:
+                yield from (value.having(name, v) for v in others(getattr(value, name), inner))
+        case Opaque(name=name):
+            yield Token(f"another {name}")
 
 
 def spelled(value: Value) -> str:
