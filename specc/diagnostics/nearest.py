@@ -5,8 +5,6 @@ from difflib import get_close_matches
 
 MOST = 3
 _LONGEST = 80
-# In shorter names one letter is most of the meaning: q_d and q_c, S1 and S2.
-_LONG_ENOUGH = 4
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
@@ -22,16 +20,17 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
     return [candidate for match in close for candidate in by_folded[match]][:MOST]
 
 
-def surely_meant(name: str, close: Sequence[str]) -> str:
+def surely_meant(name: str, close: Sequence[str], long_enough: int = 4) -> str:
     """The only one of the close names that is a slip of one letter away; else nothing.
 
-    A slip adds, drops, changes or swaps letters, or is one of case, which alone counts in a short
-    name; numbers are no slips.
+    A slip adds, drops, changes or swaps letters, or is one of case, which alone counts in a name
+    that is not long enough: there one letter is most of the meaning, as in q_d and q_c, S1 and S2.
+    Numbers are no slips.
     """
     slips = [other for other in close if _is_slip(name, other)]
     if len(slips) != 1:
         return ""
-    long = min(len(name), len(slips[0])) >= _LONG_ENOUGH
+    long = min(len(name), len(slips[0])) >= long_enough
     return slips[0] if long or name.casefold() == slips[0].casefold() else ""
 
 

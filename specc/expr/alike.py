@@ -79,7 +79,7 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
 
 def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
     """The error of two expressions that are not of one kind."""
-    sides = [f"{ctx.quote(node)} is {expr.type}" for node, expr in (left, right)]
+    sides = [f"`{ctx.quote(node)}` is `{expr.type}`" for node, expr in (left, right)]
     a, b = left[1].type, right[1].type
     help, code = "", "E0313"
     if scalar_unit(a) is not None and scalar_unit(b) is not None:
@@ -95,5 +95,5 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
 def _unit_help(ctx: Context, side: Side, other: Type) -> str:
     plain = Real().unit
     if isinstance(side[1], Number) and scalar_unit(side[1].type) == plain != scalar_unit(other):
-        return f"a number carries its unit: {ctx.quote(side[0])}[{scalar_unit(other)}]"
+        return f"a number carries its unit: `{ctx.quote(side[0])}[{scalar_unit(other)}]`"
     return ""

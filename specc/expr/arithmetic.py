@@ -42,7 +42,7 @@ def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
         return Number(-operand.value, type=operand.type, span=span(node))
     if _is_quantity(operand.type):
         return Unary("-", operand, type=operand.type, span=span(node))
-    message = f"{ctx.quote(node.operand)} is {operand.type}, which has no negative"
+    message = f"`{ctx.quote(node.operand)}` is `{operand.type}`, which has no negative"
     raise ctx.error(node, message, code="E0313").because(ctx.origins(operand))
 
 
@@ -69,8 +69,9 @@ def _product(ctx: Context, node: ast.BinOp, op: Literal["*", "/"]) -> Expr:
     if type is None and op == "*":
         type = _scaled(right.type, left.type, op)
     if type is None:
-        sides = f"{ctx.quote(node.left)} is {left.type} and {ctx.quote(node.right)} is {right.type}"
-        help = "poses are composed with @" if isinstance(left.type, Pose) else ""
+        a, b = ctx.quote(node.left), ctx.quote(node.right)
+        sides = f"`{a}` is `{left.type}` and `{b}` is `{right.type}`"
+        help = "poses are composed with `@`" if isinstance(left.type, Pose) else ""
         verb = "multiplied" if op == "*" else "divided"
         error = ctx.error(node, f"{sides}: they cannot be {verb}", help, "E0313")
         raise error.because(ctx.origins(left, right))
@@ -100,7 +101,11 @@ def _scaled(type: Type, by: Type, op: Literal["*", "/"]) -> Type | None:
 
 def _within_reason(ctx: Context, node: ast.BinOp, type: Type) -> Type:
     if any(not unit.is_reasonable for unit in _units_of(type)):
-        raise ctx.error(node, "the powers in the unit of this are too large", code="E0311")
+        message, help = (
+            "the powers in the unit of this are too large",
+            "compute it in an operator",
+        )
+        raise ctx.error(node, message, help, "E0311")
     return type
 
 
@@ -117,11 +122,11 @@ def _power(ctx: Context, node: ast.BinOp) -> Expr:
     base, exponent = ctx.each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     power = int(exponent.value) if isinstance(exponent, Number) else _LARGEST_POWER + 1
     if not isinstance(exponent.type, Int) or abs(power) > _LARGEST_POWER:
-        message = f"{ctx.quote(node.right)} is no exponent: it is a whole number up to 9"
-        raise ctx.error(node.right, message, "the square root is sqrt(a)", "E0313")
+        message = f"`{ctx.quote(node.right)}` is no exponent: it is a whole number up to 9"
+        raise ctx.error(node.right, message, "the square root is `sqrt(a)`", "E0313")
     unit = scalar_unit(base.type)
     if unit is None:
-        message = f"{ctx.quote(node.left)} is {base.type}, which has no powers"
+        message = f"`{ctx.quote(node.left)}` is `{base.type}`, which has no powers"
         raise ctx.error(node, message, code="E0313").because(ctx.origins(base))
     type = Int() if isinstance(base.type, Int) and power >= 0 else Real(unit**power)
     return Binary("**", base, exponent, type=_within_reason(ctx, node, type), span=span(node))
@@ -131,13 +136,14 @@ def _composition(ctx: Context, node: ast.BinOp, hint: Type | None) -> Expr:
     left, right = _poses(ctx, node, hint)
     if not isinstance(left.type, Pose) or not isinstance(right.type, Pose):
         side, expr = (node.right, right) if isinstance(left.type, Pose) else (node.left, left)
-        message = f"{ctx.quote(side)} is {expr.type}; @ composes poses"
-        error = ctx.error(side, message, "numbers are multiplied with *", "E0313")
+        message = f"`{ctx.quote(side)}` is `{expr.type}`; `@` composes poses"
+        error = ctx.error(side, message, "numbers are multiplied with `*`", "E0313")
         raise error.because(ctx.origins(expr))
     if left.type.child == right.type.parent:
         type = Pose(left.type.parent, right.type.child)
         return Binary("@", left, right, type=type, span=span(node))
-    message = f"{left.type} @ {right.type}: frames {left.type.child} and {right.type.parent} differ"
+    frames = f"frames `{left.type.child}` and `{right.type.parent}` differ"
+    message = f"`{left.type} @ {right.type}`: {frames}"
     error = ctx.error(node, message, _meeting(ctx, node, left.type, right.type), "E0312")
     raise error.because(ctx.origins(left, right))
 
@@ -159,7 +165,7 @@ def _poses(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr
 def _meeting(ctx: Context, node: ast.BinOp, left: Pose, right: Pose) -> str:
     a, b = ctx.quote(node.left), ctx.quote(node.right)
     if left.child == right.child:
-        return f"{left.child} meets itself in {a} @ inverse({b})"
+        return f"`{left.child}` meets itself in `{a} @ inverse({b})`"
     if left.parent == right.parent:
-        return f"{left.parent} meets itself in inverse({a}) @ {b}"
+        return f"`{left.parent}` meets itself in `inverse({a}) @ {b}`"
     return ""

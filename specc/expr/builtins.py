@@ -39,9 +39,9 @@ def _near(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         return near_poses(ctx, node, a, b)
     unit = _common_unit(a.type, b.type)
     if isinstance(a.type, Spatial) and a.type == b.type:
-        message = f"{ctx.quote(node.args[0])} is {a.type}, whose components differ in unit"
+        message = f"`{ctx.quote(node.args[0])}` is `{a.type}`, whose components differ in unit"
         raise ctx.error(
-            node, message, "compare them one by one: near(a.z, b.z, tolerance)", "E0315"
+            node, message, "compare them one by one: `near(a.z, b.z, tolerance)`", "E0315"
         )
     if unit is None:
         raise unlike(ctx, (node.args[0], a), (node.args[1], b), "cannot be near")
@@ -63,7 +63,7 @@ def _len(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     if isinstance(value.type, ListOf):
         return built(node, Int(), value)
     help = f"its length is always {value.type.size}" if isinstance(value.type, Vector) else ""
-    message = f"{ctx.quote(node.args[0])} is {value.type}; len counts the items of a list"
+    message = f"`{ctx.quote(node.args[0])}` is `{value.type}`; `len` counts the items of a list"
     raise ctx.error(node.args[0], message, help, "E0315").because(ctx.origins(value))
 
 
@@ -72,7 +72,7 @@ def _norm(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     value = ctx.infer(node.args[0])
     if isinstance(value.type, Vector) and isinstance(value.type.element, Real):
         return built(node, value.type.element, value)
-    message = f"{ctx.quote(node.args[0])} is {value.type}; norm takes a vector of reals"
+    message = f"`{ctx.quote(node.args[0])}` is `{value.type}`; `norm` takes a vector of reals"
     raise ctx.error(node.args[0], message, code="E0315").because(ctx.origins(value))
 
 
@@ -81,8 +81,8 @@ def _abs(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     value = ctx.infer(node.args[0])
     if scalar_unit(value.type) is not None:
         return built(node, value.type, value)
-    message = f"{ctx.quote(node.args[0])} is {value.type}; abs takes a number"
-    error = ctx.error(node.args[0], message, "the length of a vector is norm(v)", "E0315")
+    message = f"`{ctx.quote(node.args[0])}` is `{value.type}`; `abs` takes a number"
+    error = ctx.error(node.args[0], message, "the length of a vector is `norm(v)`", "E0315")
     raise error.because(ctx.origins(value))
 
 
@@ -92,7 +92,7 @@ def _sqrt(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     unit = scalar_unit(value.type)
     if unit is not None:
         return built(node, Real(unit ** Fraction(1, 2)), value)
-    message = f"{ctx.quote(node.args[0])} is {value.type}; sqrt takes a number"
+    message = f"`{ctx.quote(node.args[0])}` is `{value.type}`; `sqrt` takes a number"
     raise ctx.error(node.args[0], message, code="E0315").because(ctx.origins(value))
 
 

@@ -22,7 +22,7 @@ from specc.model.types import OptionalOf, Type
 def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
     """An operator or a function of the language, applied to arguments by position."""
     if not isinstance(node.func, ast.Name):
-        message = f"{ctx.quote(node.func)} cannot be called"
+        message = f"`{ctx.quote(node.func)}` cannot be called"
         raise ctx.error(node.func, message, "operators have plain names", "E0302")
     if node.keywords:
         message = "arguments are given by position"
@@ -38,11 +38,11 @@ def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
 
 def _unknown(ctx: Context, func: ast.Name) -> ExprError:
     if ctx.scope.value(func.id):
-        message = f"{func.id} is no operator"
+        message = f"`{func.id}` is no operator"
         return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
     close = nearest(func.id, [*ctx.scope.operators, *BUILTINS])
     help = f"did you mean {one_of(close)}?" if close else "declare it under `operators:`"
-    return ctx.error(func, f"unknown operator {func.id}", help, "E0202").meant(func.id, close)
+    return ctx.error(func, f"unknown operator `{func.id}`", help, "E0202").meant(func.id, close)
 
 
 class _Application:
@@ -115,9 +115,9 @@ class _Application:
             return expr
         self.misfits = True
         quoted = self.ctx.quote(node)
-        message = f"{quoted} is {expr.type}; {self.operator.name} takes {name}: {wanted}"
+        message = f"`{quoted}` is `{expr.type}`; `{self.operator.name}` takes `{name}: {wanted}`"
         help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
-        taken = Origin(self.operator.place, f"`{self.operator.name}` takes {name}: {pattern}")
+        taken = Origin(self.operator.place, f"`{self.operator.name}` takes `{name}: {pattern}`")
         error = self.ctx.error(node, message, help, "E0315")
         raise error.because([*self.ctx.origins(expr), taken])
 
@@ -129,14 +129,14 @@ class _Application:
 
     def _bound_frames(self, pattern: Type) -> str:
         bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]
-        given = " and ".join(f"{f[1:]} is {self.bindings[f]}" for f in bound)
+        given = " and ".join(f"`{f[1:]}` is `{self.bindings[f]}`" for f in bound)
         return f"by the other arguments {given}" if given else ""
 
     def _wrong_number(self) -> ExprError:
         name, parameters = self.operator.name, self.operator.parameters
         usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
-        message = f"{name} takes {_count(len(parameters))}, not {len(self.node.args)}"
-        error = self.ctx.error(self.node, message, f"it is called as {usage}", "E0314")
+        message = f"`{name}` takes {_count(len(parameters))}, not {len(self.node.args)}"
+        error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0314")
         return error.because([Origin(self.operator.place, f"`{name}` is declared here")])
 
 

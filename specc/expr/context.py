@@ -55,10 +55,13 @@ class Context:
         expr = served(self.infer(node, expected), expected)
         if fits(expr.type, expected):
             return expr
-        message = f"{self.quote(node)} is {expr.type}; expected {expected}"
+        message = f"`{self.quote(node)}` is `{expr.type}`; expected `{expected}`"
         help = way_out(expr, expected, self.quote(node), self.scope)
         if is_none(node):
-            message, help = f"None is no {expected}", f"what may be None is optional[{expected}]"
+            message, help = (
+                f"`None` is no `{expected}`",
+                f"what may be `None` is `optional[{expected}]`",
+            )
         raise self.error(node, message, help).because(self.origins(expr), expected)
 
     def truth(self, node: ast.expr) -> Expr:

@@ -13,6 +13,19 @@ FOR_WANT_OF_CONTEXT = ("E0231", "E0317", "E0318")
 """Codes of what would not be wrong with an expression where its type is expected."""
 
 
+_WAYS_OUT = {
+    "E0201": "declare it, e.g. under `let:` or `constants:`",
+    "E0234": "only records, vectors and spatial vectors have parts",
+    "E0302": "write an operator for it",
+    "E0310": "write a value of that type, or change the declaration",
+    "E0311": "quantities of one unit go together; multiply or divide to get there",
+    "E0312": "a pose between the frames takes one to the other: `pose[A, B] @ pose[B, C]`",
+    "E0313": "choose components, e.g. `v[0]` or `v.x`, or compute it in an operator",
+    "E0315": "pass a value of that type",
+}
+"""What helps with a finding of a code where nothing better is known."""
+
+
 class ExprErrors(Exception):
     """Everything that is wrong with one text; `errors` has at least one entry, in text order.
 
@@ -40,7 +53,7 @@ class ExprError(ExprErrors):
         self.message = message
         self.start = start
         self.end = end
-        self.help = help
+        self.help = help or _WAYS_OUT.get(code, "")
         self.code = code
         self.repair = ""
         self.origins: tuple[Origin, ...] = ()
@@ -65,7 +78,12 @@ class ExprError(ExprErrors):
         return moved.because(self.origins, self.expected)
 
 
-def one_of(names: Iterable[str]) -> str:
-    """`a`, `a or b`, `a, b or c`: alternatives for a help line."""
-    listed = list(names)
-    return " or ".join([", ".join(listed[:-1]), listed[-1]] if len(listed) > 1 else listed)
+def one_of(names: Iterable[object]) -> str:
+    """a; a or b; a, b or c, each in backticks: alternatives for a help line."""
+    quoted = [f"`{name}`" for name in names]
+    return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
+
+
+def listed(names: Iterable[object]) -> str:
+    """Names in backticks, with commas between."""
+    return ", ".join(f"`{name}`" for name in names)

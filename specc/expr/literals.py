@@ -9,8 +9,8 @@ from functools import partial
 
 from specc.expr.alike import needs_context
 from specc.expr.context import Context
-from specc.expr.errors import ExprError
 from specc.expr.parse import span
+from specc.expr.unit_names import unit_error
 from specc.model.expr import Expr, Items, Nothing, Number, TextLiteral, Truth, Unused
 from specc.model.types import (
     Bool,
@@ -46,7 +46,7 @@ def _nothing(ctx: Context, node: ast.Constant, hint: Type | None) -> Expr:
     """`None`, of the optional type that is hinted or whose values are."""
     if hint is None:
         help = "give it a place whose type is declared: memory, or an argument of an operator"
-        raise ctx.error(node, "the type of None is not known here", help, "E0317")
+        raise ctx.error(node, "the type of `None` is not known here", help, "E0317")
     type = hint if isinstance(hint, OptionalOf) else OptionalOf(hint)
     return Nothing(type=type, span=span(node))
 
@@ -57,12 +57,11 @@ def quantity(ctx: Context, node: ast.Subscript) -> Expr:
     try:
         unit = unit_of(node.slice)
     except UnitError as error:
-        end = node.slice.end_col_offset if error.end is None else error.end
-        help = "for example 0.02[m/s], 30[deg] or 2[kg*m**2]"
-        raise ExprError(error.message, error.start, end or 0, help, "E0304") from None
+        example = "`0.02[m/s]`, `30[deg]` or `2[kg*m**2]`"
+        raise unit_error(error, node.slice.end_col_offset or 0, example) from None
     value = unit.to_si(float(node.value.value))  # type: ignore[arg-type]  # a number, see above
     if math.isinf(value):
-        raise ctx.error(node, "the number is too large", code="E0304")
+        raise ctx.error(node, "the number is too large", "choose a larger unit", "E0304")
     return Number(value, type=Real(unit.coherent()), span=span(node))
 
 
@@ -79,8 +78,9 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
         case _:
             return _inferred(ctx, node)
     if len(node.elts) != len(types):
-        message = f"{len(node.elts)} items; {hint} has {len(types)}"
-        raise ctx.error(node, message, code="E0316")
+        message = f"{len(node.elts)} items; `{hint}` has {len(types)}"
+        help = "write as many as it has; `_` stands for one that is not used"
+        raise ctx.error(node, message, help, "E0316")
     pairs = zip(node.elts, types, strict=True)
     found = ctx.each(*(partial(_item, ctx, item, wanted) for item, wanted in pairs))
     return Items(tuple(found), type=hint, span=span(node))
@@ -91,8 +91,8 @@ def _item(ctx: Context, node: ast.expr, wanted: Type) -> Expr:
         return ctx.expect(node, wanted)
     if isinstance(wanted, Real):
         return Unused(type=wanted, span=span(node))
-    message = f"`_` stands for a real number that is not used; here a {wanted} is expected"
-    raise ctx.error(node, message, code="E0318")
+    message = f"`_` stands for a real number that is not used; here `{wanted}` is expected"
+    raise ctx.error(node, message, "write a value", "E0318")
 
 
 def _is_dash(node: ast.expr) -> bool:
@@ -104,7 +104,7 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
     used = [item for item in node.elts if not _is_dash(item)]
     if not used:
         help = "give it a place whose type is declared: memory, or an argument of an operator"
-        message = f"the type of {ctx.quote(node)} is not known here"
+        message = f"the type of `{ctx.quote(node)}` is not known here"
         raise ctx.error(node, message, help, "E0317")
     decisive = next((e for e in used if not needs_context(e, ctx.scope)), used[0])
     first = ctx.infer(decisive, Real())

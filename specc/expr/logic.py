@@ -9,7 +9,7 @@ from typing import Literal
 from specc.diagnostics.nearest import nearest
 from specc.expr.alike import Side, infer_alike, unlike
 from specc.expr.context import Context
-from specc.expr.errors import ExprError, one_of
+from specc.expr.errors import ExprError, listed, one_of
 from specc.expr.mismatch import fits, scalar_unit
 from specc.expr.none import absence
 from specc.expr.parse import span
@@ -66,10 +66,10 @@ def _check_equality(ctx: Context, left: Side, right: Side) -> None:
     if not inexact or not (a == b or fits(b, a)):
         raise unlike(ctx, left, right, "cannot be equal")
     tolerance = "tolerance, rotation_tolerance" if isinstance(a, Pose) else "tolerance"
-    help = f"near({ctx.quote(left[0])}, {ctx.quote(right[0])}, {tolerance})"
+    help = f"write `near({ctx.quote(left[0])}, {ctx.quote(right[0])}, {tolerance})`"
     if isinstance(a, Spatial):
-        help = "compare the components one by one: near(a.z, b.z, tolerance)"
-    message = f"values of type {a} are not compared exactly"
+        help = "compare the components one by one: `near(a.z, b.z, tolerance)`"
+    message = f"values of type `{a}` are not compared exactly"
     # What is meant is clear, so that the rest can be judged.
     ctx.errors.append(ExprError(message, span(left[0])[0], span(right[0])[1], help, "E0319"))
 
@@ -83,13 +83,13 @@ def _is_discrete(type: Type) -> bool:
 def _among(ctx: Context, node: ast.Compare) -> Expr:
     left, op, right = node.left, node.ops[0], node.comparators[0]
     if len(node.ops) > 1:
-        raise ctx.error(node, "`in` stands in no chain", "join conditions with and", "E0302")
+        raise ctx.error(node, "`in` stands in no chain", "join conditions with `and`", "E0302")
     if not isinstance(right, ast.Set):
-        message = f"{ctx.quote(right)} is no set of members"
-        raise ctx.error(right, message, "write it in braces: v in {u, c}", "E0313")
+        message = f"`{ctx.quote(right)}` is no set of members"
+        raise ctx.error(right, message, "write it in braces: `v in {u, c}`", "E0313")
     item = ctx.infer(left)
     if not isinstance(item.type, Enum):
-        message = f"{ctx.quote(left)} is {item.type}; `in` asks for members of an enum"
+        message = f"`{ctx.quote(left)}` is `{item.type}`; `in` asks for members of an enum"
         raise ctx.error(left, message, code="E0313").because(ctx.origins(item))
     names = frozenset(_member_name(ctx, member, item.type) for member in right.elts)
     among = Among(item, names, type=Bool(), span=span(node))
@@ -102,9 +102,9 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     if isinstance(node, ast.Name) and node.id in enum.members:
         return node.id
     close = nearest(ctx.quote(node), enum.members)
-    help = f"did you mean {one_of(close)}?" if close else f"members are {', '.join(enum.members)}"
+    help = f"did you mean {one_of(close)}?" if close else f"members are {listed(enum.members)}"
     name = ctx.quote(node)
-    raise ctx.error(node, f"{name} is no member of {enum}", help, "E0320").meant(name, close)
+    raise ctx.error(node, f"`{name}` is no member of `{enum}`", help, "E0320").meant(name, close)
 
 
 def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:

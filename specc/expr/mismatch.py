@@ -40,12 +40,12 @@ def _unit_help(expr: Expr, expected: Type, text: str) -> str:
     if actual is None or wanted is None:
         return ""
     if isinstance(expr, Number) and actual == DIMENSIONLESS != wanted:
-        return f"a number carries its unit: {text}[{wanted}]"
+        return f"a number carries its unit: `{text}[{wanted}]`"
     for by, verb in ((RADIAN, "divide"), (RADIAN**-1, "multiply")):
         if actual == wanted * by:
-            return f"an angle is not a plain number; {verb} it by 1[rad] if it is meant as one"
+            return f"an angle is not a plain number; {verb} it by `1[rad]` if it is meant as one"
     if isinstance(expected, Int):
-        return "an int comes from int literals and len(...) only"
+        return "an `int` comes from whole numbers and `len(...)` only"
     return ""
 
 
@@ -59,24 +59,24 @@ def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
         turned = (
             inside if isinstance(expr, Builtin) and expr.name == "inverse" else f"inverse({text})"
         )
-        return f"{turned} is {expected}"
+        return f"`{turned}` is `{expected}`"
     if expected.parent != actual.parent:
         return ""
     for name, type in scope.values():
         if type == Pose(actual.child, expected.child):
-            return f"{text} @ {name} is {expected}"
+            return f"`{text} @ {name}` is `{expected}`"
         if type == Pose(expected.child, actual.child):
-            return f"{text} @ inverse({name}) is {expected}"
+            return f"`{text} @ inverse({name})` is `{expected}`"
     return ""
 
 
 def _shape_help(expr: Expr, expected: Type) -> str:
     if isinstance(expected, Bool):
-        return "a condition is a comparison, fresh(...), present(...) or a bool"
+        return "a condition is a comparison, `fresh(...)`, `present(...)` or a `bool`"
     if isinstance(expected, ListOf) and expected.element == expr.type:
-        return "a list of one item is written [item]"
+        return "a list of one item is written `[item]`"
     if isinstance(expr, Number) and isinstance(expected, (Vector, Spatial)):
-        return "a vector is written with all its components, e.g. [0, 0, 0]"
+        return "a vector is written with all its components, e.g. `[0, 0, 0]`"
     return ""
 
 
@@ -90,4 +90,4 @@ def _operator_help(actual: Type, expected: Type, text: str, scope: Scope) -> str
         taken = unify(operator.parameters[0][1], actual, bindings)
         if taken and substitute(operator.result, bindings) == expected:
             found.append(operator.name)
-    return f"{found[0]}({text}) is {expected}" if len(found) == 1 and actual != expected else ""
+    return f"`{found[0]}({text})` is `{expected}`" if len(found) == 1 and actual != expected else ""

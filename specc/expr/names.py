@@ -29,7 +29,7 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
     value = ctx.scope.value(node.id)
     if isinstance(hint, Enum) and node.id in hint.members:
         if value and value[1] == hint:
-            message = f"{node.id} is both a value and a member of {hint}"
+            message = f"`{node.id}` is both a value and a member of `{hint}`"
             raise ctx.error(node, message, "give the value another name", "E0231")
         return Member(node.id, type=hint, span=span(node))
     if node.id in ctx.scope.files and (value is None or isinstance(hint, File)):
@@ -46,7 +46,7 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
 
 def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
     if kind in ("memory", "lets") and not ctx.scope.allow_memory:
-        message = f"{node.id} has no value here: memory starts after this is evaluated"
+        message = f"`{node.id}` has no value here: memory starts after this is evaluated"
         raise ctx.error(node, message, "refer to constants and operators only", "E0230")
     return _NODES[kind](node.id, type=type, span=span(node))
 
@@ -54,8 +54,8 @@ def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
 def _member(ctx: Context, node: ast.Name) -> Expr:
     enums = ctx.scope.enums[node.id]
     if len(enums) > 1:
-        message = f"{node.id} is a member of {one_of(map(str, enums)).replace(' or ', ' and ')}"
-        help = "which is meant is seen only where one of them is expected"
+        message = f"`{node.id}` is a member of {one_of(enums).replace(' or ', ' and ')}"
+        help = "which is meant is seen where one of them is expected; rename one where none is"
         raise ctx.error(node, message, help, "E0231")
     return Member(node.id, type=enums[0], span=span(node))
 
@@ -63,23 +63,28 @@ def _member(ctx: Context, node: ast.Name) -> Expr:
 def _unknown(ctx: Context, node: ast.Name) -> ExprError:
     name, scope = node.id, ctx.scope
     if name == "_":
-        help = "`_` is an item of a vector, e.g. [_, _, 0, _, _, _]"
+        help = "`_` is an item of a vector, e.g. `[_, _, 0, _, _, _]`"
         return ctx.error(node, "`_` stands outside a vector", help, "E0318")
     if name == "x":
         return ctx.error(
-            node, "x is all input buffers", "name one element, x.peer.element", "E0203"
+            node, "`x` is all input buffers", "name one element, `x.peer.element`", "E0203"
         )
     if name == "y":
         return output_read(ctx, node)
     if name in CLOCK_NAMES:
-        message = f"{name} has no value here: no state has been entered"
-        return ctx.error(node, message, code="E0230")
+        message = f"`{name}` has no value here: no state has been entered"
+        return ctx.error(node, message, "refer to constants and operators only", "E0230")
     if name in scope.operators:
         parameters = ", ".join(p for p, _ in scope.operators[name].parameters)
-        return ctx.error(node, f"{name} is an operator", f"call it: {name}({parameters})", "E0202")
+        return ctx.error(
+            node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0202"
+        )
     help = _unknown_help(ctx, name)
     near = nearest(name, scope.names()) if help.startswith("did you mean") else ()
-    return ctx.error(node, f"unknown name {name}", help, "E0201").meant(name, near)
+    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)
+    if help == f"write `{_FOREIGN.get(name)}`" and name in ("true", "false"):
+        error.repair = _FOREIGN[name]
+    return error
 
 
 def _unknown_help(ctx: Context, name: str) -> str:
@@ -88,16 +93,16 @@ def _unknown_help(ctx: Context, name: str) -> str:
     if inputs:
         return f"an input is spelt {one_of(inputs)}"
     if name in scope.known_peers():
-        return f"an input is spelt x.{name}.element"
+        return f"an input is spelt `x.{name}.element`"
     close = nearest(name, scope.names())
     if close:
         return f"did you mean {one_of(close)}?"
     if name in _FOREIGN:
-        return f"write {_FOREIGN[name]}" if _FOREIGN[name] else ""
-    return f"a unit stands in brackets behind its number: 1[{name}]" if name in UNITS else ""
+        return f"write `{_FOREIGN[name]}`" if _FOREIGN[name] else ""
+    return f"a unit stands in brackets behind its number: `1[{name}]`" if name in UNITS else ""
 
 
 def output_read(ctx: Context, node: ast.expr) -> ExprError:
     """The error of an expression that refers to an output buffer."""
     help = "keep the value in memory, or name it under `let:` and use it in both places"
-    return ctx.error(node, f"{ctx.quote(node)} is an output: it cannot be read", help, "E0235")
+    return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0235")

@@ -41,7 +41,7 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
         case LetRef(name=name) | ConstantRef(name=name):
             yield from _named(name, expr, scope)
         case Call(operator=name) if name in scope.operators:
-            yield Origin(scope.operators[name].place, f"`{name}` returns {expr.type}")
+            yield Origin(scope.operators[name].place, f"`{name}` returns `{expr.type}`")
         case Binary(left=left, right=right):
             yield from origins(left, scope)
             yield from origins(right, scope)
@@ -53,7 +53,7 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
 
 def _declared(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
     if name in scope.declared:
-        yield Origin(scope.declared[name].place, f"`{name}` is declared as {expr.type}")
+        yield Origin(scope.declared[name].place, f"`{name}` is declared as `{expr.type}`")
 
 
 def _named(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
@@ -64,4 +64,4 @@ def _named(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
     because = ""
     if isinstance(declaration.value, Call):
         because = f" because `{declaration.value.operator}` returns it"
-    yield Origin(declaration.place, f"`{name}` is {expr.type}{because}")
+    yield Origin(declaration.place, f"`{name}` is `{expr.type}`{because}")

@@ -25,39 +25,40 @@ _LANGUAGE = frozenset({
 })  # fmt: skip
 _REFUSED = {
     ast.Tuple: ("a tuple", "write a vector or a list in square brackets"),
-    ast.Dict: ("a dict", ""),
+    ast.Dict: ("a dict", "a record comes from an operator"),
     ast.Lambda: ("a lambda", "name the value under `let:` or write an operator"),
-    ast.ListComp: ("a list comprehension", "only all(...) and any(...) go over items"),
-    ast.SetComp: ("a set comprehension", "only all(...) and any(...) go over items"),
-    ast.DictComp: ("a dict comprehension", "only all(...) and any(...) go over items"),
+    ast.ListComp: ("a list comprehension", "only `all(...)` and `any(...)` go over items"),
+    ast.SetComp: ("a set comprehension", "only `all(...)` and `any(...)` go over items"),
+    ast.DictComp: ("a dict comprehension", "only `all(...)` and `any(...)` go over items"),
     ast.NamedExpr: ("an assignment", "name the value under `let:`"),
-    ast.JoinedStr: ("a formatted text", ""),
-    ast.Slice: ("a slice", "choose one component, v[2]"),
-    ast.Starred: ("an unpacking", ""),
-    ast.FloorDiv: ("the operator //", "divide with /"),
-    ast.Mod: ("the operator %", ""),
-    ast.BitAnd: ("the operator &", "write and"),
-    ast.BitOr: ("the operator |", "write or"),
-    ast.BitXor: ("the operator ^", "powers are written a**2"),
-    ast.Invert: ("the operator ~", "write not"),
-    ast.UAdd: ("a leading +", "leave the + out"),
+    ast.JoinedStr: ("a formatted text", "write the text in plain quotes"),
+    ast.Slice: ("a slice", "choose one component, `v[2]`"),
+    ast.Starred: ("an unpacking", "write the items out"),
+    ast.FloorDiv: ("the operator `//`", "divide with `/`"),
+    ast.Mod: ("the operator `%`", "write an operator for the remainder"),
+    ast.BitAnd: ("the operator `&`", "write `and`"),
+    ast.BitOr: ("the operator `|`", "write `or`"),
+    ast.BitXor: ("the operator `^`", "powers are written `a**2`"),
+    ast.Invert: ("the operator `~`", "write `not`"),
+    ast.UAdd: ("a leading `+`", "leave the `+` out"),
 }
 _NO_EXPRESSION = "this is not an expression"
+_CHECK = "check brackets, quotes and signs near here"
 _MESSAGES = (
     ("never closed", "the bracket is not closed"),
     ("unmatched", "the bracket closes nothing"),
     ("does not match", "the bracket closes one of another kind"),
     ("unterminated string", "the text is not closed"),
-    ("expected 'else'", "a choice has two branches: a if c else b"),
+    ("expected 'else'", "a choice has two branches: `a if c else b`"),
 )
 """Part of what Python says -> what we say, whatever the version of Python."""
 _HINTS = (
-    (re.compile(r"&&"), "write and for &&"),
-    (re.compile(r"\|\|"), "write or for ||"),
-    (re.compile(r"!(?!=)"), "write not for !"),
-    (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with =="),
-    (re.compile(r"\b\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"), "a unit stands in brackets: 0.02[m/s]"),
-    (re.compile(r"[≤≥≠∧∨¬∈×·]"), "use <=, >=, !=, and, or, not, in, *"),
+    (re.compile(r"&&"), "write `and` for `&&`"),
+    (re.compile(r"\|\|"), "write `or` for `||`"),
+    (re.compile(r"!(?!=)"), "write `not` for `!`"),
+    (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with `==`"),
+    (re.compile(r"\b\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"), "a unit stands in brackets: `0.02[m/s]`"),
+    (re.compile(r"[≤≥≠∧∨¬∈×·]"), "use `<=`, `>=`, `!=`, `and`, `or`, `not`, `in`, `*`"),
 )
 
 
@@ -83,11 +84,11 @@ def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
     line = text.replace("\n", " ").replace("\r", " ")
     lead = len(line) - len(line.lstrip(" \t\f"))
     if lead == len(line):
-        raise ExprError("the expression is empty", 0, len(text), code="E0301")
+        raise ExprError("the expression is empty", 0, len(text), "write a value", "E0301")
     if "\0" in line:
         start = line.index("\0")
         message = "the text has a character that no expression has"
-        raise ExprError(message, start, start + 1, code="E0301")
+        raise ExprError(message, start, start + 1, "delete it", "E0301")
     tree = _python_tree(text, line[lead:], lead)
     nodes = _nodes(tree, text)
     if lead or not line.isascii():
@@ -120,11 +121,17 @@ def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:
             return ExprError(_NO_EXPRESSION, *found.span(), hint, "E0301")
     if not error.offset:
         last = len(text.rstrip())
-        return ExprError("the expression ends too early", last - 1, last, "", "E0301")
+        return ExprError(
+            "the expression ends too early",
+            last - 1,
+            last,
+            "something is missing at the end",
+            "E0301",
+        )
     start = min(error.offset - 1 + lead, len(text) - 1)
     end = min(max((error.end_offset or 0) - 1 + lead, start + 1), len(text))
     message = next((own for part, own in _MESSAGES if part in error.msg), _NO_EXPRESSION)
-    return ExprError(message, start, end, "", "E0301")
+    return ExprError(message, start, end, _CHECK, "E0301")
 
 
 def _too_deep(text: str) -> ExprError:
@@ -170,7 +177,7 @@ def _refuse_ligatures(nodes: list[ast.AST], text: str) -> None:
     for node in nodes:
         name = getattr(node, "id", None) or getattr(node, "attr", None)
         if isinstance(node, ast.expr) and name and not text[: span(node)[1]].endswith(name):
-            message = f"this name is read as {name}"
+            message = f"this name is read as `{name}`"
             raise ExprError(message, *span(node), "write it with plain letters", "E0301")
 
 
@@ -180,7 +187,7 @@ def _check_constant(node: ast.Constant) -> None:
         message = f"{type(value).__name__} is not in the language"
         raise ExprError(message, *span(node), code="E0302")
     if isinstance(value, (int, float)) and not abs(value) <= _LARGEST_NUMBER:
-        raise ExprError("the number is too large", *span(node), code="E0304")
+        raise ExprError("the number is too large", *span(node), "choose a larger unit", "E0304")
 
 
 def _refuse_comment(constants: list[ast.Constant], line: str) -> None:

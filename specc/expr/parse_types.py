@@ -10,8 +10,9 @@ from specc.diagnostics.nearest import nearest
 from specc.expr.errors import ExprError, one_of
 from specc.expr.parse import parse_syntax, span
 from specc.expr.scope import RESERVED
+from specc.expr.unit_names import unit_error
 from specc.model import types as t
-from specc.model.units import UNITS, Unit, UnitError, unit_of
+from specc.model.units import Unit, UnitError, unit_of
 
 MakeType = Callable[[tuple[t.Frame, ...]], t.Type]
 """Makes a named type for the frames given to it; raises `ExprError` if they do not suit it."""
@@ -65,7 +66,7 @@ def _about_types(error: ExprError) -> ExprError:
         message = error.message.replace("expression", "type")
         help = "name a part of it under `types:`"
         return ExprError(message, error.start, error.end, help, "E0303")
-    help = f"for example {_USAGE['vector']} or {_USAGE['pose']}"
+    help = f"for example `{_USAGE['vector']}` or `{_USAGE['pose']}`"
     return ExprError("this is not a type", error.start, error.end, help, "E0306")
 
 
@@ -81,7 +82,7 @@ class _Reader:
             case ast.Subscript(value=ast.Name(id=name), slice=inner):
                 args = tuple(inner.elts) if isinstance(inner, ast.Tuple) else (inner,)
                 return self._applied(node, name, args)
-        raise self._error(node, "this is not a type", f"for example {_USAGE['vector']}")
+        raise self._error(node, "this is not a type", f"for example `{_USAGE['vector']}`")
 
     def _named(self, node: ast.expr, name: str, args: tuple[ast.expr, ...]) -> t.Type:
         if name in _PLAIN and not args:
@@ -102,8 +103,8 @@ class _Reader:
         if make is not None:
             return make(self, *args)
         if name in _USAGE or name in _PLAIN:
-            usage = f"it is spelt like {_USAGE[name]}" if name in _USAGE else "it takes nothing"
-            raise self._error(node, f"{name} does not take these in brackets", usage)
+            usage = f"it is spelt like `{_USAGE[name]}`" if name in _USAGE else "it takes nothing"
+            raise self._error(node, f"`{name}` does not take these in brackets", usage)
         return self._named(node, name, args)
 
     def _vector(self, size: ast.expr, element: ast.expr | None = None) -> t.Vector:
@@ -127,7 +128,11 @@ class _Reader:
         layers = 1 if channels is None else self._size(channels)
         if layers in (1, 3):
             return t.Image(self._size(height), self._size(width), layers)
-        raise self._error(channels or height, "an image has 3 channels, a depth map 1")
+        raise self._error(
+            channels or height,
+            "an image has 3 channels, a depth map 1",
+            f"for example `{_USAGE['image']}`",
+        )
 
     def _optional(self, node: ast.expr) -> t.OptionalOf:
         value = self.type(node)
@@ -141,21 +146,18 @@ class _Reader:
             type = self.type(node)
             if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
                 return type
-            raise self._error(node, f"a vector has no {type} components", "a list has any items")
+            raise self._error(node, f"a vector has no `{type}` components", "a list has any items")
         return t.Real(self._unit(node))
 
     def _unit(self, node: ast.expr) -> Unit:
         try:
             unit = unit_of(node)
         except UnitError as error:
-            end = span(node)[1] if error.end is None else error.end
-            close = nearest(error.message.split("'")[-2], UNITS) if "'" in error.message else []
-            help = f"did you mean {one_of(close)}?" if close else "for example m/s or kg*m**2"
-            raise ExprError(error.message, error.start, end, help, "E0304") from None
+            raise unit_error(error, span(node)[1], "`m/s` or `kg*m**2`") from None
         if unit.is_coherent:
             return unit.coherent()
         message = "a type has SI units; only literals have others"
-        raise ExprError(message, *span(node), f"write {unit}", "E0305")
+        raise ExprError(message, *span(node), f"write `{unit}`", "E0305")
 
     def _frame(self, node: ast.expr) -> t.Frame:
         if not isinstance(node, ast.Name):
@@ -167,7 +169,7 @@ class _Reader:
             return f"?{node.id}"
         close = nearest(node.id, known)
         help = f"did you mean {one_of(close)}?" if close else "declare it under `frames:`"
-        raise ExprError(f"unknown frame {node.id}", *span(node), help, "E0209").meant(
+        raise ExprError(f"unknown frame `{node.id}`", *span(node), help, "E0209").meant(
             node.id, close
         )
 
@@ -176,26 +178,30 @@ class _Reader:
             case ast.Constant(value=int(size)) if type(size) is int and 0 < size <= _LARGEST_SIZE:
                 return size
         message = f"a size is a whole number from 1 to {_LARGEST_SIZE}"
-        raise self._error(node, message)
+        raise self._error(node, message, f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`")
 
     def _enum(self, nodes: tuple[ast.expr, ...]) -> t.Enum:
         members: list[str] = []
         for node in nodes:
             if not isinstance(node, ast.Name):
-                raise self._error(node, "a member of an enum is a name")
+                raise self._error(
+                    node, "a member of an enum is a name", f"for example `{_USAGE['enum']}`"
+                )
             if node.id in members or node.id in RESERVED:
                 why = "stands twice" if node.id in members else "is a name of the language"
-                raise self._error(node, f"{node.id} {why}", "choose another name")
+                raise self._error(node, f"`{node.id}` {why}", "choose another name")
             members.append(node.id)
         return t.Enum("", tuple(members))
 
     def _unknown(self, node: ast.expr, name: str) -> ExprError:
         if name in _USAGE:
-            return self._error(node, f"{name} is not complete", f"it is spelt like {_USAGE[name]}")
+            return self._error(
+                node, f"`{name}` is not complete", f"it is spelt like `{_USAGE[name]}`"
+            )
         close = nearest(name, [*self.names.types, *_PLAIN, *_USAGE])
         help = f"did you mean {one_of(close)}?" if close else "declare it under `types:`"
         start = span(node)[0]
-        error = ExprError(f"unknown type {name}", start, start + len(name), help, "E0233")
+        error = ExprError(f"unknown type `{name}`", start, start + len(name), help, "E0233")
         return error.meant(name, close)
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:

@@ -6,7 +6,7 @@ import ast
 
 from specc.diagnostics.nearest import nearest
 from specc.expr.context import Context
-from specc.expr.errors import ExprError, one_of
+from specc.expr.errors import ExprError, listed, one_of
 from specc.expr.literals import quantity
 from specc.expr.names import output_read
 from specc.expr.parse import span
@@ -49,17 +49,19 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
     value = ctx.infer(node.value)
     size = value.type.size if isinstance(value.type, Vector) else 6
     if not isinstance(value.type, (Vector, Spatial)):
-        message = f"{ctx.quote(node.value)} is {value.type}, which has no components"
-        error = ctx.error(node, message, "all(...) and any(...) go over a list", "E0234")
+        message = f"`{ctx.quote(node.value)}` is `{value.type}`, which has no components"
+        error = ctx.error(node, message, "`all(...)` and `any(...)` go over a list", "E0234")
         raise error.because(ctx.origins(value))
     match node.slice:
         case ast.Constant(value=int(index)) if not isinstance(index, bool):
             if index < size:
                 return _component(node, value, index)
-            message = f"{ctx.quote(node.value)} has the components 0 to {size - 1}"
-            raise ctx.error(node.slice, message, code="E0234")
-    message = f"{ctx.quote(node.slice)} is no index: an index is a whole number, 0 or more"
-    raise ctx.error(node.slice, message, "all(...) and any(...) go over all components", "E0234")
+            message = f"`{ctx.quote(node.value)}` has no component {index}"
+            help = f"its components are 0 to {size - 1}, counted from 0"
+            raise ctx.error(node.slice, message, help, "E0234")
+    message = f"`{ctx.quote(node.slice)}` is no index: an index is a whole number, 0 or more"
+    help = "`all(...)` and `any(...)` go over all components"
+    raise ctx.error(node.slice, message, help, "E0234")
 
 
 def input_element(ctx: Context, node: ast.expr) -> Input:
@@ -68,11 +70,11 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
         case ast.Attribute(value=ast.Attribute(value=ast.Name(id="x"), attr=peer), attr=element):
             pass
         case _:
-            message = f"{ctx.quote(node)} is not an element of an input buffer"
-            raise ctx.error(node, message, "it is spelt x.peer.element", "E0203")
+            message = f"`{ctx.quote(node)}` is not an element of an input buffer"
+            raise ctx.error(node, message, "it is spelt `x.peer.element`", "E0203")
     scope = ctx.scope
     if not scope.allow_inputs or not scope.known_peers():
-        message = f"{ctx.quote(node)} has no value here: there are no inputs"
+        message = f"`{ctx.quote(node)}` has no value here: there are no inputs"
         raise ctx.error(node, message, "refer to constants and operators only", "E0230")
     type = scope.inputs.get((peer, element))
     if type is not None:
@@ -81,12 +83,12 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
         known = scope.known_peers()
         raise _unknown(node.value, "there is no input buffer of ", peer, known, "E0204")
     known = list(scope.elements(peer))
-    raise _unknown(node, f"input buffer x.{peer} has no ", element, known, "E0203")
+    raise _unknown(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
 
 
 def _unknown(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
     end = span(node)[1]
-    error = ExprError(what + name, end - len(name), end, _suggestion(name, known), code)
+    error = ExprError(f"{what}`{name}`", end - len(name), end, _suggestion(name, known), code)
     return error.meant(name, nearest(name, known))
 
 
@@ -94,7 +96,7 @@ def _suggestion(name: str, known: list[str]) -> str:
     close = nearest(name, known)
     if close:
         return f"did you mean {one_of(close)}?"
-    return f"there is {', '.join(known)}" if known else ""
+    return f"there is {listed(known)}" if known else ""
 
 
 def _whole_buffer(ctx: Context, node: ast.Attribute) -> ExprError:
@@ -102,7 +104,7 @@ def _whole_buffer(ctx: Context, node: ast.Attribute) -> ExprError:
     if node.attr not in known:
         return _unknown(node, "there is no input buffer of ", node.attr, known, "E0204")
     listed = one_of(f"x.{node.attr}.{e}" for e in ctx.scope.elements(node.attr))
-    message = f"{ctx.quote(node)} is a whole input buffer"
+    message = f"`{ctx.quote(node)}` is a whole input buffer"
     return ctx.error(node, message, f"name an element: {listed}" if listed else "", "E0203")
 
 
@@ -131,13 +133,13 @@ def _component(node: ast.expr, value: Expr, index: int) -> Component:
 
 
 def _no_part(ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ...]) -> ExprError:
-    message = f"{ctx.quote(node.value)} is {type}, which has no {node.attr}"
+    message = f"`{ctx.quote(node.value)}` is `{type}`, which has no `{node.attr}`"
     help = _suggestion(node.attr, list(known))
     peer = ctx.quote(node.value)
     if (peer, node.attr) in ctx.scope.inputs:
-        help = f"an input is spelt x.{peer}.{node.attr}"
+        help = f"an input is spelt `x.{peer}.{node.attr}`"
     elif isinstance(type, Pose):
-        help = f"position({ctx.quote(node.value)}) is a vector with x, y and z"
+        help = f"`position({ctx.quote(node.value)})` is a vector with `x`, `y` and `z`"
     elif isinstance(type, Opaque):
         help = "only operators look into it"
     end = span(node)[1]

@@ -46,7 +46,9 @@ def _position(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
 
 
 def _no_pose(ctx: Context, node: ast.Call, value: Expr) -> ExprError:
-    message = f"{ctx.quote(node.args[0])} is {value.type}; {ctx.quote(node.func)} takes a pose"
+    message = (
+        f"`{ctx.quote(node.args[0])}` is `{value.type}`; `{ctx.quote(node.func)}` takes a pose"
+    )
     return ctx.error(node.args[0], message, code="E0315").because(ctx.origins(value))
 
 
@@ -80,10 +82,10 @@ def _frames(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
     if isinstance(hint, Pose):
         return hint
     if hint is not None:
-        message = f"{ctx.quote(node)} is a pose; expected {hint}"
+        message = f"`{ctx.quote(node)}` is a pose; expected `{hint}`"
         raise ExprError(message, *span(node))
     help = "declare it as memory of a pose type, whose frames it takes"
-    message = f"the frames of {ctx.quote(node)} are not known here"
+    message = f"the frames of `{ctx.quote(node)}` are not known here"
     raise ctx.error(node, message, help, "E0317")
 
 

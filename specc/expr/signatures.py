@@ -10,7 +10,7 @@ from specc.expr.parse_types import TypeNames, parse_type
 from specc.expr.unify import frames_of
 from specc.model.types import Type
 
-_EXAMPLE = "for example (q: vector[6, rad]) -> pose[B, E]"
+_EXAMPLE = "for example `(q: vector[6, rad]) -> pose[B, E]`"
 _BRACKETS = {"[": "]", "(": ")", "{": "}"}
 
 
@@ -27,12 +27,12 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
     closing = _closing(text, opening)
     arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
     if not text.startswith("->", arrow):
-        raise _error("a signature has its result behind ->", arrow, len(text))
+        raise _error("a signature has its result behind `->`", arrow, len(text))
     parameters: dict[str, Type] = {}
     for start, end in _separated(text, opening + 1, closing):
         name, type = _parameter(text, start, end, names)
         if name in parameters:
-            raise _error(f"parameter {name} stands twice", start, end)
+            raise _error(f"parameter `{name}` stands twice", start, end)
         parameters[name] = type
     result = _type(text, arrow + 2, len(text), names)
     _check_variables(parameters, result, arrow + 2, len(text))
@@ -91,6 +91,6 @@ def _check_variables(parameters: dict[str, Type], result: Type, start: int, end:
     given = {frame for type in parameters.values() for frame in frames_of(type)}
     for frame in frames_of(result):
         if frame.startswith("?") and frame not in given:
-            message = f"frame {frame[1:]} is neither declared nor in a parameter"
+            message = f"frame `{frame[1:]}` is neither declared nor in a parameter"
             help = "declare it under `frames:`, or let an argument bring it"
             raise ExprError(message, start, end, help, "E0308")

@@ -19,13 +19,19 @@ _LARGEST_SCALE = 1e15
 
 
 class UnitError(ValueError):
-    """A text that is not a unit; `start` and `end` are offsets into it."""
+    """A text that is not a unit; `start` and `end` are offsets into it.
 
-    def __init__(self, message: str, start: int = 0, end: int | None = None) -> None:
+    `name` is the name that is no unit's, if that is what is wrong.
+    """
+
+    def __init__(
+        self, message: str, start: int = 0, end: int | None = None, name: str = ""
+    ) -> None:
         super().__init__(message)
         self.message = message
         self.start = start
         self.end = end
+        self.name = name
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +145,7 @@ def parse_unit(text: str) -> Unit:
     except UnitError as error:
         lead = text.index(bare)
         end = len(text) if error.end is None else lead + error.end
-        raise UnitError(error.message, lead + error.start, end) from None
+        raise UnitError(error.message, lead + error.start, end, error.name) from None
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise UnitError("not a unit", 0, len(text)) from error
 
@@ -157,8 +163,9 @@ def unit_of(node: ast.expr) -> Unit:
             return _bounded(unit_of(left) / unit_of(right), node)
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
             return _bounded(unit_of(left) ** _exponent(right), node)
-    name = f"unknown unit {node.id!r}" if isinstance(node, ast.Name) else "not a unit"
-    raise UnitError(name, node.col_offset, node.end_col_offset)
+    name = node.id if isinstance(node, ast.Name) else ""
+    message = f"unknown unit `{name}`" if name else "not a unit"
+    raise UnitError(message, node.col_offset, node.end_col_offset, name)
 
 
 def _bounded(unit: Unit, node: ast.expr) -> Unit:

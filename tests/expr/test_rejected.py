@@ -31,11 +31,11 @@ FIRST_PERIOD = replace(SCOPE, allow_memory=False, allow_clock=False)
 @pytest.mark.parametrize(
     ("text", "scope", "message"),
     [
-        ("x.c.d_d", CONSTANT, "x.c.d_d has no value here: there are no inputs"),
-        ("fresh(x.c.b)", CONSTANT, "x.c.b has no value here: there are no inputs"),
-        ("elapsed", CONSTANT, "elapsed has no value here: no state has been entered"),
-        ("q_p", FIRST_PERIOD, "q_p has no value here: memory starts after this is evaluated"),
-        ("T_c", FIRST_PERIOD, "T_c has no value here: memory starts after this is evaluated"),
+        ("x.c.d_d", CONSTANT, "`x.c.d_d` has no value here: there are no inputs"),
+        ("fresh(x.c.b)", CONSTANT, "`x.c.b` has no value here: there are no inputs"),
+        ("elapsed", CONSTANT, "`elapsed` has no value here: no state has been entered"),
+        ("q_p", FIRST_PERIOD, "`q_p` has no value here: memory starts after this is evaluated"),
+        ("T_c", FIRST_PERIOD, "`T_c` has no value here: memory starts after this is evaluated"),
     ],
 )
 def test_what_has_no_value_yet(text: str, scope: Scope, message: str) -> None:
@@ -48,4 +48,6 @@ def test_a_name_that_is_value_and_member_is_told_apart_by_the_expected_type() ->
     scope = replace(SCOPE, constants={**SCOPE.constants, "g": SCOPE.lets["ratio"]})
     assert findings("g > 1 and x.c.mode == g", scope) == ""
     scope = replace(SCOPE, constants={**SCOPE.constants, "g": SCOPE.inputs["c", "mode"]})
-    assert "E0231 `g`: g is both a value and a member of Mode" in findings("x.c.mode == g", scope)
+    assert "E0231 `g`: `g` is both a value and a member of `Mode`" in findings(
+        "x.c.mode == g", scope
+    )

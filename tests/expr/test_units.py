@@ -98,8 +98,8 @@ def test_si_numbers_are_exact_to_the_last_digit(number: float, unit: str, si: fl
 @pytest.mark.parametrize(
     ("text", "message", "start", "end"),
     [
-        ("foo", "unknown unit 'foo'", 0, 3),
-        ("  m/sec", "unknown unit 'sec'", 4, 7),
+        ("foo", "unknown unit `foo`", 0, 3),
+        ("  m/sec", "unknown unit `sec`", 4, 7),
         ("m +", "not a unit", 0, 3),
         ("", "not a unit", 0, 0),
         ("2*m", "not a unit", 0, 1),
