@@ -16,5 +16,5 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         complaint = wrong_kind(bound)
         if complaint:
             message, help_text = complaint
-            related = (Related(bound.element.place, f"{bound.element.type}"),)
+            related = (Related(bound.element.place, f"`{bound.element.type}`"),)
             yield Diagnostic("E0505", message, bound.binding.place, "", related, help_text)

@@ -39,5 +39,6 @@ def _deviations(binding: Binding) -> tuple[str, str] | None:
     given, sensors = len(binding.noise), len(binding.sensors)
     if not given or given == sensors:
         return None
-    message = f"{given} standard deviations for {sensors} sensors"
+    deviations = "1 standard deviation" if given == 1 else f"{given} standard deviations"
+    message = f"{deviations} for {sensors} {'sensor' if sensors == 1 else 'sensors'}"
     return message, "give one for each of `sensors:`; joints and actuators have no noise"

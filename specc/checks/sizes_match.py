@@ -29,7 +29,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 "E0507",
                 f"`{bound.element.name}` has {sizes[0]}, the plant {sizes[1]}",
                 bound.binding.place,
-                related=(Related(bound.element.place, f"{bound.element.type}"),),
+                related=(Related(bound.element.place, f"`{bound.element.type}`"),),
                 help="make both the same, or name a function under `through:` that converts",
             )
 

@@ -54,7 +54,8 @@ class Definitions:
         if first == place:
             return True
         related = (Related(first, "first defined here"),)
-        findings.report("E0205", f"{kind} `{name}` is defined twice", place, related=related)
+        message, help_text = f"{kind} `{name}` is defined twice", "delete or rename one of the two"
+        findings.report("E0205", message, place, related=related, help=help_text)
         return False
 
     def absorb(self, other: Definitions, findings: Findings) -> None:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from specc.diagnostics import nearest
 from specc.expr import Declared, ExprError, Scope, TypeNames, parse_signature, parse_type
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type
@@ -61,7 +62,9 @@ class Library:
             where = file.top["use"][index]
             path = self.beside(file, relative)
             if path in (file.path, *self._using):
-                self.findings.report("E0207", f"`{relative}` uses itself", where.place)
+                help_text = "delete it, or put what both files need into a third one"
+                message = f"`{relative}` uses itself"
+                self.findings.report("E0207", message, where.place, help=help_text)
                 continue
             other = self.load(path, where)
             if other is None:
@@ -98,7 +101,7 @@ class Library:
                     "E0208",
                     f"no file `{relative}`",
                     where.place,
-                    help="the path is relative to the file that names it",
+                    help=_file_hint(path, relative),
                 )
 
     def _operators(self, file: Loaded, own: Definitions) -> None:
@@ -179,10 +182,17 @@ class _TypeMaker:
         if len(frames) != len(self.definition.frames):
             wanted = len(self.definition.frames)
             raise ExprError(
-                f"type `{self.name}` takes {wanted} frames, not {len(frames)}", 0, 0, code="E0306"
+                f"type `{self.name}` takes {wanted} frames, not {len(frames)}",
+                0,
+                0,
+                f"write `{self.name}[{', '.join(self.definition.frames)}]` with frames of yours"
+                if wanted
+                else f"write `{self.name}`",
+                "E0306",
             )
         if self._making:
-            raise ExprError(f"type `{self.name}` contains itself", 0, 0, code="E0306")
+            message, help_text = f"type `{self.name}` contains itself", "break the circle"
+            raise ExprError(message, 0, 0, help_text, "E0306")
         self._making = True
         try:
             return self._make(frames)
@@ -203,7 +213,8 @@ class _TypeMaker:
         given = [self.definition.type, self.definition.fields, self.definition.opaque]
         if sum(part is not None for part in given) != 1:
             message = f"type `{self.name}` needs one of `type`, `fields` and `opaque`"
-            self.findings.report("E0104", message, self.where.place)
+            help_text = "keep the one that says what the type is"
+            self.findings.report("E0104", message, self.where.place, help=help_text)
             return
         try:
             self(frames)
@@ -239,3 +250,16 @@ class _TypeMaker:
 
 
 __all__ = ["Library", "Load", "Loaded", "MakeType", "constant_scope", "enum_members"]
+
+
+def _file_hint(path: str, relative: str) -> str:
+    """A way out for a path that leads nowhere: what lies beside it under a similar name."""
+    folder, name = os.path.split(path)
+    try:
+        close = nearest(name, os.listdir(folder or "."))
+    except OSError:
+        close = []
+    if not close:
+        return "the path is relative to the file that names it"
+    beside = os.path.dirname(relative)
+    return f"did you mean `{os.path.join(beside, close[0])}`?"
