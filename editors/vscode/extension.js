@@ -36,7 +36,8 @@ async function start() {
     await client.start();
   } catch (error) {
     client = undefined;
-    const words = `specc: \`${server.command} lsp\` does not start (${error.message}). `;
+    const reason = error?.message ?? error;
+    const words = `specc: \`${server.command} lsp\` does not start (${reason}). `;
     vscode.window.showErrorMessage(`${words}Install specc[editor] or set specc.command.`);
   }
 }
@@ -57,6 +58,9 @@ function activate(context) {
     vscode.commands.registerCommand("specc.restart", restart),
     vscode.workspace.onDidOpenTextDocument(startFor),
     vscode.workspace.onDidSaveTextDocument(startFor),
+    vscode.workspace.onDidChangeConfiguration(
+      (event) => client && event.affectsConfiguration("specc.command") && restart(),
+    ),
   );
   vscode.workspace.textDocuments.forEach(startFor);
 }

@@ -167,8 +167,7 @@ def lsp(options: Namespace) -> int:
             raise
         print("specc: pygls is not installed; `pip install 'specc[editor]'`", file=sys.stderr)
         return 2
-    serve()
-    return 0
+    return serve()
 
 
 def _runtime_arguments(directory: Path, options: Namespace) -> list[str]:

@@ -7,14 +7,16 @@ what the texts mean and what holds of the tables; what the other ends would have
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.checks import run_checks
 from specc.diagnostics import Diagnostic
 from specc.expr import ExprError, parse_type
 from specc.facts import Proofs
-from specc.model.expr import ConstantRef
-from specc.model.system import Agent, Constant, System
+from specc.model.expr import Call
+from specc.model.system import Agent, Constant, Operator, System
+from specc.model.trace import Trace
 from specc.resolve.agents import AgentResolver, Setting
 from specc.resolve.context import Findings
 from specc.resolve.definitions import Definitions
@@ -56,7 +58,7 @@ def _is_certain(diagnostic: Diagnostic, path: str) -> bool:
 
 
 def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[Constant, ...]:
-    """The value parameters as constants that stand for themselves."""
+    """The value parameters as constants with values that only an unknown function knows."""
     given = []
     for name, text in file.spec.parameters.items():
         where = file.top["parameters"][name]
@@ -67,7 +69,7 @@ def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[C
         except ExprError as error:
             findings.expression_error(where, error)
         else:
-            given.append(Constant(name, ConstantRef(name, type=type_), "", where.key))
+            given.append(Constant(name, Call(f"?{name}", (), type=type_), "", where.key))
     return tuple(given)
 
 
@@ -98,10 +100,19 @@ def _system(agent: Agent, known: Definitions) -> System:
         file="",
         frames=tuple(sorted(known.frame_titles.items())),
         types=tuple(sorted(known.type_traces.items())),
-        operators=tuple(known.operators.values()),
+        operators=(*known.operators.values(), *_unknown(agent)),
         constants=tuple(known.constants.values()),
         files=tuple(sorted(known.files.items())),
         agents=(agent,),
         plant=None,
         task=None,
     )
+
+
+def _unknown(agent: Agent) -> Iterator[Operator]:
+    """The functions that give the parameters their values."""
+    for constant in (c for subsystem in agent.subsystems for c in subsystem.constants):
+        if isinstance(constant.value, Call):
+            yield Operator(
+                constant.value.operator, (), constant.value.type, "", "", Trace(), constant.place
+            )

@@ -60,7 +60,10 @@ def _suspects(document: Document, wrong: Diagnostic) -> Iterator[tuple[int, int]
     """Values and whole lines: at the error, where its construct begins, and those above."""
     source = document.source
     seen = set()
-    for place in (wrong.primary, *(related.place for related in wrong.related)):
+    places = [wrong.primary, *(related.place for related in wrong.related)]
+    # A quote or bracket that is never closed is noticed far below.
+    places.sort(key=lambda place: source.text[place.start or 0 :][:1] not in tuple("\"'[{"))
+    for place in places:
         at = source.span(place).line
         above = next((n for n in range(at - 1, 0, -1) if source.line(n).strip()), at)
         for number in (at, above):

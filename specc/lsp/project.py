@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from specc.diagnostics import Diagnostic
+from specc.lsp.certain import certain
 from specc.lsp.index import Index, build_index
 from specc.lsp.library import check_alone
 from specc.lsp.mending import mended
@@ -22,8 +23,8 @@ from specc.resolve import Findings
 from specc.resolve.loader import Loader
 from specc.source import SourceFile
 
-_SYSTEM = re.compile(r"^system\s*:", re.MULTILINE)
-_VERSION = re.compile(r"^specc\s*:", re.MULTILINE)
+_SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
+_VERSION = re.compile(r"(?:^|\r)specc\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
 _MOST_FILES = 2000
 _LITTLE = 200
@@ -96,6 +97,17 @@ class Project:
         """Whether a text claims to be one: other YAML files are none of our business."""
         return bool(_VERSION.search(self.source(path).text))
 
+    def is_used(self, path: str) -> bool:
+        """Whether a known system reads the file, or looked for it in vain."""
+        return any(root != path for root in self._using(path))
+
+    def forget_deleted(self, path: str) -> None:
+        """Drop what is known of a system whose file is gone and not open."""
+        if path in self._current and path not in self._open and not os.path.exists(path):
+            self._current.pop(path)
+            self._understood.pop(path, None)
+            self._mended.pop(path, None)
+
     def roots(self, path: str, search: bool = False) -> list[str]:
         """The systems that a file belongs to, or itself; `search` looks on the disk too."""
         if _SYSTEM.search(self.source(path).text):
@@ -117,7 +129,18 @@ class Project:
         self._current[root] = analysis
         if analysis.complete:
             self._understood[root] = analysis
+        else:
+            analysis.diagnostics += tuple(self._certain(root, analysis))
         return analysis
+
+    def _certain(self, root: str, analysis: Analysis) -> Iterator[Diagnostic]:
+        """What is wrong beside the errors that keep a text from being read."""
+        best = self._without_errors(root, analysis)
+        if best.complete:
+            known = self._understood.get(root)
+            earlier = known.diagnostics if known else ()
+            sources = best.loader.sources
+            yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
 
     def _analysed(self, root: str, read: Read) -> Analysis:
         loader = Loader(Findings(), read)
@@ -182,11 +205,15 @@ class Project:
         earlier = self._understood.get(root)
         if earlier is not None and self._differs(earlier) <= _LITTLE:
             return earlier
+        best = self._without_errors(root, current)
+        return best if best.complete else earlier or current
+
+    def _without_errors(self, root: str, current: Analysis) -> Analysis:
+        """The analysis of mended texts; made once for each of the present ones."""
         known = self._mended.get(root)
         if known is None or known[0] is not current:
-            best = self._analysed(root, self._read_mended)
-            known = self._mended[root] = (current, best)
-        return known[1] if known[1].complete else earlier or current
+            known = self._mended[root] = (current, self._analysed(root, self._read_mended))
+        return known[1]
 
     def _differs(self, earlier: Analysis) -> int:
         """The most characters of a file that lie in the stretch that has changed since."""

@@ -26,6 +26,8 @@ PAUSE_S, LONGEST_PAUSE_S = 0.02, 1.0
 """Pause in typing after which a text is analysed."""
 QUICK_S = 0.2
 """An analysis that takes longer waits as long as it took, so that typing stays smooth."""
+WATCH_S = 3.0
+"""How often it is looked whether the client is still there."""
 
 
 class SpecServer(LanguageServer):
@@ -41,6 +43,8 @@ class SpecServer(LanguageServer):
         self._told: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._took_s = 0.0
+        self.said_goodbye = False
+        self.left_without_goodbye = False
 
     @property
     def texts(self) -> Texts:
@@ -87,7 +91,8 @@ class SpecServer(LanguageServer):
         try:
             self.project.folders = self._folders()
             for path, search in changed.items():
-                if self.project.is_specification(path):
+                self.project.forget_deleted(path)
+                if self.project.is_specification(path) or self.project.is_used(path):
                     for root in self.project.roots(path, search):
                         self.project.analyse(root)
             self._tell(set(changed))
@@ -116,11 +121,39 @@ class SpecServer(LanguageServer):
 def create_server() -> SpecServer:
     """A server with all its features."""
     server = SpecServer()
+    _follow_client(server)
     _follow_texts(server)
     _answer_questions(server)
     _serve_files(server)
     _rename(server)
     return server
+
+
+def _follow_client(server: SpecServer) -> None:
+    @server.feature(lsp.INITIALIZE)
+    def initialize(params: lsp.InitializeParams) -> None:
+        if params.process_id and os.name == "posix":
+            _watch(params.process_id)
+
+    @server.feature(lsp.SHUTDOWN)
+    def shutdown(params: None) -> None:
+        server.said_goodbye = True
+
+    @server.feature(lsp.EXIT)
+    def leave(params: None) -> None:
+        server.left_without_goodbye = not server.said_goodbye
+
+
+def _watch(process: int) -> None:
+    """End with the process of the client, whose pipe somebody else may keep open."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        # The thread that reads waits for a pipe that may never close.
+        os._exit(1)
+    except PermissionError:
+        pass
+    asyncio.get_running_loop().call_later(WATCH_S, _watch, process)
 
 
 def _follow_texts(server: SpecServer) -> None:
@@ -238,14 +271,16 @@ def _asked(
     return path, convert.offset(server.texts, path, position)
 
 
-def serve() -> None:
-    """Speak with a client over standard input and output until it says goodbye."""
+def serve() -> int:
+    """Speak with a client over standard input and output until it ends; the code to exit with."""
     # The protocol owns standard output: what anything else prints goes to standard error.
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     logging.basicConfig(level=logging.WARNING)
     logging.getLogger("pygls.protocol.json_rpc").addFilter(_is_fault)
-    create_server().start_io(stdout=output)
+    server = create_server()
+    server.start_io(stdout=output)
+    return 1 if server.left_without_goodbye else 0
 
 
 def _is_fault(record: logging.LogRecord) -> bool:

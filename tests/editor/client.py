@@ -83,16 +83,19 @@ class Client:
 
     def open(self, path: Path, text: str | None = None) -> str:
         """Open a file, or an unsaved text of that name; the URI."""
-        uri = path.as_uri()
+        return self.open_as(path.as_uri(), path.read_text() if text is None else text)
+
+    def open_as(self, uri: str, text: str) -> str:
+        """Open a text under a URI."""
         self._versions[uri] = 1
-        item = {
-            "uri": uri,
-            "languageId": "yaml",
-            "version": 1,
-            "text": path.read_text() if text is None else text,
-        }
+        item = {"uri": uri, "languageId": "yaml", "version": 1, "text": text}
         self.notify("textDocument/didOpen", {"textDocument": item})
         return uri
+
+    def close(self, uri: str) -> None:
+        """Close a file; what is said of it then is about the file on the disk."""
+        del self._versions[uri]
+        self.notify("textDocument/didClose", {"textDocument": {"uri": uri}})
 
     def change(self, uri: str, text: str) -> None:
         """Replace the whole text of an open file."""

@@ -76,7 +76,7 @@ def test_diagnostics_follow_the_text(client: Client, folder: Path) -> None:
     assert stretch(wrong, found["range"]) == "T_x"
     # Not even YAML, and more than one line of it.
     client.change(uri, wrong.replace("frames: {", "frames: ["))
-    assert codes(client.diagnostics(uri)) == {"E0009"}
+    assert codes(client.diagnostics(uri)) == {"E0009", "E0201"}
     client.change(uri, SYSTEM)
     assert codes(client.diagnostics(uri)) == set()
 

@@ -1,0 +1,173 @@
+"""The life of a server: how it begins and ends, and what it takes from a client that errs."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.editor.client import Client, ServerError
+from tests.editor.workspace import LIBRARY, SYSTEM, write
+
+SERVER = [sys.executable, "-m", "specc", "lsp"]
+NOBODY: dict[str, Any] = {"processId": None, "rootUri": None, "capabilities": {}}
+BEGIN = [
+    {"id": 1, "method": "initialize", "params": NOBODY},
+    {"method": "initialized", "params": {}},
+]
+END: list[dict[str, Any]] = [{"id": 99, "method": "shutdown"}, {"method": "exit"}]
+
+
+def framed(message: dict[str, Any] | bytes) -> bytes:
+    if isinstance(message, bytes):
+        return message
+    body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+    return b"Content-Length: %d\r\n\r\n" % len(body) + body
+
+
+@pytest.mark.parametrize(
+    ("messages", "code"),
+    [
+        ([*BEGIN, *END], 0),
+        ([*BEGIN, {"method": "exit"}], 1),
+        (BEGIN, 0),
+        ([{"id": 9, "method": "textDocument/foldingRange", "params": {}}, *BEGIN, *END], 0),
+        ([*BEGIN, {"id": 5, "method": "specc/nothing", "params": {}}, *END], 0),
+        ([*BEGIN, {"method": "specc/nothing", "params": {}}, *END], 0),
+        ([*BEGIN, {"method": "$/cancelRequest", "params": {"id": 77}}, *END], 0),
+        ([*BEGIN, {"id": 5, "method": "textDocument/hover", "params": {"x": 1}}, *END], 0),
+        ([*BEGIN, b"Content-Length: 5\r\n\r\n{{{{{", *END], 0),
+    ],
+)
+def test_ends_with_the_code_of_the_protocol(
+    messages: list[dict[str, Any] | bytes], code: int, tmp_path: Path
+) -> None:
+    sent = b"".join(framed(message) for message in messages)
+    ended = subprocess.run(SERVER, input=sent, capture_output=True, cwd=tmp_path, timeout=60)
+    assert ended.returncode == code
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ends_when_the_process_of_its_client_is_gone(tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as client:
+        begin = {**BEGIN[0], "params": {**NOBODY, "processId": client.pid}}
+        server = subprocess.Popen(
+            SERVER, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=tmp_path
+        )
+        assert server.stdin
+        server.stdin.write(framed(begin))
+        server.stdin.flush()
+        client.communicate(b"\n")
+    try:
+        assert server.wait(30) == 1
+    finally:
+        server.kill()
+        server.stdin.close()
+
+
+def errors(client: Client, uri: str) -> set[str]:
+    return {item["code"] for item in client.diagnostics(uri) if item["severity"] == 1}
+
+
+def test_a_file_that_vanishes_and_comes_back(tmp_path: Path) -> None:
+    write(tmp_path)
+    library = tmp_path / "lib/fingers.yaml"
+    changed = {"changes": [{"uri": library.as_uri(), "type": 3}]}
+    with Client(SERVER, tmp_path) as client:
+        uri = client.open(tmp_path / "arm.yaml")
+        assert errors(client, uri) == set()
+        library.unlink()
+        client.notify("workspace/didChangeWatchedFiles", changed)
+        assert "E0001" in errors(client, uri)
+        library.write_text(LIBRARY)
+        client.notify("workspace/didChangeWatchedFiles", changed)
+        assert errors(client, uri) == set()
+
+
+def wait_for(client: Client, uri: str, code: str) -> None:
+    """Wait until an error is told; raises `queue.Empty` if it never is."""
+    while code not in errors(client, uri):
+        pass
+
+
+def test_two_systems_and_the_library_they_share(tmp_path: Path) -> None:
+    write(tmp_path)
+    (tmp_path / "other.yaml").write_text(SYSTEM.replace("system: arm", "system: other"))
+    with Client(SERVER, tmp_path) as client:
+        systems = [client.open(tmp_path / name) for name in ("arm.yaml", "other.yaml")]
+        library = client.open(tmp_path / "lib/fingers.yaml")
+        client.change(library, LIBRARY.replace("{tolerance: ", "{width: "))
+        for system in systems:
+            wait_for(client, system, "E0210")
+        client.close(library)
+        for system in systems:
+            while errors(client, system):
+                pass
+
+
+def test_a_system_that_is_deleted_is_told_about_no_more(tmp_path: Path) -> None:
+    write(tmp_path)
+    system = tmp_path / "arm.yaml"
+    system.write_text(SYSTEM.replace("limit)", "limits)"))
+    with Client(SERVER, tmp_path) as client:
+        library = client.open(tmp_path / "lib/fingers.yaml")
+        wait_for(client, system.as_uri(), "E0201")
+        system.unlink()
+        changed = {"changes": [{"uri": system.as_uri(), "type": 3}]}
+        client.notify("workspace/didChangeWatchedFiles", changed)
+        while errors(client, system.as_uri()):
+            pass
+        client.change(library, LIBRARY.replace("x.E.d_m}}", "x.E.d_n}}"))
+        wait_for(client, library, "E0203")
+
+
+def test_diagnostics_carry_the_version_that_they_are_about(tmp_path: Path) -> None:
+    write(tmp_path)
+    with Client(SERVER, tmp_path) as client:
+        uri = client.open(tmp_path / "arm.yaml")
+        client.diagnostics(uri)
+        for number in range(20):
+            client.change(uri, SYSTEM.replace("limit: {is", f"limit{number}: {{is"))
+        # Of what is typed in one go only the last is told about.
+        assert "E0201" in errors(client, uri)
+        client.change(uri, SYSTEM)
+        assert errors(client, uri) == set()
+
+
+@pytest.mark.parametrize("break_", ["\r\n", "\r"])
+def test_line_breaks_of_other_systems(break_: str, tmp_path: Path) -> None:
+    write(tmp_path)
+    text = SYSTEM.replace("\n", break_)
+    with Client(SERVER, tmp_path) as client:
+        uri = client.open(tmp_path / "arm.yaml", text)
+        assert errors(client, uri) == set()
+        line = next(n for n, at in enumerate(SYSTEM.split("\n")) if "near_goal:" in at)
+        column = SYSTEM.split("\n")[line].index("q_p")
+        assert "previous joints" in json.dumps(client.ask("hover", uri, line, column))
+        client.change(uri, text.replace("limit)", "limits)"))
+        (found,) = [d for d in client.diagnostics(uri) if d["code"] == "E0201"]
+        assert found["range"]["start"]["line"] == line
+
+
+def test_two_folders(tmp_path: Path) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    for folder in (first, second):
+        folder.mkdir()
+        write(folder)
+    with Client(SERVER, first) as client:
+        added = {"added": [{"uri": second.as_uri(), "name": "second"}], "removed": []}
+        client.notify("workspace/didChangeWorkspaceFolders", {"event": added})
+        wrong = LIBRARY.replace('{tolerance: "real[m]"}', '{width: "real[m]"}')
+        client.open(second / "lib/fingers.yaml", wrong)
+        system = (second / "arm.yaml").as_uri()
+        assert errors(client, system) == {"E0210", "E0211"}
+
+
+def test_a_file_that_is_on_no_disk(tmp_path: Path) -> None:
+    with Client(SERVER, tmp_path) as client:
+        uri = client.open_as("untitled:Untitled-1", "specc: 2")
+        assert errors(client, uri)
+        with pytest.raises(ServerError):
+            client.request("textDocument/nothing", {})
