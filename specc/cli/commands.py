@@ -18,6 +18,8 @@ from specc.source import Sources
 if TYPE_CHECKING:
     from specc.policy import Overrides
 
+# Open, but possibly a slip: a reference to what is not there.
+_DANGLING = frozenset(("O0205",))
 # Not faults of a specification: a file that gives no text or takes none.
 _UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
 
@@ -199,4 +201,5 @@ def _publish(found: Report, form: str) -> int:
 def _exit_code(found: Report) -> int:
     if any(finding.diagnostic.code in _UNREADABLE for finding in found.findings):
         return 2
-    return 1 if found.count("error") else 0
+    dangling = any(finding.diagnostic.code in _DANGLING for finding in found.findings)
+    return 1 if dangling or found.count("error") else 0

@@ -11,7 +11,7 @@ from specc.diagnostics.diagnostic import (
     stops,
     without_follow_ups,
 )
-from specc.diagnostics.nearest import nearest, surely_meant
+from specc.diagnostics.nearest import is_slip, nearest, surely_meant
 
 __all__ = [
     "Command",
@@ -20,6 +20,7 @@ __all__ = [
     "Fix",
     "Related",
     "Severity",
+    "is_slip",
     "nearest",
     "severity_of",
     "stops",

@@ -1,10 +1,12 @@
 """Names that a mistyped one was probably meant to be."""
 
+import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 MOST = 3
 _LONGEST = 80
+_LONG_ENOUGH = 4
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
@@ -32,6 +34,37 @@ def surely_meant(name: str, close: Sequence[str], long_enough: int = 4) -> str:
         return ""
     long = min(len(name), len(slips[0])) >= long_enough
     return slips[0] if long or name.casefold() == slips[0].casefold() else ""
+
+
+def is_slip(name: str, known: Iterable[str]) -> bool:
+    """Whether a name is one letter away from a known one, so that this was meant.
+
+    What is farther away may be the name of something that is not there yet. So may be a name with
+    another number, S1 beside S2, or with another letter in a short part, q_d beside q_c.
+    """
+    return any(_is_one_letter_off(name, other) for other in known)
+
+
+def _is_one_letter_off(name: str, other: str) -> bool:
+    if name.casefold() == other.casefold():
+        return True
+    start = _common(name, other)
+    end = _common(name[start:][::-1], other[start:][::-1])
+    one, two = name[start : len(name) - end], other[start : len(other) - end]
+    if any(char.isdigit() for char in one + two):
+        return False
+    if len(one) + len(two) == 1:
+        return True
+    if _is_swap(one, two):
+        return min(len(name), len(other)) >= _LONG_ENOUGH - 1
+    parts = (_part_at(name, start), _part_at(other, start))
+    return len(one) == len(two) == 1 and min(map(len, parts)) >= _LONG_ENOUGH
+
+
+def _part_at(name: str, place: int) -> str:
+    """The part of a name, between dots and underscores, in which a letter stands."""
+    parts = re.finditer(r"[^._]+", name)
+    return next((part[0] for part in parts if part.start() <= place < part.end()), "")
 
 
 def _is_slip(one: str, other: str) -> bool:

@@ -42,7 +42,9 @@ def _unknown(ctx: Context, func: ast.Name) -> ExprError:
         return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
     close = nearest(func.id, [*ctx.scope.operators, *BUILTINS])
     help = f"did you mean {one_of(close)}?" if close else "declare it under `operators:`"
-    return ctx.error(func, f"unknown operator `{func.id}`", help, "E0202").meant(func.id, close)
+    error = ctx.error(func, f"unknown operator `{func.id}`", help, "E0202").meant(func.id, close)
+    message = f"operator `{func.id}` is not there yet"
+    return error.not_there(message, "declare it under `operators:`", func.id, close)
 
 
 class _Application:

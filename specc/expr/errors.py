@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from specc.diagnostics.nearest import surely_meant
+from specc.diagnostics.nearest import is_slip, surely_meant
 from specc.expr.origin import Origin
 from specc.model.expr import Expr
 from specc.model.types import Type
@@ -69,6 +69,13 @@ class ExprError(ExprErrors):
         """This finding, with the places that the types in it come from."""
         self.origins = tuple(dict.fromkeys(origins))
         self.expected = expected
+        return self
+
+    def not_there(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
+        """This finding, or an open point if the name is no slip: it may be still to come."""
+        if not is_slip(name, close):
+            self.code, self.message = "O0205", message
+            self.help = f"{help}, or {self.help}" if self.help and self.help != help else help
         return self
 
     def moved(self, by: int) -> ExprError:

@@ -84,7 +84,9 @@ def _unknown(ctx: Context, node: ast.Name) -> ExprError:
     error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)
     if help == f"write `{_FOREIGN.get(name)}`" and name in ("true", "false"):
         error.repair = _FOREIGN[name]
-    return error
+    if help and not near:
+        return error
+    return error.not_there(f"`{name}` is not there yet", "define it", name, near)
 
 
 def _unknown_help(ctx: Context, name: str) -> str:

@@ -169,8 +169,9 @@ class _Reader:
             return f"?{node.id}"
         close = nearest(node.id, known)
         help = f"did you mean {one_of(close)}?" if close else "declare it under `frames:`"
-        raise ExprError(f"unknown frame `{node.id}`", *span(node), help, "E0209").meant(
-            node.id, close
+        error = ExprError(f"unknown frame `{node.id}`", *span(node), help, "E0209")
+        raise error.meant(node.id, close).not_there(
+            f"frame `{node.id}` is not there yet", "declare it under `frames:`", node.id, close
         )
 
     def _size(self, node: ast.expr) -> int:
@@ -202,7 +203,9 @@ class _Reader:
         help = f"did you mean {one_of(close)}?" if close else "declare it under `types:`"
         start = span(node)[0]
         error = ExprError(f"unknown type `{name}`", start, start + len(name), help, "E0233")
-        return error.meant(name, close)
+        return error.meant(name, close).not_there(
+            f"type `{name}` is not there yet", "declare it under `types:`", name, close
+        )
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")

@@ -81,9 +81,15 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
         return Input(peer, element, type=type, span=span(node))
     if peer not in scope.known_peers():
         known = scope.known_peers()
-        raise _unknown(node.value, "there is no input buffer of ", peer, known, "E0204")
+        error = _unknown(node.value, "there is no input buffer of ", peer, known, "E0204")
+        raise _open(error, f"x.{peer}", peer, known)
     known = list(scope.elements(peer))
-    raise _unknown(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
+    error = _unknown(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
+    raise _open(error, f"x.{peer}.{element}", element, known)
+
+
+def _open(error: ExprError, part: str, name: str, known: list[str]) -> ExprError:
+    return error.not_there(f"`{part}` is not there yet", "add it under `x:`", name, known)
 
 
 def _unknown(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:

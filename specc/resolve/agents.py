@@ -127,7 +127,7 @@ class AgentResolver:
             self.instances.append(used.definitions)
             described, here = used.file.spec.subsystem, used.file.top["subsystem"]
             inside = Setting(used.file, used.definitions, used.given)
-        report_strangers(described, here, kind, peers, around, self.names, self.findings)
+        report_strangers(described, here, name, kind, peers, around, self.names, self.findings)
         rate = self._rate(definition, where, described, here)
         resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
         if found := self.findings.diagnostics[before:]:
@@ -246,7 +246,7 @@ def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:
         return False
     part = place.route[depth] if len(place.route) > depth else ""
-    return part in _INNER or (part == "transitions" and finding.code == "E0212")
+    return part in _INNER or (part == "transitions" and place.route[-1] in (2, "when"))
 
 
 def _unstarted(definition: SubsystemDef) -> tuple[str, str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
+from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
 from specc.expr import ExprError, Scope
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
@@ -108,7 +108,7 @@ class Findings:
         if target is not None and error.expected is not None:
             related += (target,)
         found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=lacks)
-        self.diagnostics.append(replace(found, fix=rename(place, error.repair)))
+        self._add(replace(found, fix=rename(place, error.repair)))
 
     def unknown(
         self,
@@ -125,9 +125,42 @@ class Findings:
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggestion(name, names)
+        if code in _MAY_COME and not is_slip(name, names):
+            part = f"`{name}`" if what == "target" else f"{what} `{name}`"
+            self.not_there(part, place, f"define it; {help}", lacks)
+            return
         fix = rename(place, surely_meant(name, nearest(name, names)))
         message = f"unknown {what} `{name}`"
         self.diagnostics.append(Diagnostic(code, message, place, "", (), help, fix, lacks=lacks))
+
+    def not_there(self, part: str, place: Place, help: str, lacks: Place | None = None) -> None:
+        """Report a part that something refers to and that may still come."""
+        message = f"{part} is not there yet"
+        self._add(Diagnostic("O0205", message, place, help=help, lacks=lacks))
+
+    def _add(self, found: Diagnostic) -> None:
+        """Add a diagnostic; a part that is not there is told once, with all that refers to it."""
+        if found.code == "O0205":
+            for index, earlier in enumerate(self.diagnostics):
+                if _same_part(found, earlier):
+                    more = (Related(found.primary, "needed here as well"),)
+                    if len(earlier.related) < _MOST_RELATED:
+                        self.diagnostics[index] = replace(earlier, related=earlier.related + more)
+                    self.withheld += 1
+                    return
+        self.diagnostics.append(found)
+
+
+_MAY_COME = frozenset(("E0201", "E0209", "E0212", "E0214", "E0215", "E0216", "E0217", "E0218"))
+"""Codes of unknown names that may be those of parts that are not there yet."""
+_MOST_RELATED = 4
+
+
+def _same_part(one: Diagnostic, other: Diagnostic) -> bool:
+    """Whether two findings miss one part, of one subsystem or of the whole file."""
+    here, there = one.primary, other.primary
+    same = (one.code, one.message, here.file) == (other.code, other.message, there.file)
+    return same and here.route[:4] == there.route[:4]
 
 
 def rename(place: Place, name: str) -> Fix | None:

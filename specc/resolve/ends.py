@@ -28,7 +28,7 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     """Peer -> other end for a control subsystem: own virtual ones, receptors, other agents."""
     peers = {other: f"{other}.c" for other in agents if other != agent}
     receptors = list(around.real_receptors)
-    peers |= {name: f"{agent}.R.{name}" for name in receptors}
+    peers |= {name: f"{agent}.R.{name}" for name in receptors if _is_configured(name, around)}
     if len(receptors) == 1:
         peers["R"] = f"{agent}.R.{receptors[0]}"
     for name in (*around.virtual_effectors, *around.virtual_receptors):
@@ -39,23 +39,49 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
 def report_strangers(
     definition: SubsystemDef,
     where: Where,
+    name: str,
     kind: SubsystemKind,
     peers: Mapping[str, str],
     around: AgentDef,
     agents: Collection[str],
     findings: Findings,
 ) -> None:
-    """Report buffers whose peer does not exist or may not be talked to."""
+    """Report buffers of a subsystem whose peer does not exist or may not be talked to."""
     for direction, buffers in (("x", definition.x), ("y", definition.y)):
-        for peer in buffers:
+        for peer, elements in buffers.items():
             if peer in peers:
                 continue
             place = where[direction][peer].key
             rule = _broken_rule(kind, peer, around, agents)
-            if rule:
+            if part := _absent(kind, name, peer, elements, around):
+                findings.not_there(part, place, "add it to the agent")
+            elif rule:
                 findings.report("E0401", *rule[:1], place, help=rule[1])
             else:
                 findings.unknown("E0218", "peer", peer, peers, place)
+
+
+def _is_configured(name: str, around: AgentDef) -> bool:
+    """Whether a buffer of that name in the control subsystem is one to the real receptor."""
+    device, control = around.real_receptors[name], around.control
+    own = {*control.x.get(name, ()), *control.y.get(name, ())} if control else set()
+    return not own or not own.isdisjoint({*device.x, *device.y})
+
+
+def _absent(
+    kind: SubsystemKind, name: str, peer: str, elements: Collection[str], around: AgentDef
+) -> str:
+    """The device, or the virtual effector of a device, that a buffer leads to and nobody is."""
+    word = kind.removeprefix("virtual_")
+    devices = around.real_effectors if word == "effector" else around.real_receptors
+    if kind != "control" and peer == word[0].upper() and name not in devices:
+        return f"real {word} `{name}`"
+    device = around.real_effectors.get(peer)
+    if kind == "control" and device and not {*device.x, *device.y}.intersection(elements):
+        return f"virtual effector `{peer}`"
+    if kind == "control" and peer in around.real_receptors:
+        return f"virtual receptor `{peer}`"
+    return ""
 
 
 def _broken_rule(

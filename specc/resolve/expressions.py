@@ -107,7 +107,7 @@ class Expressions:
     ) -> None:
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
-        if error.code.startswith("E02") and known:
+        if error.code.startswith(("E02", "O02")) and known:
             self.findings.withheld += 1
             return
         self.findings.expression_error(where, error, target, self._lacking(text, error))

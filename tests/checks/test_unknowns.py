@@ -63,12 +63,12 @@ def codes(folder: Path, *changes: tuple[str, str]) -> list[str]:
 
 FAULTS = {
     "initial condition": (("go: going", "go: goign"), "E0201"),
-    "let that conditions name": (("x.c.go and not", "x.c.ho and not"), "E0203"),
-    "terminal condition": (("told: fresh(x.c.go)", "told: fresh(x.c.ho)"), "E0203"),
-    "condition of a row": (("[S1, terminal, halted", "[S1, terminal, halt"), "E0212"),
+    "let that conditions name": (("x.c.go and not", "x.c.goo and not"), "E0203"),
+    "terminal condition": (("told: fresh(x.c.go)", "told: fresh(x.c.goo)"), "E0203"),
+    "condition of a row": (("[S1, terminal, halted", "[S1, terminal, haltd"), "E0212"),
     "condition of a behaviour": (("terminal: told", "terminal: toled"), "E0212"),
-    "value of a target": (("y.c.d: d_d, d_d", "y.c.d: d_c, d_d"), "E0201"),
-    "target": (("{y.c.d: d_d}", "{y.c.e: d_d}"), "E0214"),
+    "value of a target": (("y.c.d: d_d, d_d", "y.c.d: d_dd, d_d"), "E0201"),
+    "target": (("{y.c.d: d_d}", "{y.c.dd: d_d}"), "E0214"),
     "function of a behaviour": (("[hold], terminal", "[hodl], terminal"), "E0215"),
     "behaviour of a state": (("S1: move}", "S1: moev}"), "E0216"),
     "memory": (('"real[m]", init: 0}', '"real[m]", init: "1[s]"}'), "E0310"),
@@ -104,7 +104,7 @@ def test_what_does_not_depend_on_an_error_is_proved(fault: str, rest: str, tmp_p
 def test_two_known_rows_overlap_beside_an_unknown_one(tmp_path: Path) -> None:
     more = (
         "- [S1, terminal, halted, S0]\n",
-        "- [S1, terminal, halted, S0]\n" + " " * 10 + "- [S1, terminal, unheard, S0]\n",
+        "- [S1, terminal, halted, S0]\n" + " " * 10 + "- [S1, terminal, haltd, S0]\n",
     )
     assert codes(tmp_path, more) == ["E0212"]
     assert codes(tmp_path, more, REST["overlap"][0]) == ["E0212", "E0602"]
@@ -162,11 +162,11 @@ SILENT = ("{y.c.d: d_d}", "{d_d: d_d}")
 SENDERS = {
     "a value with an error is sent all the same": (
         (),
-        ("y.c.d: d_d}", "y.c.d: d_c}"),
+        ("y.c.d: d_d}", "y.c.d: d_dd}"),
         "E0201",
         False,
     ),
-    "an error elsewhere": ((SILENT,), ("y.c.d: d_d, d_d", "y.c.d: d_c, d_d"), "E0201", True),
+    "an error elsewhere": ((SILENT,), ("y.c.d: d_d, d_d", "y.c.d: d_dd, d_d"), "E0201", True),
     "a condition with an error": ((SILENT,), ("go: going", "go: goign"), "E0201", True),
     "a behaviour with an error": (
         (SILENT,),
@@ -174,7 +174,7 @@ SENDERS = {
         "E0215",
         True,
     ),
-    "an unknown target may be it": ((), ("{y.c.d: d_d}", "{y.c.e: d_d}"), "E0214", False),
+    "an unknown target may be it": ((), ("{y.c.d: d_d}", "{y.c.dd: d_d}"), "E0214", False),
     "an unknown function may send it": (
         (SILENT,),
         ("[hold], t", "[hold, hodl], t"),
@@ -214,5 +214,5 @@ def test_a_known_way_into_a_state_is_followed_beside_an_unknown_one(tmp_path: Pa
     unknown = ("[S0, terminal, stay, S0]", "[S0, terminal, stya, S1]")
     told = sorted(["E0212", "E0701"])
     assert codes(tmp_path, *sent, late, reads, unknown) == told
-    whole = ("terminal: told}", "terminal: tolled}")
+    whole = ("terminal: told}", "terminal: toldd}")
     assert codes(tmp_path, *sent, late, reads, whole) == ["E0212"]

@@ -15,7 +15,7 @@ STAGES = (
     ("      rate: 10 Hz\n", "fsm", "open"),
     ("      behaviours: {w: {terminal: never}}\n", "fsm", "open"),
     ("      states: {S0: w}\n", "fsm", "open"),
-    ("      initial_state: S1\n", "fsm", "wrong"),
+    ("      initial_state: S1\n", "fsm", "open"),
 )
 OTHER = """\
   b:

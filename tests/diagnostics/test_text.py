@@ -158,9 +158,9 @@ def _columns(text: str, skip: int) -> str:
 
 def test_what_is_wrong_comes_before_what_is_not_there(tmp_path: Path) -> None:
     path = tmp_path / "demo.yaml"
-    path.write_text("specc: 1\nsystem: demo\nconstants: {a: b}\n", encoding="utf-8")
+    path.write_text("specc: 1\nsystem: demo\nconstants: {a: True + 1}\n", encoding="utf-8")
     result = compile_spec(str(path))
     found = report(resolve(result.diagnostics, result.sources), [str(path)])
-    assert [item.diagnostic.code for item in found.findings] == ["O0401", "E0201"]
+    assert [item.diagnostic.code for item in found.findings] == ["O0401", "E0313"]
     text = render(found)
-    assert text.index("E0201") < text.index("O0401")
+    assert text.index("E0313") < text.index("O0401")

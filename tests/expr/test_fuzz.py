@@ -35,7 +35,7 @@ def complain(text: str, scope_type: object = None) -> None:
         for error in failure.errors:
             assert 0 <= error.start <= error.end <= len(text)
             assert error.message
-            assert error.code[:3] in ("E02", "E03")
+            assert error.code[:3] in ("E02", "E03", "O02")
     else:
         assert expression(show(tree), SCOPE, tree.type) == tree
 

@@ -92,7 +92,7 @@ def test_spellings(text: str, type: Type) -> None:
     [
         ("vectr[6]", "E0233", "vectr", "unknown type `vectr`", "did you mean `vector`?"),
         ("Motor", "E0233", "Motor", "unknown type `Motor`", "did you mean `Motors`?"),
-        ("zzz", "E0233", "zzz", "unknown type `zzz`", "declare it under `types:`"),
+        ("zzz", "O0205", "zzz", "type `zzz` is not there yet", "declare it under `types:`"),
         (
             "vector",
             "E0306",
@@ -114,7 +114,7 @@ def test_spellings(text: str, type: Type) -> None:
             "`bool` does not take these in brackets",
             "it takes nothing",
         ),
-        ("pose[B, Q]", "E0209", "Q", "unknown frame `Q`", "declare it under `frames:`"),
+        ("pose[B, Q]", "O0205", "Q", "frame `Q` is not there yet", "declare it under `frames:`"),
         ("pose[B, b]", "E0209", "b", "unknown frame `b`", "did you mean `B`?"),
         ("pose[B, 1]", "E0306", "1", "a frame is a name", "declare it under `frames:`"),
         ("real[mm]", "E0305", "mm", "a type has SI units; only literals have others", "write `m`"),

@@ -85,7 +85,7 @@ CODES = (
         "A function assigns something that is neither an element of an output buffer "
         "(`y.peer.element`) nor a memory element (its name).",
         'memory: {d_p: {type: "real[rad]", init: 0}}\n'
-        "functions: {keep: {d: x.c.d}}\n"
+        "functions: {keep: {d_pp: x.c.d}}\n"
         "behaviours: {idle: {functions: [hold, sense, keep]}}\n",
         'memory: {d_p: {type: "real[rad]", init: 0}}\n'
         "functions: {keep: {d_p: x.c.d}}\n"
@@ -113,7 +113,7 @@ CODES = (
         "unknown state",
         "A row, `initial_state` or the cycle of a task names a state that is not in the state "
         "table.",
-        "states: {S0: idle}\ninitial_state: S1\n",
+        "states: {S0: idle}\ninitial_state: S0_\n",
         "states: {S0: idle}\ninitial_state: S0\n",
         "subsystem",
     ),
@@ -123,7 +123,7 @@ CODES = (
         "A buffer is named after the subsystem at its other end: `c` for the control subsystem of "
         "the agent, `E` or `R` for the device, in a control subsystem the name of a virtual "
         "effector, a virtual receptor or another agent. Nothing has this name.",
-        "virtual_effectors: {m: {x: {d: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
+        "virtual_effectors: {m: {x: {cc: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
         "virtual_effectors: {m: {x: {c: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
         "agent",
     ),

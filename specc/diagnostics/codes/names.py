@@ -48,7 +48,10 @@ CODES = (
         "What is called is neither declared under `operators:` nor a function of the language. "
         "Operators are the only functions: whatever the language cannot say is one of them, "
         "with a signature that says what it takes and gives.",
-        _constants('half: half_of("0.1[m]")').replace('"0.1[m]"', "2"),
+        _constants(
+            "half: half_off(2)",
+            'operators: {half_of: {signature: "(a: real) -> real", python: "demo:half_of"}}\n',
+        ),
         _constants(
             "half: half_of(2)",
             'operators: {half_of: {signature: "(a: real) -> real", python: "demo:half_of"}}\n',
@@ -68,7 +71,7 @@ CODES = (
         "An expression reads from a subsystem or device that has no input buffer here. Peers are "
         "the keys under `x:`: `c` for the control subsystem of the agent, `E` or `R` for the only "
         "real effector or receptor, else a name.",
-        _EYE % '"x.eye.d < 1[m]"',
+        _EYE % '"x.R_.d < 1[m]"',
         _EYE % '"x.R.d < 1[m]"',
     ),
     Code(
@@ -76,8 +79,8 @@ CODES = (
         "unknown frame",
         "A type names a coordinate frame that is not declared under `frames:`. Frames are declared "
         "so that a typing error cannot make a new one, in which nothing would meet anything.",
-        _TOP + 'frames: {B: robot base}\ntypes: {Grasp: "pose[B, E]"}\n',
-        _TOP + 'frames: {B: robot base, E: end-effector}\ntypes: {Grasp: "pose[B, E]"}\n',
+        _TOP + 'frames: {Base: robot base, Tip: its tool}\ntypes: {Grasp: "pose[Bace, Tip]"}\n',
+        _TOP + 'frames: {Base: robot base, Tip: its tool}\ntypes: {Grasp: "pose[Base, Tip]"}\n',
     ),
     Code(
         "E0230",

@@ -37,7 +37,7 @@ CODES = (
         "binding of an unknown element",
         "What is bound is an element of a device: agent, `E` or `R`, device, element. No device or "
         "no element has this name.",
-        _plant(_ARM + _WRIST + _EYE + _WRIST.replace("F_m", "F")),
+        _plant(_ARM + _WRIST + _EYE + _WRIST.replace("F_m", "F_mm")),
         _plant(_ARM + _WRIST + _EYE),
         "file",
     ),
