@@ -9,9 +9,10 @@ from specc.facts import Facts
 from specc.model.fsm import Transition
 from specc.model.system import System
 from specc.proof import InputName
-from specc.scenario.drive import Drive, Driver
+from specc.scenario.drive import Driver
 from specc.scenario.machine import AbsentError, StrayError, begun, ending, executed, watched
 from specc.scenario.refutations import Refutation
+from specc.scenario.run import Run
 from specc.scenario.script import Script, step_between
 from specc.scenario.search import Goal, came
 from specc.scenario.situation import Meaning, Situation
@@ -34,7 +35,7 @@ class AbsencePlanner:
         self.meaning = Meaning(self.system, self.subsystem)
         self._driver = Driver(self.meaning, facts, whole, frozenset((self._name,)))
         self._refutation = refutation
-        self._others = sorted(self._driver.elements - {self._name})
+        self._others = sorted(self._driver.inputs.names - {self._name})
 
     def script(self) -> Script | None:
         """A script that reads the input, if possible with everything else there; else None."""
@@ -68,11 +69,11 @@ class AbsencePlanner:
             elif code == "E0701" and path:
                 yield lambda path=path: self._entering(self._along(path[:-1], wanted), path[-1])  # type: ignore[misc]  # as above
 
-    def _along(self, path: Sequence[Transition], wanted: Situation | None) -> Drive:
-        drive = self._driver.first(wanted)
+    def _along(self, path: Sequence[Transition], wanted: Situation | None) -> Run:
+        run = self._driver.first(wanted)
         for row in path:
-            drive = self._driver.along(drive, row)
-        return drive
+            run = self._driver.along(run, row)
+        return run
 
     def _at_first(self, wanted: Situation | None, reading: Reading) -> Script:
         """The first period is the last step."""
@@ -84,41 +85,41 @@ class AbsencePlanner:
 
         return self._driver.patiently(begin)
 
-    def _entering(self, drive: Drive, row: Transition) -> Script:
+    def _entering(self, run: Run, row: Transition) -> Script:
         """The last step takes a row, and the functions of its target read."""
         goals = self._driver.context(row.source, row.cause, [row])
         target = row.target
         return self._last(
-            drive, goals, lambda at: executed(self.meaning, target, replace(at, periods=0))
+            run, goals, lambda at: executed(self.meaning, target, replace(at, periods=0))
         )
 
-    def _in_conditions(self, drive: Drive) -> Script:
+    def _in_conditions(self, run: Run) -> Script:
         """In the last step the conditions of the state read, or those of its rows."""
-        state, axioms = drive.state, [(a.that, True) for a in self.subsystem.axioms]
+        state, axioms = run.state, [(a.that, True) for a in self.subsystem.axioms]
         behaviour = self.subsystem.state(state).behaviour
         going: Goal = (behaviour.error.when, False)
         for goals in ([], [going], [going, (behaviour.terminal.when, True)]):
             try:
                 asked = [*axioms, *goals]
-                return self._last(drive, asked, lambda at: ending(self.meaning, state, at))
+                return self._last(run, asked, lambda at: ending(self.meaning, state, at))
             except StrayError:
                 continue
         raise StrayError("it is not read")
 
-    def _last(self, drive: Drive, goals: list[Goal], reading: Reading) -> Script:
+    def _last(self, run: Run, goals: list[Goal], reading: Reading) -> Script:
         """The last step, with different inputs coming in it until what is absent is read."""
 
         every = [came(name) for name in self._others]
         for coming in ([], every, *([one] for one in every)):
             try:
-                return self._reached(drive, [*goals, *coming], reading)
+                return self._reached(run, [*goals, *coming], reading)
             except StrayError:
                 continue
         raise StrayError("it is not read")
 
-    def _reached(self, drive: Drive, goals: list[Goal], reading: Reading) -> Script:
+    def _reached(self, run: Run, goals: list[Goal], reading: Reading) -> Script:
         def reach(more: list[Goal]) -> Script:
-            reached, seen = self._driver.reach(drive, [*goals, *more])
+            reached, seen = self._driver.reach(run, [*goals, *more])
             self._read(reading, seen)
             step = step_between(reached.seen, seen)
             return Script(reached.steps, None, step, seen.answers, ())

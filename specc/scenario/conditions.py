@@ -13,7 +13,7 @@ from specc.model import expr as m
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose
 from specc.scenario.assign import Assigning, Ways, items_of
 from specc.scenario.freedom import Freedom
-from specc.scenario.numbers import Thresholds
+from specc.scenario.numbers import HOLDS, Thresholds
 from specc.scenario.situation import NO_VALUE, Meaning, Situation
 from specc.scenario.values import Value, first_value, others
 
@@ -109,6 +109,9 @@ class Conditions:
             return (other,) if op == "==" else (not other,)
         if isinstance(kind, Enum):
             return [member for member in kind.members if (member == other) == (op == "==")]
+        if isinstance(side, m.Clock):
+            near = (other, other + self._meaning.period_s, other - self._meaning.period_s)
+            return [time for time in near if HOLDS[op](time, other)]
         if isinstance(other, (int, float)):
             return self._thresholds.below_or_above(op, other, whole=isinstance(kind, Int))
         return (other,) if op == "==" else (_OTHER_TEXT,)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 from specc.facts import Facts
-from specc.facts import Step as Taken
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.scenario.freedom import Freedom
+from specc.scenario.inputs import Inputs
 from specc.scenario.machine import (
     AbsentError,
     Ending,
@@ -22,12 +21,13 @@ from specc.scenario.machine import (
     ending,
     executed,
 )
+from specc.scenario.paths import Path, paths
+from specc.scenario.run import Run, Seen
 from specc.scenario.script import Step, row_words, step_between
 from specc.scenario.search import Goal, find, present
 from specc.scenario.situation import Meaning, Situation
-from specc.scenario.values import Value, alike, first_value
+from specc.scenario.values import alike
 
-MOST_PATHS = 6
 MOST_ABSENT = 8
 """Inputs that are asked for one after another."""
 LONGEST_WAIT = 5000
@@ -35,47 +35,6 @@ LONGEST_WAIT = 5000
 
 
 Found = TypeVar("Found")
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """A period after the first: the state, what was seen in it, and the row taken, if any."""
-
-    state: str
-    at: Situation
-    row: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """A run so far.
-
-    Attributes:
-        first: what was seen in the first period.
-        periods: the others.
-        steps: the same as steps of a script.
-        state: the state that it is in.
-        at: what is seen there next if nothing comes.
-    """
-
-    first: Situation
-    periods: tuple[Seen, ...]
-    steps: tuple[Step, ...]
-    state: str
-    at: Situation
-
-    @property
-    def seen(self) -> Situation:
-        """What was seen last."""
-        return self.periods[-1].at if self.periods else self.first
-
-    def having(self, seen: Seen, step: Step, state: str, at: Situation) -> Drive:
-        """The run with one more period; a step that only goes on is made longer instead."""
-        steps = (*self.steps, step)
-        last = self.steps[-1]
-        if seen.row is None and last.way == step.way and not (step.arrives or step.there):
-            steps = (*self.steps[:-1], replace(last, periods=last.periods + 1))
-        return Drive(self.first, (*self.periods, seen), steps, state, at)
 
 
 class Driver:
@@ -89,29 +48,15 @@ class Driver:
         never: frozenset[InputName] = frozenset(),
     ) -> None:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
-        self._never = never
         self.meaning = meaning
+        self.inputs = Inputs(meaning, facts, original, never)
+        self._never = never
         self._subsystem = meaning.subsystem
         self._presence = facts.presence(original)
-        self._arrivals = self._presence.arrivals
-        self._steps = facts.steps(original)
-        ports = [port for port in original.ports if port.direction == "x"]
-        self.devices = frozenset(
-            (port.peer, element.name)
-            for port in ports
-            if port.other_end in facts.connections.devices
-            for element in port.elements
-        )
-        self.always = facts.connections.always_present(original)
+        self._possible = {step.row.place for step in facts.steps(original)}
         self._changing = frozenset(
             a.name for b in self._subsystem.behaviours for a in b.assignments if not a.peer
         )
-        self._elements = {(p.peer, e.name): e for p in ports for e in p.elements}
-
-    @property
-    def elements(self) -> frozenset[InputName]:
-        """All inputs."""
-        return frozenset(self._elements)
 
     def sure(self, state: str) -> frozenset[InputName]:
         """Inputs that are there whenever the conditions of a state are asked."""
@@ -129,7 +74,7 @@ class Driver:
             for _, row in self._subsystem.rows(state, cause)
         ]
 
-    def first(self, wanted: Situation | None = None) -> Drive:
+    def first(self, wanted: Situation | None = None) -> Run:
         """The first period; what a later situation needs comes then already if it can.
 
         Raises:
@@ -137,10 +82,10 @@ class Driver:
         """
         state = self._subsystem.initial_state
 
-        def begin(more: list[Goal]) -> Drive:
+        def begin(more: list[Goal]) -> Run:
             seen = begun(self.meaning, self.start(wanted, more, number))
             step = self.first_step(seen)
-            return Drive(seen, (), (step,), state, self._next(state, seen))
+            return Run(seen, (), (step,), state, self._next(state, seen))
 
         number = 0.0
         try:
@@ -160,15 +105,16 @@ class Driver:
             StrayError: nothing was found that meets the assumptions and the goals.
         """
         axioms = [(axiom.that, True) for axiom in self._subsystem.axioms]
-        at = self._with_values(self._nothing(number), wanted)
+        at = self.inputs.nothing(number)
+        at = at if wanted is None else self.inputs.with_values(at, wanted)
         return self.found(at, [*axioms, *goals], "")
 
     def first_step(self, seen: Situation) -> Step:
         """The step of the first period."""
-        shown = self._without_own(seen)
+        shown = self.inputs.without_own(seen)
         return step_between(None, shown, self._subsystem.initial_state, "the first period")
 
-    def along(self, drive: Drive, row: Transition) -> Drive:
+    def along(self, run: Run, row: Transition) -> Run:
         """The run with one more row taken.
 
         Raises:
@@ -177,8 +123,8 @@ class Driver:
         goals = self.context(row.source, row.cause, [row])
         index = next(i for i, other in enumerate(self._subsystem.transitions) if other is row)
 
-        def take(more: list[Goal]) -> Drive:
-            here, seen = self.reach(drive, [*goals, *more])
+        def take(more: list[Goal]) -> Run:
+            here, seen = self.reach(run, [*goals, *more])
             if ending(self.meaning, row.source, seen) != Ending(row.cause, (index,)):
                 raise StrayError("another row is taken")
             step = step_between(here.seen, seen, row.target, row_words(row))
@@ -203,20 +149,20 @@ class Driver:
                 more.append(present(error.name))
         raise StrayError("inputs are missing")
 
-    def reach(self, drive: Drive, goals: Sequence[Goal]) -> tuple[Drive, Situation]:
+    def reach(self, run: Run, goals: Sequence[Goal]) -> tuple[Run, Situation]:
         """What is seen in the state that the run is in so that the goals are met; it may wait.
 
         Raises:
             StrayError: nothing was found that meets them.
         """
-        found = self.found(drive.at, goals, drive.state, time=True)
-        missing = found.periods - drive.at.periods
+        found = self.found(run.at, goals, run.state, time=True)
+        missing = found.periods - run.at.periods
         if missing == 0:
-            return drive, found
+            return run, found
         if not 0 < missing <= LONGEST_WAIT:
             raise StrayError("it takes too long")
-        waited = self._wait(drive, missing)
-        return waited, self.found(waited.at, goals, drive.state)
+        waited = self._wait(run, missing)
+        return waited, self.found(waited.at, goals, run.state)
 
     def found(
         self,
@@ -235,30 +181,22 @@ class Driver:
             StrayError: nothing was found.
         """
         memory = self._changing if placed else frozenset[str]()
-        sure = self.sure(state) | self.always if state else self.always
-        found = find(
-            self.meaning, at, goals, Freedom(memory, time, placed, self.devices, sure, self._never)
-        )
+        inputs = self.inputs
+        sure = self.sure(state) | inputs.always if state else inputs.always
+        freedom = Freedom(memory, time, placed, inputs.devices, sure, self._never)
+        found = find(self.meaning, at, goals, freedom)
         if found is None:
             raise StrayError(f"nothing was found that ends {state} as wanted")
-        return self._with_company(found, goals)
+        return self.inputs.with_company(found, goals)
 
-    def _with_company(self, at: Situation, goals: Sequence[Goal]) -> Situation:
-        """The situation with what is sent together with what has come."""
-        present = self._arrivals.close(at.present) - self._never
-        came = replace(at, present=present, fresh=at.fresh | (present - at.present))
-        if all(self.meaning.holds(condition, came) is wanted for condition, wanted in goals):
-            return came
-        return replace(at, present=present)
-
-    def replay(self, drive: Drive, last: Situation) -> None:
+    def replay(self, run: Run, last: Situation) -> None:
         """Run it again with what operators give in the end, which they give from the beginning.
 
         Raises:
             StrayError: then it goes otherwise, or memory has other values than `last`.
         """
-        answers, at = last.answers, self.after_first(drive, last)
-        for seen in drive.periods:
+        answers, at = last.answers, self.after_first(run, last)
+        for seen in run.periods:
             now = replace(seen.at, answers=answers, memory=at.memory)
             ended = ending(self.meaning, seen.state, now)
             rows = self._subsystem.transitions
@@ -271,43 +209,28 @@ class Driver:
         if any(not alike(last.memory[name], value) for name, value in at.memory.items()):
             raise StrayError("memory would have other values")
 
-    def after_first(self, drive: Drive, last: Situation) -> Situation:
+    def after_first(self, run: Run, last: Situation) -> Situation:
         """What the first period leaves if operators give what they give in the end.
 
         Raises:
             StrayError: it fails.
         """
-        at = begun(self.meaning, replace(drive.first, answers=last.answers))
+        at = begun(self.meaning, replace(run.first, answers=last.answers))
         return executed(self.meaning, self._subsystem.initial_state, at)
 
-    def paths(self, state: str) -> Iterator[tuple[Transition, ...]]:
-        """Ways to a state over rows that can be taken, the shortest first, no state twice."""
-        rows = [row for taken in self._steps if (row := self._own(taken)) is not None]
-        open_: deque[tuple[Transition, ...]] = deque([()])
-        count = 0
-        while open_ and count < MOST_PATHS:
-            path = open_.popleft()
-            here = path[-1].target if path else self._subsystem.initial_state
-            if here == state:
-                count += 1
-                yield path
-                continue
-            been = {self._subsystem.initial_state, *(row.target for row in path)}
-            open_ += [(*path, row) for row in rows if row.source == here and row.target not in been]
+    def paths(self, state: str) -> Iterator[Path]:
+        """Ways to a state over rows that can be taken."""
+        rows = (row for row in self._subsystem.transitions if row.place in self._possible)
+        return paths(rows, self._subsystem.initial_state, state)
 
-    def _own(self, taken: Taken) -> Transition | None:
-        """The row of the subsystem at hand that stands where a row of the facts does."""
-        rows = self._subsystem.transitions
-        return next((row for row in rows if row.place == taken.row.place), None)
-
-    def _wait(self, drive: Drive, periods: int) -> Drive:
+    def _wait(self, run: Run, periods: int) -> Run:
         """The run with some more periods in its state."""
         for _ in range(periods):
-            at = self._going_on(drive.state, drive.at)
-            step = step_between(drive.seen, at, drive.state, "it goes on")
-            later = self._next(drive.state, at)
-            drive = drive.having(Seen(drive.state, at), step, drive.state, later)
-        return drive
+            at = self._going_on(run.state, run.at)
+            step = step_between(run.seen, at, run.state, "it goes on")
+            later = self._next(run.state, at)
+            run = run.having(Seen(run.state, at), step, run.state, later)
+        return run
 
     def _going_on(self, state: str, at: Situation) -> Situation:
         """A situation in which a state does not end, the given one if it can be.
@@ -323,39 +246,4 @@ class Driver:
         return self.found(at, goals, state)
 
     def _next(self, state: str, at: Situation) -> Situation:
-        later = executed(self.meaning, state, at)
-        present = self._arrivals.close(later.present | self._arrivals.later) - self._never
-        return replace(later, present=present)
-
-    def _nothing(self, number: float) -> Situation:
-        inputs: dict[InputName, Value] = {
-            name: first_value(element.type, number) for name, element in self._elements.items()
-        }
-        start = Situation(inputs, self.always)
-        for name, element in self._elements.items():
-            if element.init is not None:
-                inputs[name] = self.meaning.value(element.init, start)
-        return start
-
-    def _with_values(self, at: Situation, wanted: Situation | None) -> Situation:
-        """The situation with the values of another one, as far as the assumptions allow."""
-        for name in sorted(wanted.present) if wanted else ():
-            assert wanted is not None
-            known = name in self.always or name in self._arrivals.later
-            if known and repr(at.inputs[name]) == repr(wanted.inputs[name]):
-                continue
-            came = at.fresh if name in self.devices else at.fresh | {name}
-            inputs = {**at.inputs, name: wanted.inputs[name]}
-            more = replace(at, inputs=inputs, present=at.present | {name}, fresh=came)
-            if axioms_hold(self.meaning, more):
-                at = more
-        return at if wanted is None else replace(at, answers=wanted.answers)
-
-    def _without_own(self, at: Situation) -> Situation:
-        """The situation without the inputs that have their initial value by themselves."""
-        own = {
-            name
-            for name, element in self._elements.items()
-            if element.init is not None and name not in at.fresh
-        }
-        return replace(at, present=at.present - own)
+        return self.inputs.later(executed(self.meaning, state, at))

@@ -59,7 +59,7 @@ def executed(meaning: Meaning, state: str, at: Situation) -> Situation:
     """
     changed = {}
     for assignment in meaning.subsystem.state(state).behaviour.assignments:
-        value = _value(meaning, assignment.value, at)
+        value = value_of(meaning, assignment.value, at)
         if not assignment.peer:
             changed[assignment.name] = value
     later = {**at.memory, **changed}
@@ -72,7 +72,7 @@ def begun(meaning: Meaning, at: Situation) -> Situation:
     Raises:
         StrayError: an initial value has no value.
     """
-    memory = {item.name: _value(meaning, item.init, at) for item in meaning.subsystem.memory}
+    memory = {item.name: value_of(meaning, item.init, at) for item in meaning.subsystem.memory}
     return replace(at, memory=memory, periods=0)
 
 
@@ -91,10 +91,15 @@ def watched(meaning: Meaning, at: Situation) -> list[bool]:
 
 
 def _surely(meaning: Meaning, condition: Expr, at: Situation) -> bool:
-    return bool(_value(meaning, condition, at))
+    return bool(value_of(meaning, condition, at))
 
 
-def _value(meaning: Meaning, expr: Expr, at: Situation) -> Value:
+def value_of(meaning: Meaning, expr: Expr, at: Situation) -> Value:
+    """The value of an expression.
+
+    Raises:
+        StrayError: it has none.
+    """
     try:
         return meaning.value(expr, at, strictly=True)
     except KeyError as error:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from specc.model.expr import Builtin, Compare, Expr, Number, walk
 from specc.scenario.situation import NO_VALUE, Meaning, Situation
 
-_HOLDS = {
+HOLDS = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,
@@ -42,7 +42,7 @@ class Thresholds:
         found: dict[float, None] = {}
         for number in self._around(limit):
             rounded: float = round(number) if whole else number
-            if _HOLDS[op](rounded, limit):
+            if HOLDS[op](rounded, limit):
                 found[rounded] = None
         yield from list(found)[:_MOST]
 

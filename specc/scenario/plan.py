@@ -8,9 +8,10 @@ from dataclasses import replace
 from specc.facts import Facts
 from specc.model.fsm import Cause, Transition
 from specc.model.system import System
-from specc.scenario.drive import Drive, Driver
+from specc.scenario.drive import Driver
 from specc.scenario.machine import StrayError, ending
 from specc.scenario.refutations import Refutation
+from specc.scenario.run import Run
 from specc.scenario.script import Placed, Script, step_between
 from specc.scenario.search import Goal
 from specc.scenario.situation import Meaning, Situation
@@ -71,23 +72,23 @@ class Planner:
         self,
         wanted: Situation | None,
         goals: list[Goal],
-        last: Callable[[Drive, list[Goal]], Script],
+        last: Callable[[Run, list[Goal]], Script],
     ) -> Script | None:
         for path in self._driver.paths(self._refutation.state):
             try:
-                drive = self._driver.first(wanted)
+                run = self._driver.first(wanted)
                 for row in path:
-                    drive = self._driver.along(drive, row)
-                return last(drive, goals)
+                    run = self._driver.along(run, row)
+                return last(run, goals)
             except StrayError:
                 continue
         return None
 
-    def _reached(self, drive: Drive, goals: list[Goal]) -> Script:
+    def _reached(self, run: Run, goals: list[Goal]) -> Script:
         """The last step of a run that is driven by inputs alone."""
 
         def reach(more: list[Goal]) -> Script:
-            reached, seen = self._driver.reach(drive, [*goals, *more])
+            reached, seen = self._driver.reach(run, [*goals, *more])
             rows = self._rows_at(seen)
             self._driver.replay(reached, seen)
             step = step_between(reached.seen, seen)
@@ -95,25 +96,25 @@ class Planner:
 
         return self._driver.patiently(reach)
 
-    def _remembered(self, drive: Drive, goals: list[Goal]) -> Script:
+    def _remembered(self, run: Run, goals: list[Goal]) -> Script:
         """The last step with memory, time and old inputs put in place."""
-        seen, rows = self._settled(drive.at, goals)
-        self._driver.replay(drive, replace(drive.at, answers=seen.answers))
-        periods = None if seen.periods == drive.at.periods else seen.periods
-        placed = Placed(None, _changed(drive.at, seen), periods)
-        return Script(drive.steps, placed, step_between(drive.seen, seen), seen.answers, rows)
+        seen, rows = self._settled(run.at, goals)
+        self._driver.replay(run, replace(run.at, answers=seen.answers))
+        periods = None if seen.periods == run.at.periods else seen.periods
+        placed = Placed(None, _changed(run.at, seen), periods)
+        return Script(run.steps, placed, step_between(run.seen, seen), seen.answers, rows)
 
     def _put(self, goals: list[Goal]) -> Script | None:
         """The state itself put in place after the first period."""
         try:
-            drive = self._driver.first()
-            at = replace(drive.at, periods=1)
+            run = self._driver.first()
+            at = replace(run.at, periods=1)
             seen, rows = self._settled(at, goals)
         except StrayError:
             return None
-        left = self._driver.after_first(drive, seen)
+        left = self._driver.after_first(run, seen)
         placed = Placed(self._refutation.state, _changed(left, seen), seen.periods)
-        return Script(drive.steps, placed, step_between(drive.seen, seen), seen.answers, rows)
+        return Script(run.steps, placed, step_between(run.seen, seen), seen.answers, rows)
 
     def _anywhere(self, goals: list[Goal]) -> Situation | None:
         try:

@@ -23,7 +23,7 @@ from specc.scenario.text import scenario
 from specc.source import Sources
 from tests.lower.test_law import systems
 
-EXAMPLES = 40
+EXAMPLES = 25
 outcomes: Counter[str] = Counter()
 
 

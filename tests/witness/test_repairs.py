@@ -19,7 +19,7 @@ from tests.witness.runs import ADDED, ASKED, ROOT, run, written
 
 SPECS = ROOT / "specs"
 NAMES = ("conveyor_gate.yaml", "irp_picking.yaml")
-MOST = 3
+MOST = 2
 STATE = re.compile(r"of state `(\w+)`")
 CAUSE = re.compile(r"by its (\w+) condition")
 
