@@ -32,6 +32,15 @@ class Definitions:
     """Kind and name (`type Mode`) -> where it is defined."""
     broken: set[str] = field(default_factory=set)
     """Names whose own definition has an error."""
+    given: dict[str, Constant] | None = None
+    """The parameters of a described file with their values; None for any other file."""
+
+    @property
+    def local(self) -> dict[str, Constant]:
+        """Constants that subsystems know by their values only, since they are no system's."""
+        if self.given is None:
+            return {}
+        return {name: c for name, c in self.constants.items() if name not in self.given}
 
     def names(self, *, variables: bool = False) -> TypeNames:
         """What type texts may name; with `variables`, undeclared frames are variables."""

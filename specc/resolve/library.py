@@ -40,11 +40,16 @@ class Library:
     _using: tuple[str, ...] = ()
 
     def definitions(
-        self, file: Loaded, frames: dict[str, Frame] | None = None, given: tuple[Constant, ...] = ()
+        self,
+        file: Loaded,
+        frames: dict[str, Frame] | None = None,
+        given: tuple[Constant, ...] | None = None,
     ) -> Definitions:
         """Definitions in force in `file`; `frames` and `given` are values of its parameters."""
         own = Definitions(frames=dict(frames or {}))
-        own.constants |= {c.name: c for c in given}
+        if given is not None:
+            own.given = {c.name: c for c in given}
+            own.constants |= own.given
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 from specc.diagnostics import nearest
 from specc.expr import ExprError, parse_type
+from specc.model.expr import ConstantRef, Expr, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions
+from specc.resolve.inlining import inlined
 from specc.resolve.library import Library, Loaded, constant_scope
+from specc.schema import SpecFile
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +88,7 @@ class _Binder:
             if value is None:
                 self._fail()
             else:
+                value = _outside(value, self.outer, file.spec)
                 constants.append(Constant(name, value, "", where.key))
         return tuple(constants)
 
@@ -112,3 +116,19 @@ class _Binder:
 
     def _fail(self) -> None:
         self.complete = False
+
+
+def _outside(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
+    """An argument without names that mean something else, or nothing, where it is used.
+
+    What an agent is given goes on into its subsystems, so it keeps no names at all.
+    """
+    if outer.given is not None or used.agent is not None:
+        return inlined(value, outer.constants)
+    open_, met = [value], set()
+    while open_:
+        for node in walk(open_.pop()):
+            if isinstance(node, ConstantRef) and node.name not in met:
+                met.add(node.name)
+                open_.append(outer.constants[node.name].value)
+    return inlined(value, outer.constants) if met & used.parameters.keys() else value
