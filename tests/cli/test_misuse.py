@@ -111,12 +111,12 @@ TEXTS = {
         ("E0101", "initial_stat", "did you mean `initial_state`"),
     ),
     "unknown name": Misuse(
-        edit(SPEC, "y.E.v_s: v_n", "y.E.v_s: v_m"), REFUSED, ("E0201", "name v_m", "x.E.v_m")
+        edit(SPEC, "y.E.v_s: v_n", "y.E.v_s: v_m"), REFUSED, ("E0201", "name `v_m`", "x.E.v_m")
     ),
     "unknown element": Misuse(
         edit(SPEC, "y.drive.v_d: x.gate.go", "y.drive.v_d: x.gate.goo"),
         REFUSED,
-        ("E0203", "no goo", "did you mean go"),
+        ("E0203", "no `goo`", "did you mean `go`"),
     ),
     "cyclic let": Misuse(
         edit(SPEC, 'let: {v_n: "v_p +', 'let: {a: v_n, v_n: "a +'),
@@ -316,8 +316,8 @@ def test_task_with_a_class_that_is_not_there(part: str, folder: Path) -> None:
 
 def test_specification_without_a_plant_or_a_task(folder: Path) -> None:
     (folder / "gate.yaml").write_text(SPEC[: SPEC.index("\ntask:")], encoding="utf-8")
-    words = ("--cycles", "conveyor_gate has no task", "--duration")
-    assert_said(specc(folder, "run", "gate.yaml", "--cycles", "1"), UNUSABLE, words)
+    words = ("O0503", "there is no task", "--duration")
+    assert_said(specc(folder, "run", "gate.yaml", "--cycles", "1"), 1, words)
     (folder / "gate.yaml").write_text(SPEC[: SPEC.index("\nplant:")], encoding="utf-8")
-    words = ("conveyor_gate has no plant", "belt.drive", "`plant:`")
-    assert_said(specc(folder, "run", "gate.yaml", "--duration", "0.1"), UNUSABLE, words)
+    words = ("O0501", "no plant", "belt.E.motor", "`plant:`")
+    assert_said(specc(folder, "run", "gate.yaml", "--duration", "0.1"), 1, words)
