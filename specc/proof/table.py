@@ -15,6 +15,8 @@ from specc.proof.variables import Answers, Collection, Variable
 
 LIMIT = 2**18
 """Most combinations that are tried."""
+MOST_KINDS = 2**14
+"""Most kinds of items, times answers about all of them, that are tried for one collection."""
 
 
 class TooLargeError(Exception):
@@ -125,8 +127,8 @@ def _collection_answers(variable: Collection, tests: list[Formula]) -> list[Answ
     kinds = _kinds_of_items(tests)
     fewest = {(False,) * len(tests): 0}
     for kind in kinds:
-        if len(fewest) * len(kinds) > LIMIT:
-            raise TooLargeError(f"a quantifier over more than {LIMIT} kinds of items")
+        if len(fewest) * len(kinds) > MOST_KINDS:
+            raise TooLargeError(f"{len(tests)} quantifiers over {len(kinds)} kinds of items")
         for answer, count in list(fewest.items()):
             both = tuple(a or b for a, b in zip(answer, kind, strict=True))
             fewest[both] = min(count + 1, fewest.get(both, count + 1))
@@ -147,4 +149,6 @@ def _kinds_of_items(tests: list[Formula]) -> list[Answers]:
         split = [(((*k, True)), left & bits) for k, left in kinds]
         split += [(((*k, False)), left & ~bits) for k, left in kinds]
         kinds = [(kind, left) for kind, left in split if left]
+        if len(kinds) ** 2 > MOST_KINDS:
+            raise TooLargeError(f"quantifiers over more than {len(kinds)} kinds of items")
     return [kind for kind, _ in kinds]

@@ -241,13 +241,16 @@ class Translator:
 
     def _among(self, whole: Expr, item: Expr, members: frozenset[str], bound: Depths) -> Formula:
         item = self._look_through(item)
-        if isinstance(item, Choice):
-            return self.make.choice(
-                self._bool(item.test, bound),
-                self._among(whole, item.then, members, bound),
-                self._among(whole, item.otherwise, members, bound),
-            )
         number = self._numbering.number(item, bound)
+        if isinstance(item, Choice):
+            key = members, number, len(bound)
+            if key not in self._compared:
+                self._compared[key] = self.make.choice(
+                    self._bool(item.test, bound),
+                    self._among(whole, item.then, members, bound),
+                    self._among(whole, item.otherwise, members, bound),
+                )
+            return self._compared[key]
         known = self._numbering.value(number)
         enum = item.type
         if known is not None or not isinstance(enum, Enum) or members >= set(enum.members):

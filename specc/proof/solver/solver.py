@@ -61,7 +61,8 @@ class _Question:
         )
 
     def _gap(self) -> Witness | None:
-        answers = self._answers([*self._context, *map(z3.Not, self._rows)], z3.Or(self._rows))
+        applies = z3.Or([z3.BoolVal(False, self._theory.context), *self._rows])
+        answers = self._answers([*self._context, z3.Not(applies)], applies)
         return None if answers is None else _witness(answers)
 
     def _overlap(self) -> Witness | None:
@@ -79,7 +80,11 @@ class _Question:
         model = self._model(fault)
         if model is None:
             return None
-        answers = [(a, self._theory.is_true(a, model)) for a in self._asked if a.expr]
+        answers = [
+            (atom, z3.is_true(model.eval(self._theory.said(atom, True), model_completion=True)))
+            for atom in self._asked
+            if atom.expr
+        ]
         kept = list(answers)
         for item in answers if len(answers) <= MOST_FACTS else ():
             rest = [other for other in kept if other is not item]
@@ -92,11 +97,8 @@ class _Question:
         return frozenset(
             (arrival.peer, arrival.element)
             for arrival in sorted(self._arrivals, key=lambda a: (a.peer, a.element))
-            if not self._holds([*context, z3.Not(self._present(arrival))])
+            if not self._holds([*context, z3.Not(self._theory.arrived(arrival, "present"))])
         )
-
-    def _present(self, arrival: Arrival) -> Any:
-        return z3.Bool(f"present {arrival.peer}.{arrival.element}")
 
     def _holds(self, parts: Sequence[Any]) -> bool:
         return self._model(parts) is not None
@@ -121,7 +123,7 @@ class _Question:
             case "or":
                 return z3.Or(parts)
             case "true" | "false":
-                return z3.BoolVal(formula.kind == "true")
+                return z3.BoolVal(formula.kind == "true", self._theory.context)
         assert formula.atom is not None
         return self._theory.said(formula.atom, formula.kind == "atom")
 

@@ -37,7 +37,7 @@ class Theory:
         items = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, may_be_unused, items, exact=exact)
         try:
-            self.terms = {atom: self._term(atom) for atom in atoms}
+            terms = [self._term(atom) for atom in atoms]
         except TooManyItemsError:
             raise UnsureError("a quantifier goes over a long vector") from None
         rounding = self._conditions.rounding
@@ -47,50 +47,61 @@ class Theory:
         facts = [*self._conditions.laws, *rounding.facts()]
         facts += [_arrival(atom.variable) for atom in atoms if _is_arrival(atom)]
         # In a context of its own, so that an answer does not depend on earlier questions.
-        self._context = z3.Context()
-        self._solver = z3.Solver(ctx=self._context)
+        self.context = z3.Context()
+        self._solver = z3.Solver(ctx=self.context)
         self._solver.set("rlimit", MOST_STEPS)
-        self._solver.add(*(fact.translate(self._context) for fact in facts))
+        self._solver.add(*(fact.translate(self.context) for fact in facts))
+        self._answers = {
+            atom: z3.Bool(f"answer {index}", self.context) for index, atom in enumerate(atoms)
+        }
+        for answer, term in zip(self._answers.values(), terms, strict=True):
+            self._solver.add(answer == term.translate(self.context))
 
     def conflict(self, answers: Sequence[Answered]) -> tuple[Answered, ...] | None:
         """Some of the answers that are impossible together, as few as suffice; None if possible."""
-        if self.holds([self.said(*answer) for answer in answers]):
+        core = self._core(answers)
+        if core is None:
             return None
-        core = list(answers)
-        for answer in answers:
+        for answer in core:
             rest = [other for other in core if other is not answer]
-            if not self.holds([self.said(*other) for other in rest]):
-                core = rest
+            if len(rest) < len(core) and (smaller := self._core(rest)) is not None:
+                core = smaller
         return tuple(core)
 
-    def holds(self, terms: Sequence[Any]) -> bool:
-        """Whether all terms can hold together.
+    def _core(self, answers: Sequence[Answered]) -> list[Answered] | None:
+        """Some answers that are impossible together, not the fewest; None if all are possible."""
+        said = {self.said(*answer).get_id(): answer for answer in answers}
+        if self._check([self.said(*answer) for answer in answers]):
+            return None
+        needed = {term.get_id() for term in self._solver.unsat_core()}
+        return [answer for key, answer in said.items() if key in needed]
+
+    def model(self, terms: Sequence[Any]) -> Any:
+        """Values with which all terms, of the context of this, hold; None if there are none.
 
         Raises:
             UnsureError: that takes too long.
         """
-        return self.model(terms) is not None
-
-    def model(self, terms: Sequence[Any]) -> Any:
-        """Values with which all terms hold; None if there are none."""
         self._solver.push()
         try:
-            self._solver.add(*(term.translate(self._context) for term in terms))
-            found = self._solver.check()
-            if found == z3.unknown:
-                raise UnsureError("the solver found no answer within bounds")
-            return self._solver.model() if found == z3.sat else None
+            self._solver.add(*terms)
+            return self._solver.model() if self._check(()) else None
         finally:
             self._solver.pop()
 
-    def is_true(self, atom: Atom, model: Any) -> bool:
-        """The answer to the question of an atom with the values of a model."""
-        term = self.terms[atom].translate(self._context)
-        return bool(z3.is_true(model.eval(term, model_completion=True)))
-
     def said(self, atom: Atom, yes: bool) -> Any:
         """The term that the answer to the question of an atom is yes, or no."""
-        return self.terms[atom] if yes else z3.Not(self.terms[atom])
+        return self._answers[atom] if yes else z3.Not(self._answers[atom])
+
+    def arrived(self, arrival: Arrival, test: str) -> Any:
+        """The term that an input is fresh, or present."""
+        return arrived(arrival.peer, arrival.element, test).translate(self.context)
+
+    def _check(self, assumed: Sequence[Any]) -> bool:
+        found = self._solver.check(*assumed)
+        if found == z3.unknown:
+            raise UnsureError("the solver found no answer within bounds")
+        return bool(found == z3.sat)
 
     def _term(self, atom: Atom) -> Any:
         variable = atom.variable
