@@ -57,10 +57,17 @@ def run(options: Namespace) -> int:
     from specc import output, pipeline
     from specc.cli.inspect import judged
     from specc.cli.launch import launch
+    from specc.cli.runnable import missing
 
     built = pipeline.build(options.spec)
     findings, refused = judged(options.spec, built.result, _overrides(options))
     if refused or not built.result.can("run"):
+        return _publish(report(findings, [options.spec]), "text") or 1
+    unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
+    if unmet:
+        codes = {found.code for found in unmet}
+        findings = [found for found in findings if found.diagnostic.code not in codes]
+        findings += resolve(unmet, built.result.sources)
         return _publish(report(findings, [options.spec]), "text") or 1
     with TemporaryDirectory(prefix="specc-") as scratch:
         directory = Path(scratch, "generated", built.system)

@@ -319,5 +319,5 @@ def test_specification_without_a_plant_or_a_task(folder: Path) -> None:
     words = ("O0503", "there is no task", "--duration")
     assert_said(specc(folder, "run", "gate.yaml", "--cycles", "1"), 1, words)
     (folder / "gate.yaml").write_text(SPEC[: SPEC.index("\nplant:")], encoding="utf-8")
-    words = ("O0501", "no plant", "belt.E.motor", "`plant:`")
+    words = ("O0501", "no plant", "belt.E.drive", "`plant:`")
     assert_said(specc(folder, "run", "gate.yaml", "--duration", "0.1"), 1, words)
