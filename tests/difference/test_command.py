@@ -100,4 +100,4 @@ def test_errors_of_either_file_are_shown(capsys: pytest.CaptureFixture[str]) -> 
     printed = capsys.readouterr()
     assert printed.out == ""
     assert "error[E0201]" in printed.err
-    assert "did you mean gap" in printed.err
+    assert "did you mean `gap`" in printed.err

@@ -130,8 +130,9 @@ def test_an_element_is_called_as_at_its_other_end(spec: Path) -> None:
     long = re.sub(r"\be(?=[:,} ])(?!:? *\d)", "speed", SPEC)
     assert mended(spec, long) == long
     assert main(["validate", "--strict", "a.yaml"]) == 0
-    # The definition at one end, and the expression that reads it.
-    assert mended(spec, long.replace("speed: {type", "sped: {type")) == long
+    # Two ends that differ are reported as that; which of them is right is for people to say.
+    end = long.replace("speed: {type", "sped: {type")
+    assert mended(spec, end) == end
     assert mended(spec, long.replace("x.c.speed", "x.c.sped")) == long
 
 
