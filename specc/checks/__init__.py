@@ -35,6 +35,7 @@ from specc.checks import (
     presence_in_conditions,
     presence_in_functions,
     presence_in_memory,
+    rates_divide,
     rates_meet,
     readers_fast_enough,
     rows_can_apply,
@@ -110,6 +111,7 @@ USES: tuple[Check, ...] = (
     ages_held.check,
     memory_read.check,
     waits_end.check,
+    rates_divide.check,
 )
 """What is not used is said once nothing is wrong: what has errors counts as using nothing."""
 

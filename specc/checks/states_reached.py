@@ -59,9 +59,20 @@ def _finding(
         f"`{subsystem.initial_state}`",
         subsystem.state(first[0]).place,
         f"never entered{through}",
-        tuple(Related(row.place, "this row can never be taken") for row in dead),
+        (
+            *(Related(row.place, "this row can never be taken") for row in dead),
+            *_unsent(subsystem, group),
+        ),
         _way_out(first[0], dead),
     )
+
+
+def _unsent(subsystem: Subsystem, group: list[str]) -> Iterator[Related]:
+    """The elements that only these states send."""
+    sent = [(s.name, a) for s in subsystem.states for a in s.behaviour.assignments if a.peer]
+    others = {a.target for name, a in sent if name not in group}
+    lost = {a.target: a for name, a in sent if name in group and a.target not in others}
+    return (Related(a.place, f"so `{a.target}` is never sent") for a in lost.values())
 
 
 def _way_out(name: str, dead: list[Transition]) -> str:
