@@ -8,7 +8,7 @@ from itertools import chain, count
 from specc.diagnostics import Diagnostic, Related
 from specc.expr import show
 from specc.facts import Decided, Facts
-from specc.facts.words import ending, situation
+from specc.facts.words import ending, operators_in, situation
 from specc.model.system import System
 from specc.proof import Witness
 
@@ -39,6 +39,7 @@ def _way_out(decided: Decided, gap: Witness) -> str:
     return (
         f"add the row `[{decided.state.name}, {decided.cause}, {name}, ...]` with the initial "
         f'condition `{name}: "{show(gap.repair)}"`, or say under `assume:` why it cannot be'
+        f"{operators_in(gap)}"
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic, Related
 from specc.expr import show
 from specc.facts import Decided, Facts
-from specc.facts.words import ending, situation
+from specc.facts.words import ending, operators_in, situation
 from specc.model.fsm import Transition
 from specc.model.system import System
 from specc.proof import Witness
@@ -48,7 +48,7 @@ def _others(decided: Decided, told: Witness, facts: Facts) -> Iterator[Related]:
 
 
 def _way_out(overlap: Witness, rows: tuple[Transition, ...]) -> str:
-    other = "or say under `assume:` why it cannot be"
+    other = f"or say under `assume:` why it cannot be{operators_in(overlap)}"
     if overlap.repair is None or overlap.repaired is None:
         return f"delete one of the two rows, {other}"
     which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"

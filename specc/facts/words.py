@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 
+from specc.model.expr import Call, walk
 from specc.model.fsm import Behaviour, Cause
 from specc.proof import Witness
 
@@ -13,6 +14,18 @@ def situation(witness: Witness) -> str:
     """`when a is true and b is false`; empty if it is always so."""
     facts = [f"`{question}` is {answer}" for question, answer in witness.facts]
     return f"when {listed(facts, 'and')}" if facts else "whatever the conditions are"
+
+
+def operators_in(witness: Witness) -> str:
+    """What a witness takes of operators, as a last remark; empty if it has to do with none."""
+    nodes = (node for asked, _ in witness.answers for node in walk(asked))
+    calls = (node.operator for node in nodes if isinstance(node, Call))
+    names = [f"`{name}`" for name in dict.fromkeys(calls) if name != "is_used"]
+    if not names:
+        return ""
+    kind = "an operator, which" if len(names) == 1 else "operators, which"
+    verb = "is" if len(names) == 1 else "are"
+    return f"; {listed(names, 'and')} {verb} {kind} may have any result for all that is known"
 
 
 def ms(seconds: Fraction) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from specc.model.expr import Among, Compare, Expr, Logic, Member, Unary
+from specc.model.expr import Among, Binary, Call, Compare, Expr, Logic, Member, Unary, walk
 from specc.model.types import Bool
 from specc.proof.formula import Atom
 from specc.proof.table import Column, Table
@@ -60,10 +60,20 @@ def opposite(condition: Expr) -> Expr:
     match condition:
         case Unary(op="not", operand=operand):
             return operand
-        case Compare(op=op, left=left, right=right):
+        case Compare(op=op, left=left, right=right) if op in ("==", "!=") or not _may_be_nan(
+            condition
+        ):
             other = _OPPOSITES[op]
             return Compare(other, left, right, type=_BOOL)  # type: ignore[arg-type]  # one of six
     return Unary("not", condition, type=_BOOL)
+
+
+def _may_be_nan(comparison: Compare) -> bool:
+    """Whether `not a < b` says more than `a >= b`: operators and divisions may give NaN."""
+    return comparison.op not in ("==", "!=") and any(
+        isinstance(node, Call) or (isinstance(node, Binary) and node.op == "/")
+        for node in walk(comparison)
+    )
 
 
 def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:

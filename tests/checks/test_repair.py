@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import random
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from specc.expr import show
+from specc.facts.connections import Connections
+from specc.model.expr import TRUE, Expr
 from specc.model.fsm import Condition, Transition
 from specc.model.system import Subsystem
 from specc.model.trace import Trace
 from specc.pipeline import compile_spec
 from specc.proof import Prover, RowVerdict
+from specc.proof.repair import opposite
 from tests.checks.conditions import HERE, condition, machine
+from tests.checks.texts import prove
 
 CASES = Path(__file__).resolve().parents[1] / "cases" / "machines"
 ROW = re.compile(
@@ -78,3 +84,80 @@ def test_the_row_of_the_report_makes_the_specification_pass(case: Path, tmp_path
     mended.write_text("\n".join(lines) + "\n", encoding="utf-8")
     result = compile_spec(str(mended))
     assert [d for d in result.diagnostics if d.severity == "error"] == []
+
+
+def _specified() -> dict[str, tuple[Subsystem, dict[str, Expr], frozenset[tuple[str, str]]]]:
+    found = {}
+    for name in ("irp_picking", "conveyor_gate"):
+        system = compile_spec(f"specs/{name}.yaml").system
+        assert system is not None
+        constants = {constant.name: constant.value for constant in system.constants}
+        for subsystem in system.subsystems:
+            always = Connections(system).always_present(subsystem)
+            found[f"{name}.{subsystem.qualified_name}"] = subsystem, constants, always
+    return found
+
+
+SPECIFIED = _specified()
+
+
+def faulty(subsystem: Subsystem) -> Iterator[tuple[Subsystem, Transition]]:
+    """The subsystem without a row, with one that always applies, and with one's opposite."""
+    rows = subsystem.transitions
+    for index, row in enumerate(rows):
+        yield replace(subsystem, transitions=rows[:index] + rows[index + 1 :]), row
+        for when in (TRUE, opposite(row.condition.when)):
+            asked = Condition("seeded", "initial", when, "", Trace(), HERE)
+            changed = replace(row, condition=asked)
+            yield replace(subsystem, transitions=(*rows[:index], changed, *rows[index + 1 :])), row
+
+
+@pytest.mark.parametrize("name", SPECIFIED)
+def test_repairs_of_seeded_faults_end_in_a_proof(name: str) -> None:
+    subsystem, constants, always = SPECIFIED[name]
+    repairs = 0
+    for seeded, row in faulty(subsystem):
+        for _ in range(MOST_REPAIRS):
+            verdict = Prover(seeded, constants, always).prove_rows(row.source, row.cause)
+            if verdict.proved:
+                break
+            seeded = mended(seeded, verdict, row)
+            repairs += 1
+        else:
+            raise AssertionError(f"the repairs of {row} do not end")
+    assert repairs or len(subsystem.transitions) < 2
+
+
+def mended(subsystem: Subsystem, verdict: RowVerdict, at: Transition) -> Subsystem:
+    """The subsystem after the suggested repair of the rows of one state and cause."""
+    witness = verdict.decision.gap or verdict.decision.overlap
+    assert witness
+    rows = list(subsystem.transitions)
+    if witness.repair is None and witness.holding:
+        rows.remove(verdict.rows[witness.holding[-1]])
+        return replace(subsystem, transitions=tuple(rows))
+    when = witness.repair or TRUE  # a cause without rows
+    asked = Condition(f"repair_{len(rows)}", "initial", when, "", Trace(), HERE)
+    if witness.repaired is None:
+        rows.append(replace(at, condition=asked))
+    else:
+        old = verdict.rows[witness.repaired]
+        rows[rows.index(old)] = replace(old, condition=asked)
+    return replace(subsystem, transitions=tuple(rows))
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [
+        ("d < 1", "d >= 1.0"),
+        ("size(d) < 1", "not size(d) < 1.0"),
+        ("d / e < 1", "not d / e < 1.0"),
+        ("n == 1", "n != 1"),
+    ],
+)
+def test_what_nan_would_break_is_not_suggested(asked: str, expected: str) -> None:
+    gap = prove(asked).decision.gap
+    assert gap
+    assert gap.repair
+    assert show(gap.repair) == expected
+    assert prove(asked, show(gap.repair)).proved
