@@ -12,7 +12,9 @@ from specc.source import Place
 
 State = Literal["done", "open", "wrong"]
 
-SYSTEM_STEPS = ("scenario", "structure")
+SYSTEM_STEPS = ("scenario", "structure", "definitions")
+SIMULATED_STEPS = (*SYSTEM_STEPS, "simulation")
+"""Of a system with a plant or a task, which Fig. 4 does not ask for."""
 AGENT_STEPS = ("devices", "control", "assignment")
 SUBSYSTEM_STEPS = ("buffers", "role", "fsm", "behaviours", "ends")
 
@@ -27,6 +29,10 @@ _HINTS = {
     "ends": "give each behaviour a `terminal:` condition",
 }
 _BY_CODE = {
+    "O0401": "structure",
+    "O0501": "simulation",
+    "O0502": "simulation",
+    "O0503": "simulation",
     "O0402": "control",
     "O0404": "assignment",
     "O0601": "role",
@@ -38,6 +44,10 @@ _BY_CODE = {
     "O0607": "behaviours",
 }
 _BY_KEY = {
+    "agents": "structure",
+    "system": "structure",
+    "plant": "simulation",
+    "task": "simulation",
     "x": "buffers",
     "y": "buffers",
     "memory": "buffers",
@@ -85,7 +95,8 @@ def progress(system: System, findings: Iterable[Diagnostic]) -> list[Progress]:
     told = [finding for finding in findings if finding.severity != "warning"]
     parts = {s.qualified_name: s for s in system.subsystems}
     owner = {id(finding): _owner(finding, system) for finding in told}
-    found = [_of("system", SYSTEM_STEPS, _missing_of_system(system), _own("", told, owner))]
+    steps = SIMULATED_STEPS if system.plant or system.task else SYSTEM_STEPS
+    found = [_of("system", steps, _missing_of_system(system), _own("", told, owner))]
     for agent in system.agents:
         missing = () if agent.subsystems else ("control",)
         found.append(_of(agent.name, AGENT_STEPS, missing, _own(agent.name, told, owner)))
@@ -105,10 +116,18 @@ def _step(name: str, steps: tuple[str, ...], missing: bool, findings: list[Diagn
     own = [finding for finding in findings if _step_of(finding, steps) == name]
     wrong = [finding for finding in own if finding.severity == "error"]
     if wrong:
-        return Step(name, "wrong", wrong[0].message)
+        return Step(name, "wrong", _told(wrong, wrong[0].message))
     if own:
-        return Step(name, "open", own[0].help or own[0].message)
+        return Step(name, "open", _told(own, own[0].help or own[0].message))
     return Step(name, "open", _HINTS[name]) if missing else Step(name, "done")
+
+
+def _told(findings: list[Diagnostic], words: str) -> str:
+    """What to do about the first finding, by its name, and how many others there are."""
+    first = findings[0]
+    named = "`" in first.message and first.severity == "open" and words != first.message
+    text = f"{first.message}: {words}" if named else words
+    return text if len(findings) == 1 else f"{text} (and {len(findings) - 1} more)"
 
 
 def _missing_of_system(system: System) -> tuple[str, ...]:
@@ -139,6 +158,8 @@ def _step_of(finding: Diagnostic, steps: tuple[str, ...]) -> str:
     found = [name for name in (named, *reversed(keys)) if name in steps]
     if found:
         return found[0]
+    if "definitions" in steps:
+        return "definitions"
     return "behaviours" if "behaviours" in steps else steps[-1]
 
 

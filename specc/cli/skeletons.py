@@ -11,31 +11,54 @@ from specc.resources import specs_dir
 
 def start(directory: str, name: str) -> int:
     """Copy a skeleton into a directory, which is made if need be; nothing is ever overwritten."""
-    known = names()
-    if name not in known:
-        close = nearest(name, known) or known
-        print(f"specc: no skeleton {name!r}; there are {', '.join(close)}", file=sys.stderr)
+    target = Path(directory)
+    if name not in names() or not directory or (target.exists() and not target.is_dir()):
+        print(f"specc: {_refusal(directory, name)}", file=sys.stderr)
         return 2
-    source, target = specs_dir() / "skeletons" / name, Path(directory)
+    source = specs_dir() / "skeletons" / name
     files = sorted(path for path in source.rglob("*") if path.is_file())
     places = {path: target / path.relative_to(source) for path in files}
     taken = [str(place) for place in places.values() if place.exists() or place.is_symlink()]
     if taken:
-        print(f"specc: {', '.join(taken)} exists already; nothing was written", file=sys.stderr)
+        verb = "exists" if len(taken) == 1 else "exist"
+        print(f"specc: {', '.join(taken)} {verb} already; nothing was written", file=sys.stderr)
         return 2
-    try:
-        for path, place in places.items():
-            place.parent.mkdir(parents=True, exist_ok=True)
-            with place.open("xb") as stream:
-                stream.write(path.read_bytes())
-    except OSError as error:
-        print(f"specc: cannot write: {error}", file=sys.stderr)
+    if fault := _copy(places):
+        print(f"specc: cannot write: {fault}; nothing was left behind", file=sys.stderr)
         return 2
     for place in places.values():
         print(place)
     spec = next(place for place in places.values() if place.suffix == ".yaml")
     print(f"\nspecc status {spec}\nspecc run {spec} --cycles 1")
     return 0
+
+
+def _refusal(directory: str, name: str) -> str:
+    """Why nothing can be started."""
+    known = names()
+    if name not in known:
+        close = nearest(name, known)
+        meant = f"did you mean {' or '.join(close)}? " if close else ""
+        return f"no skeleton {name!r}; {meant}there are {', '.join(known)}"
+    if not directory:
+        return "the directory has no name; leave it out for this one"
+    return f"{directory} is a file; name a directory, which is made if need be"
+
+
+def _copy(places: dict[Path, Path]) -> OSError | None:
+    """Copy files to new places; if that fails, take away what was copied and say why."""
+    written: list[Path] = []
+    try:
+        for path, place in places.items():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with place.open("xb") as stream:
+                written.append(place)
+                stream.write(path.read_bytes())
+    except OSError as error:
+        for place in written:
+            place.unlink(missing_ok=True)
+        return error
+    return None
 
 
 def names() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from specc.cli.procedure import AGENT_STEPS, SUBSYSTEM_STEPS, SYSTEM_STEPS, Progress
+from specc.cli.procedure import AGENT_STEPS, SUBSYSTEM_STEPS, Progress
 from specc.diagnostics.render.visible import visible
 
 VERSION = 1
@@ -13,7 +13,8 @@ VERSION = 1
 
 def as_text(name: str, found: list[Progress]) -> str:
     """Three tables, of the system, its agents and their subsystems, then what comes next."""
-    groups = (("system", SYSTEM_STEPS), ("agent", AGENT_STEPS), ("subsystem", SUBSYSTEM_STEPS))
+    of_system = tuple(step.name for step in found[0].steps)
+    groups = (("system", of_system), ("agent", AGENT_STEPS), ("subsystem", SUBSYSTEM_STEPS))
     blocks = []
     for kind, steps in groups:
         members = [item for item in found if tuple(step.name for step in item.steps) == steps]

@@ -63,3 +63,35 @@ def test_an_unknown_skeleton(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert main(["init", str(tmp_path), "--skeleton", "joints"]) == 2
     assert "joint" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["taken"], "taken is a file"),
+        ([""], "the directory has no name"),
+        (["new", "--skeleton", "joimt"], "did you mean joint? there are joint"),
+        (["new", "--skeleton", "zzz"], "there are joint"),
+    ],
+)
+def test_what_cannot_be_started_is_said(
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("mine")
+    assert main(["init", *arguments]) == 2
+    assert words in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+def test_nothing_is_left_behind_if_a_file_cannot_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "plants").write_text("a file where a directory has to be")
+    assert main(["init", str(tmp_path)]) == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["plants"]

@@ -60,7 +60,10 @@ def test_text_says_what_comes_next(tmp_path: Path, capsys: pytest.CaptureFixture
     path.write_text("".join(stage[0] for stage in STAGES[:4]) + OTHER, encoding="utf-8")
     assert main(["status", str(path)]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[:2] == ["system  scenario  structure", "demo    open      done"]
+    assert lines[:2] == [
+        "system  scenario  structure  definitions",
+        "demo    open      done       done",
+    ]
     table = [line.split() for line in lines if line.startswith(("subsystem", "a.c", "b.c"))]
     assert table[0][1:] == ["buffers", "role", "fsm", "behaviours", "ends"]
     assert table[1] == ["a.c", "done", "open", "open", "open", "open"]
@@ -70,3 +73,27 @@ def test_text_says_what_comes_next(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     assert main(["status", str(tmp_path / "none.yaml")]) == 2
+
+
+def test_it_is_said_what_is_missing_and_how_much_more(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "demo.yaml"
+    operators = "{A: {signature: () -> int}, B: {signature: () -> int}}"
+    text = f"specc: 1\nsystem: demo\noperators: {operators}\n"
+    path.write_text(text, encoding="utf-8")
+    assert main(["status", str(path), "--format", "json"]) == 0
+    (whole,) = json.loads(capsys.readouterr().out)["parts"]
+    told = {step["name"]: step["next"] for step in whole["steps"]}
+    assert told["definitions"].startswith("operator `A` has no Python function yet: add `python:")
+    assert told["definitions"].endswith(" (and 1 more)")
+    assert told["structure"] == "add `agents:`"
+
+
+def test_a_plant_brings_a_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "demo.yaml"
+    task = "task: {cycle: {of: a.c, from: S0, to: S0}}\n"
+    path.write_text("".join(stage[0] for stage in STAGES[:-1]) + OTHER + task, encoding="utf-8")
+    assert status(path, capsys)["demo"]["simulation"] in {"done", "open"}
+    path.write_text("".join(stage[0] for stage in STAGES[:-1]) + OTHER, encoding="utf-8")
+    assert "simulation" not in status(path, capsys)["demo"]
