@@ -18,12 +18,13 @@ def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
     """Format files: findings about those that cannot be, the others, and whether any differs."""
     meant = targets(options.files, systems_only=False)
     findings = resolve(meant.faults, Sources())
-    changed, files = [], [*meant.systems, *meant.parts]
+    changed, readable, files = [], 0, [*meant.systems, *meant.parts]
     for path in files:
         document = read_file(path)
         if not document.ok:
             findings += resolve(document.diagnostics, Sources([document.source]))
             continue
+        readable += 1
         old = document.source.text
         new = _formatted(old)
         if new == old:
@@ -36,7 +37,8 @@ def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
                 rewrite(path, new)
             except OSError as error:
                 findings += resolve([refusal(error)], Sources())
-    _summarise(changed, len(files), options.check or options.diff)
+    if readable:
+        _summarise(changed, readable, options.check or options.diff)
     return findings, files, bool(changed)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from fractions import Fraction
 from typing import Any
@@ -40,6 +41,7 @@ def run_import(options: argparse.Namespace) -> int:
     """Import, print or write the specification, and report what is not in it."""
     from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
+    from specc.fmt import formatted
     from specc.importers import import_fabric, import_scxml
 
     if options.source == "fabric":
@@ -53,22 +55,27 @@ def run_import(options: argparse.Namespace) -> int:
     unreadable = any(f.diagnostic.code in ("E0001", "E0002", "E0003", "E0004") for f in findings)
     if not made.text:
         return 2 if unreadable else 1
-    return _put(made.text, options.out, options.force)
+    return _put(formatted(made.text), options.out, options.force)
 
 
 def _put(text: str, out: str | None, force: bool) -> int:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
+    from specc.cli.rewrite import create, rewrite
+
     if out is None:
         sys.stdout.write(text)
         return 0
     try:
-        with open(out, "w" if force else "x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        if force and os.path.exists(out):
+            rewrite(out, text)
+        else:
+            create(out, text)
     except FileExistsError:
         print(f"specc: {out} is there already; `--force` replaces it", file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"specc: {out} cannot be written: {error.strerror}", file=sys.stderr)
+        why = (error.strerror or "").lower()
+        print(f"specc: {out} cannot be written: {why}", file=sys.stderr)
         return 2
     return 0
 

@@ -1,4 +1,4 @@
-"""Replacing the text of a file: whole or not at all."""
+"""Writing a file: whole or not at all."""
 
 import contextlib
 import errno
@@ -22,6 +22,21 @@ def rewrite(path: str, text: str) -> None:
     except OSError as error:
         # Not the name of the new file beside it, which nobody knows.
         raise OSError(error.errno, error.strerror, path) from error
+
+
+def create(path: str, text: str) -> None:
+    """Write a new file; if that fails there is none.
+
+    Raises:
+        OSError: the system refuses, or there is something at the path.
+    """
+    with open(path, "xb") as file:
+        try:
+            file.write(text.encode())
+            file.flush()
+        except BaseException:
+            os.unlink(path)
+            raise
 
 
 def refusal(error: OSError) -> Diagnostic:

@@ -51,6 +51,7 @@ def test_json_has_every_part_of_a_finding(found: Report) -> None:
         "errors": 2,
         "warnings": 1,
         "open_points": 0,
+        "ignored": 0,
     }
     codes = [item["code"] for item in data["diagnostics"]]
     assert codes == ["E9999", "E0101", "W0001"]
@@ -127,7 +128,7 @@ def test_annotations_are_one_line_each_with_escapes(found: Report) -> None:
     assert lines[2].startswith("::warning file=specs/a b.yaml,line=3,endLine=4,title=specc W0001::")
     assert lines[1] == (
         "::error file=specs/a b.yaml,line=3,endLine=3,col=5,endColumn=8,title=specc E0101"
-        "::unknown key, 100%25%0Aof it: <b> \\x1b%0Ah"
+        "::unknown key, 100%25%0Aof it: <b> \\x1b%0Aspecs/a b.yaml:4: r%0Ah"
     )
 
 

@@ -19,6 +19,35 @@ def test_a_specification_goes_to_standard_output(capsys: pytest.CaptureFixture[s
     assert printed.err.endswith("1 file checked: 0 errors, 8 warnings\n")
 
 
+@pytest.mark.parametrize(
+    ("source", "file"),
+    [("fabric", path) for path in sorted(FILES.glob("*.xml"))]
+    + [("scxml", path) for path in sorted(FILES.glob("*.scxml"))],
+    ids=lambda value: getattr(value, "name", value),
+)
+def test_what_is_written_is_in_the_canonical_layout(
+    source: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if main(["import", source, str(file), "--out", "a.yaml"]) == 0:
+        assert main(["fmt", "--check", "a.yaml"]) == 0
+
+
+def test_what_cannot_be_written_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    out = tmp_path / "a.yaml"
+    out.write_text("# by hand\n")
+    assert main(["import", "fabric", PRESS, "--out", str(out), "--force"]) == 2
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [
+        ("a.yaml", "# by hand\n")
+    ]
+
+
 def test_a_file_that_is_there_stays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "press.yaml"
     assert main(["import", "fabric", PRESS, "--out", str(out)]) == 0

@@ -1,7 +1,7 @@
 """A report as workflow commands of GitHub Actions, which show as annotations in a pull request."""
 
 from specc.diagnostics.render.visible import visible, visible_lines
-from specc.diagnostics.report import Finding, Report
+from specc.diagnostics.report import Finding, Report, Spot
 
 _LEVELS = {"error": "error", "warning": "warning", "open": "notice"}
 _DATA = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
@@ -11,6 +11,10 @@ _PROPERTY = {**_DATA, **str.maketrans({":": "%3A", ",": "%2C"})}
 def render(report: Report) -> str:
     """One command a line for each finding."""
     return "".join(f"{_command(finding)}\n" for finding in report.findings)
+
+
+def _place(spot: Spot) -> str:
+    return f"{visible(spot.span.file)}:{spot.span.line}"
 
 
 def _command(finding: Finding) -> str:
@@ -25,5 +29,6 @@ def _command(finding: Finding) -> str:
     pairs = ",".join(
         f"{key}={visible(str(value)).translate(_PROPERTY)}" for key, value in properties.items()
     )
-    text = f"{found.message}\n{found.help}" if found.help else found.message
+    lines = [found.message, *(f"{_place(spot)}: {spot.message}" for spot in finding.related)]
+    text = "\n".join([*lines, found.help] if found.help else lines)
     return f"::{_LEVELS[found.severity]} {pairs}::{visible_lines(text).translate(_DATA)}"

@@ -25,6 +25,7 @@ def _report(report: Report) -> dict[str, Any]:
             "errors": report.count("error"),
             "warnings": report.count("warning"),
             "open_points": report.count("open"),
+            "ignored": report.ignored,
         },
         "diagnostics": [_finding(finding) for finding in report.findings],
     }
