@@ -110,7 +110,8 @@ class Conditions:
         if isinstance(kind, Enum):
             return [member for member in kind.members if (member == other) == (op == "==")]
         if isinstance(side, m.Clock):
-            near = (other, other + self._meaning.period_s, other - self._meaning.period_s)
+            period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
+            near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
             return [time for time in near if HOLDS[op](time, other)]
         if isinstance(other, (int, float)):
             return self._thresholds.below_or_above(op, other, whole=isinstance(kind, Int))

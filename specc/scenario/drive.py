@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from specc.facts import Facts
+from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName
@@ -30,6 +31,8 @@ from specc.scenario.values import alike
 
 MOST_ABSENT = 8
 """Inputs that are asked for one after another."""
+MOST_COUNTED = 12
+"""Periods in which memory is waited for."""
 LONGEST_WAIT = 5000
 """Periods that a run waits at most; beyond that the time is put in place."""
 
@@ -57,6 +60,10 @@ class Driver:
         self._changing = frozenset(
             a.name for b in self._subsystem.behaviours for a in b.assignments if not a.peer
         )
+        self._changing_lets: set[str] = set()
+        for let in self._subsystem.lets:  # in order of dependence
+            if self._depends(let.value):
+                self._changing_lets.add(let.name)
 
     def sure(self, state: str) -> frozenset[InputName]:
         """Inputs that are there whenever the conditions of a state are asked."""
@@ -155,7 +162,10 @@ class Driver:
         Raises:
             StrayError: nothing was found that meets them.
         """
-        found = self.found(run.at, goals, run.state, time=True)
+        try:
+            found = self.found(run.at, goals, run.state, time=True)
+        except StrayError:
+            return self._counted(run, goals)
         missing = found.periods - run.at.periods
         if missing == 0:
             return run, found
@@ -163,6 +173,26 @@ class Driver:
             raise StrayError("it takes too long")
         waited = self._wait(run, missing)
         return waited, self.found(waited.at, goals, run.state)
+
+    def _counted(self, run: Run, goals: Sequence[Goal]) -> tuple[Run, Situation]:
+        """The same where memory that changes meanwhile has to get there first."""
+        if not any(self._depends(condition) for condition, _ in goals):
+            raise StrayError(f"nothing was found that ends {run.state} as wanted")
+        for _ in range(MOST_COUNTED):
+            run = self._wait(run, 1)
+            try:
+                return run, self.found(run.at, goals, run.state)
+            except StrayError:
+                continue
+        raise StrayError("memory does not get there")
+
+    def _depends(self, expr: Expr) -> bool:
+        """Whether an expression depends on memory that changes."""
+        return any(
+            (isinstance(node, MemoryRef) and node.name in self._changing)
+            or (isinstance(node, LetRef) and node.name in self._changing_lets)
+            for node in walk(expr)
+        )
 
     def found(
         self,
@@ -187,6 +217,11 @@ class Driver:
         found = find(self.meaning, at, goals, freedom)
         if found is None:
             raise StrayError(f"nothing was found that ends {state} as wanted")
+        while time and found.periods > at.periods:
+            sooner = replace(found, periods=found.periods - 1)
+            if not self.meaning.meets(goals, sooner):
+                break
+            found = sooner
         return self.inputs.with_company(found, goals)
 
     def replay(self, run: Run, last: Situation) -> None:

@@ -76,9 +76,7 @@ class Inputs:
         """The situation with what is sent together with what has come."""
         present = self._arrivals.close(at.present) - self._never
         came = replace(at, present=present, fresh=at.fresh | (present - at.present))
-        if all(self._meaning.holds(condition, came) is wanted for condition, wanted in goals):
-            return came
-        return replace(at, present=present)
+        return came if self._meaning.meets(goals, came) else replace(at, present=present)
 
     def later(self, at: Situation) -> Situation:
         """The situation one period later, when what is sent in every period has come."""

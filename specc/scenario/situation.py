@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -90,6 +90,10 @@ class Meaning:
             return bool(self.value(expr, at))
         except NO_VALUE:
             return None
+
+    def meets(self, goals: Iterable[tuple[Expr, bool]], at: Situation) -> bool:
+        """Whether conditions hold or fail as they are to."""
+        return all(self.holds(condition, at) is wanted for condition, wanted in goals)
 
     def _environment(self, at: Situation, strictly: bool) -> Environment:
         inputs = at.inputs
