@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from specc.diagnostics import Diagnostic
 from specc.lsp.completion import Completion, complete
 from specc.lsp.describe import describe_part, describe_symbol
+from specc.lsp.explain import cause_at, code_at
 from specc.lsp.index import Occurrence
 from specc.lsp.keys import describe_key
 from specc.lsp.project import Project, View
@@ -94,7 +95,7 @@ def hover(project: Project, path: str, offset: int) -> Hover | None:
         place = Place(path, route, "value", *node.span)
         where = _now(project, view, path, *index.offsets(place))
         return Hover(describe_part(index, meaning, node), where) if where else None
-    return _key_hover(project, view, path, at)
+    return _key_hover(project, view, path, at) or _explained(project, view, path, at)
 
 
 def definition(project: Project, path: str, offset: int) -> list[Stretch]:
@@ -167,6 +168,14 @@ def _now(project: Project, view: View, path: str, start: int, end: int) -> Stret
 def _stretch(sources: Sources, place: Place) -> Stretch:
     source = sources.get(place.file)
     return Stretch(place.file, *(source.offsets(place) if source else (0, 0)))
+
+
+def _explained(project: Project, view: View, path: str, at: int) -> Hover | None:
+    """What is no symbol, but means something all the same."""
+    index = view.index
+    found = cause_at(index, path, at) or code_at(index.text(path), at)
+    where = _now(project, view, path, found[1], found[2]) if found else None
+    return Hover(found[0], where) if found and where else None
 
 
 def _key_hover(project: Project, view: View, path: str, at: int) -> Hover | None:

@@ -206,3 +206,21 @@ def test_unsaved_texts_are_used_instead_of_the_disk(tmp_path: Path) -> None:
     project.close(library)
     project.analyse(system)
     assert "E0210" not in {n.diagnostic.code for n in answers.notes(project)[system]}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[S0, terminal, going, S1]", "[S0, |terminal, going, S1]", "`always`"),
+        ("cause: terminal, when", "cause: ter|minal, when", "behaviour `motion` of state `S1`"),
+        ("      g: {use", "      # specc: ignore W0|901\n      g: {use", "W0901"),
+    ],
+)
+def test_hover_explains_what_is_no_symbol(old: str, new: str, words: str, tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    before, after = SYSTEM.replace(old, new).split("|")
+    project.put(system, before + after)
+    project.analyse(system)
+    hover = answers.hover(project, system, len(before))
+    assert hover is not None
+    assert words in hover.text

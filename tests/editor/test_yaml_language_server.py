@@ -96,9 +96,33 @@ def test_completes_keys_and_members(client: Client, folder: Path) -> None:
     assert labels(inside, "inside.yaml") >= {"title", "eq", "table"}
     causes = labels(TEXT.replace("cause: terminal", "cause: |"), "causes.yaml")
     assert causes == {"terminal", "error"}
+    row = labels(TEXT.partition("    - {from")[0] + "    - from: S0\n      |\n", "row.yaml")
+    assert {"cause", "when", "title", "eq"} <= row
+    kinds = labels(TEXT.replace("  states:", "  conditions:\n    |\n  states:"), "kinds.yaml")
+    assert {"initial", "terminal", "error"} <= kinds
+    behaviour = TEXT.replace("  states:", "  behaviours:\n    idle:\n      |\n  states:")
+    assert {"functions", "terminal", "error"} <= labels(behaviour, "behaviour.yaml")
+    image = "plant:\n  model: a.xml\n  bind:\n    a.R.k.I: {image: |}\n"
+    assert {"rgb", "depth"} <= labels(TEXT + image, "image.yaml")
+    opaque = "types:\n  T:\n    |\n"
+    assert {"type", "fields", "frames", "opaque", "python"} <= labels(TEXT + opaque, "types.yaml")
+    agent = "agents:\n  a:\n    |\n"
+    assert {"control", "virtual_effectors", "real_receptors"} <= labels(TEXT + agent, "agent.yaml")
+    top = labels(TEXT + "|\n", "top.yaml")
+    assert {"system", "agents", "frames", "operators", "plant", "task"} <= top
 
 
 def test_explains_a_key(client: Client, folder: Path) -> None:
     uri = client.open(folder / "hover.yaml", TEXT)
     hover = client.ask("hover", uri, 3, 3)
     assert "Periods per second" in json.dumps(hover["contents"])
+    lines = TEXT.split("\n")
+    for word, meaning in (
+        ("cause", "Condition that ended it"),
+        ("memory", "Values kept"),
+        ("init", "first period"),
+        ("states", "States, each with its behaviour"),
+    ):
+        number = next(n for n, line in enumerate(lines) if word in line)
+        hover = client.ask("hover", uri, number, lines[number].index(word) + 1)
+        assert meaning in json.dumps(hover["contents"]), word
