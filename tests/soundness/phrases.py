@@ -36,11 +36,13 @@ class Scope:
 class Phrases:
     """Makes expressions; each is in brackets, so that it can stand anywhere."""
 
-    def __init__(self, rng: Random, scope: Scope, careless: int = 0) -> None:
-        """`careless`: of a hundred reads of an input that may be absent, how many do not ask."""
+    def __init__(self, rng: Random, scope: Scope, careless: int = 0, trusting: int = 0) -> None:
+        """`careless`: of a hundred reads of an input that may be absent, how many do not ask;
+        `trusting`: the same for optional values and lists that may be empty."""
         self.rng = rng
         self.scope = scope
         self.careless = careless
+        self.trusting = trusting
         self.depth_of_loops = 0
 
     def chance(self, percent: int) -> bool:
@@ -218,7 +220,7 @@ class Phrases:
     def there(self) -> str:
         """What an optional length is, or another one."""
         named = self.name("optional[real[m]]")
-        if not named or self.chance(self.careless):
+        if not named or self.chance(self.trusting):
             return named
         test = self.one((f"{named} is not None", f"not {named} is None"))
         return f"({named} if {test} else {self.metres()})"
@@ -230,7 +232,7 @@ class Phrases:
             return ""
         kind, body = self.one(("argmax", "argmin")), self.one(("v", "abs(v)", "-v"))
         found = f"{kind}({body} for v in {named})"
-        if self.chance(self.careless):
+        if self.chance(self.trusting):
             return found
         return (
             f"({found} if {self.one(('len({}) > 0', 'len({}) != 0')).format(named)} else 0.25[m])"

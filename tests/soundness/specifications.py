@@ -12,6 +12,7 @@ from tests.soundness.operators import SIGNATURES
 from tests.soundness.phrases import MODES, SIDES, TYPES, UNIT, Phrases, Scope
 
 PERIODS_MS = (10, 20, 30, 40, 50, 100)
+MORE_MEMORY = ("int", "real[m]", "Mode", "bool", "optional[real[m]]", "list[real[m]]")
 HERE = "tests.soundness.operators"
 Tree = dict[str, Any]
 
@@ -44,11 +45,16 @@ class Draft:
 class Author:
     """Writes one specification."""
 
-    def __init__(self, rng: Random) -> None:
+    def __init__(
+        self, rng: Random, careless: int | None = None, trusting: int | None = None
+    ) -> None:
+        """Of a hundred inputs that may be absent, `careless` are read unasked, and `trusting` of a
+        hundred optional values and lists that may be empty."""
         self.rng = rng
         self.bind: Tree = {}
         self.actuators = iter("abcdef")
-        self.careless = rng.choice((0, 0, 0, 4))
+        self.careless = rng.choice((0, 0, 0, 4)) if careless is None else careless
+        self.trusting = rng.choice((0, 0, 0, 25)) if trusting is None else trusting
         self.wild = rng.choice((0, 0, 15))
         """Of a hundred tables, how many are made without care."""
 
@@ -168,6 +174,8 @@ class Machine:
         self.conditions: dict[str, Tree] = {}
         self.scope = self._scope()
         self.timeless = self._scope(clock=False)
+        self.bold = bool(self.scope.absent) and self.rng.randrange(3) == 0
+        """Whether behaviours but the first trust the rows to see to it that inputs have values."""
         self.memory = self._memory()
         self.lets = self._lets()
 
@@ -212,13 +220,15 @@ class Machine:
         scope.add("Reading", "first")
         return scope
 
-    def _phrases(self, clock: bool = True) -> Phrases:
-        return Phrases(self.rng, self.scope if clock else self.timeless, self.author.careless)
+    def _phrases(self, clock: bool = True, careless: int = 0) -> Phrases:
+        careless = careless or self.author.careless
+        scope = self.scope if clock else self.timeless
+        return Phrases(self.rng, scope, careless, self.author.trusting)
 
     def _memory(self) -> Tree:
         found: Tree = {}
         for index in range(self.rng.randrange(2, 6)):
-            type_ = self.rng.choice((*TYPES, "int", "real[m]", "Mode", "bool"))
+            type_ = self.rng.choice((*TYPES, *MORE_MEMORY))
             init = Phrases(self.rng, Scope()).literal(type_, 0)
             inputs = [
                 f"x.{p}.{n}" for p, n, t, started in self.draft.inputs if t == type_ and started
@@ -251,14 +261,15 @@ class Machine:
     def _behaviours(self) -> tuple[Tree, Tree]:
         behaviours: Tree = {}
         functions: Tree = {"probe": self._probe()}
-        for index in range(self.rng.randrange(1, 4)):
+        for index in range(self.rng.randrange(1 + self.bold, 4)):
             targets: Tree = {}
+            phrases = self._phrases(careless=60 if self.bold and index else 0)
             for peer, name, type_ in self.draft.outputs:
                 if self.rng.randrange(100) < 70:
-                    targets[f"y.{peer}.{name}"] = self._phrases().value(type_)
+                    targets[f"y.{peer}.{name}"] = phrases.value(type_)
             for name, item in self.memory.items():
                 if name.startswith("k") and self.rng.randrange(100) < 50:
-                    targets[name] = _bounded(item["type"], self._phrases().value(item["type"]))
+                    targets[name] = _bounded(item["type"], phrases.value(item["type"]))
             used = ["probe"]
             if targets:
                 functions[f"f{index}"] = targets
@@ -281,6 +292,8 @@ class Machine:
     def _end(self) -> str:
         phrases = self._phrases()
         way = self.rng.randrange(10)
+        if self.bold and way < 5:
+            return f"fresh({self.rng.choice(self.scope.absent)[0]})"
         if way < 2:
             return "always"
         if way == 2:
@@ -315,6 +328,8 @@ class Machine:
         rng, phrases = self.rng, self._phrases()
         if rng.randrange(100) < self.author.wild:
             return [phrases.condition(1) for _ in range(rng.randrange(1, 4))]
+        if self.bold and rng.randrange(10) < 7:
+            return self._arrivals()
         way = rng.randrange(8)
         if way == 0:
             return ["always"]
@@ -331,6 +346,20 @@ class Machine:
         if way == 5:
             return self._sums(phrases)
         return self._tree(phrases, 2)
+
+    def _arrivals(self) -> list[str]:
+        """What came of one or two inputs that may be without a value."""
+        texts = [text for text, _ in self.scope.absent]
+        first, second = self.rng.choice(texts), self.rng.choice(texts)
+        asked = self.rng.choice(("fresh", "fresh", "present"))
+        if first == second or self.rng.randrange(2):
+            return [f"{asked}({first})", f"not {asked}({first})"]
+        rest = f"not {asked}({first})"
+        return [
+            f"{asked}({first})",
+            f"{rest} and fresh({second})",
+            f"{rest} and not fresh({second})",
+        ]
 
     def _thresholds(self, phrases: Phrases) -> list[str]:
         type_ = self.rng.choice(("int", "real", "real[m]"))
@@ -400,9 +429,9 @@ def _hertz(period_ms: int) -> str:
     return f"{1000 // period_ms} Hz" if 1000 % period_ms == 0 else f"{period_ms} ms"
 
 
-def specification(rng: Random) -> Tree:
-    """A random specification."""
-    return Author(rng).specification()
+def specification(rng: Random, careless: int | None = None, trusting: int | None = None) -> Tree:
+    """A random specification (see `Author`)."""
+    return Author(rng, careless, trusting).specification()
 
 
 def text_of(tree: Tree) -> str:

@@ -177,3 +177,20 @@ def test_proofs_that_take_operators_for_constant(
     found = Findings()
     tried(result, "1", 300, found)
     assert found.faults
+
+
+@pytest.mark.parametrize(
+    "check", ["presence_in_functions", "presence_in_conditions", "values_there"]
+)
+def test_a_check_that_finds_nothing(
+    check: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from specc import checks
+
+    module = getattr(checks, check)
+    kept = tuple(c for c in checks.CHECKS if c is not module.check)
+    assert len(kept) == len(checks.CHECKS) - 1
+    monkeypatch.setattr(checks, "CHECKS", kept)
+    careless, trusting = (0, 60) if check == "values_there" else (25, 0)
+    trees = (specification(Random(s), careless, trusting) for s in SEEDS)
+    assert any(compare(tree, tmp_path, "1", TICKS).unsound for tree in trees)
