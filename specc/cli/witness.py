@@ -77,7 +77,7 @@ def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int
         spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
         put(path, scenario(item, script, planner.subsystem, spec))
     except ForeignFileError:
-        return _say(f"{path} was not written by specc and stays; `--out` names another folder", 2)
+        return _say(f"{path} is not a scenario of this specification and stays; see `--out`", 2)
     except FormatError as error:
         return _say(str(error), 2)
     except OSError as error:
