@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
-from specc.facts.partial import View, is_vague, possible, sure, unmet
+from specc.facts.partial import is_vague
 from specc.facts.presence import Presence, find_presence
 from specc.facts.rates import Clash, Misfit, find_clash, find_misfits
 from specc.facts.reading import Readings
@@ -23,7 +23,7 @@ from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
-from specc.proof import Decision, Prover, RowVerdict, Witness
+from specc.proof import Prover, RowVerdict, Witness
 
 if TYPE_CHECKING:
     from specc.facts.ages import Ages
@@ -77,15 +77,18 @@ class Facts:
         self._dead_ends: dict[str, tuple[State, ...]] = {}
         self._ways: dict[str, bool] = {}
         self._readings: dict[str, Readings] = {}
-        self._views: dict[tuple[str, View], Prover] = {}
+        self._views = Views(self._new_prover)
 
     def prover(self, subsystem: Subsystem) -> Prover:
         """The prover of a subsystem."""
         name = subsystem.qualified_name
         if name not in self._provers:
-            always = self.connections.always_present(subsystem)
-            self._provers[name] = Prover(subsystem, self._constants, always)
+            self._provers[name] = self._new_prover(subsystem)
         return self._provers[name]
+
+    def _new_prover(self, subsystem: Subsystem) -> Prover:
+        always = self.connections.always_present(subsystem)
+        return Prover(subsystem, self._constants, always)
 
     @cached_property
     def ages(self) -> Ages:
@@ -156,37 +159,17 @@ class Facts:
         """The verdict that does not depend on anything unknown; None if there is none."""
         if not self._is_vague(subsystem, state, cause):
             return self.verdict(subsystem, state.name, cause)
-        known, gaps, all_ = (
-            self._seen(view(cause), subsystem, state.name) for view in (sure, unmet, possible)
-        )
-        if known.possible != all_.possible:
-            return None
-        decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="")
-        return RowVerdict(tuple(row for _, row in subsystem.rows(state.name, cause)), decision)
+        present = self.presence(subsystem).in_conditions(state.name)
+        return self._views.verdict(subsystem, state.name, cause, present)
 
     def overlap(self, decided: Decided, pair: tuple[int, int]) -> Witness | None:
         """Where two rows of a verdict surely apply together, by their indices."""
-        subsystem, state, cause = decided.subsystem, decided.state, decided.cause
-        if self._is_vague(subsystem, state, cause):
-            subsystem = sure(cause).of(subsystem)
-        rows = [row for _, row in subsystem.rows(state.name, cause)]
-        two = replace(subsystem, transitions=tuple(rows[index] for index in pair))
-        always = self.connections.always_present(subsystem)
-        present = self.presence(decided.subsystem).in_conditions(state.name)
-        prover = Prover(two, self._constants, always)
-        return prover.prove_rows(state.name, cause, present=present).decision.overlap
+        subsystem, state = decided.subsystem, decided.state.name
+        present = self.presence(subsystem).in_conditions(state)
+        return self._views.overlap(subsystem, state, decided.cause, pair, present)
 
     def _is_vague(self, subsystem: Subsystem, state: State, cause: Cause) -> bool:
         return subsystem.qualified_name in self.faulty and is_vague(subsystem, state, cause)
-
-    def _seen(self, view: View, subsystem: Subsystem, state: str) -> Decision:
-        """The decision about a machine with unknowns in one view of it."""
-        key = subsystem.qualified_name, view
-        if key not in self._views:
-            always = self.connections.always_present(subsystem)
-            self._views[key] = Prover(view.of(subsystem), self._constants, always)
-        present = self.presence(subsystem).in_conditions(state)
-        return self._views[key].prove_rows(state, view.cause, present=present).decision
 
     @cached_property
     def finished_subsystems(self) -> tuple[Subsystem, ...]:
@@ -282,20 +265,10 @@ class Facts:
 
     def _sure_steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows that may be taken whatever is unknown."""
-        if not any(
-            self._is_vague(subsystem, s, cause) for s in subsystem.states for cause in CAUSES
-        ):
-            return self.steps(subsystem)
-        always = self.connections.always_present(subsystem)
-        provers = {
-            cause: Prover(sure(cause).of(subsystem), self._constants, always) for cause in CAUSES
-        }
-
-        def prove(state: str, cause: Cause) -> RowVerdict:
-            rows = tuple(row for _, row in subsystem.rows(state, cause))
-            return RowVerdict(rows, provers[cause].prove_rows(state, cause).decision)
-
-        return find_steps(subsystem, prove)
+        states = subsystem.states
+        if any(self._is_vague(subsystem, s, cause) for s in states for cause in CAUSES):
+            return self._views.steps(subsystem)
+        return self.steps(subsystem)
 
     def reached(self, subsystem: Subsystem) -> frozenset[str]:
         """The states of a subsystem that it can enter; all of them where that is not known."""
