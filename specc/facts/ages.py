@@ -6,9 +6,9 @@ and send within one work cycle. Memory, and a loop through several subsystems, a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
+from typing import NamedTuple
 
 from specc.facts.facts import Facts
 from specc.facts.graph import components
@@ -16,8 +16,7 @@ from specc.facts.sources import Measured, Node, Sent, Sources
 from specc.facts.trails import Edges, Timeline, Trail
 
 
-@dataclass(frozen=True, slots=True)
-class Held:
+class Held(NamedTuple):
     """A value that is read although its sender may have been silent since any length of time."""
 
     node: Node

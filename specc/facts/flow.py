@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from specc.model.expr import (
     Choice,
@@ -23,8 +24,7 @@ Names = frozenset[InputName]
 _NONE: Names = frozenset()
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Read:
+class Read(NamedTuple):
     """An input whose value counts, with `on_arrival` only in periods that find it fresh."""
 
     input: InputName

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
@@ -34,8 +33,7 @@ class Node(NamedTuple):
         return f"x.{self.peer}.{self.element}"
 
 
-@dataclass(frozen=True, slots=True)
-class Sent:
+class Sent(NamedTuple):
     """An element that a subsystem computes, from `reads` of its own.
 
     `silent` is a state, of those that the subsystem enters, in which it does not send it.
@@ -46,8 +44,7 @@ class Sent:
     silent: State | None
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
+class Measured(NamedTuple):
     """An element that a device reports, with the seconds between samples, 0 without a rate."""
 
     device: str

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
+from typing import NamedTuple
 
 from specc.facts.sources import Measured, Node, Sent, Sources
 from specc.facts.timeline import base_tick
@@ -17,8 +17,7 @@ Need = tuple[int, bool]
 """A time stamp of a reader, and whether only a value that is fresh then counts."""
 
 
-@dataclass(frozen=True, slots=True)
-class Trail:
+class Trail(NamedTuple):
     """A value on its way: read at `read_s`, computed from one read before, or measured then."""
 
     node: Node

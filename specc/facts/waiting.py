@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
+from typing import NamedTuple
 
 from specc.facts.facts import Facts
 from specc.facts.steps import Step, reached_from
@@ -16,8 +17,7 @@ from specc.model.system import Port, Subsystem
 from specc.proof import InputName
 
 
-@dataclass(frozen=True, slots=True)
-class Rest:
+class Rest(NamedTuple):
     """A sender comes to `state` and from there to nothing that the waiting state needs.
 
     `row` is the row of the sender that takes up what the waiting subsystem has sent, if it is that
