@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
+from specc.facts.not_numbers import NotNumbers
 from specc.facts.partial import is_vague
 from specc.facts.presence import Presence, find_presence
 from specc.facts.rates import Clash, Misfit, find_clash, find_misfits
@@ -18,9 +19,10 @@ from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
 from specc.facts.timeline import base_tick
-from specc.facts.unused_components import Carriers, is_real
+from specc.facts.unused_components import Carriers
+from specc.facts.views import Views
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.expr import Truth
+from specc.model.expr import Expr, Truth
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
 from specc.proof import Prover, RowVerdict, Witness
@@ -69,8 +71,6 @@ class Facts:
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self._constants = {c.name: c.value for c in system.constants}
         self._provers: dict[str, Prover] = {}
-        self._minding: dict[str, Prover | None] = {}
-        self._strict: dict[str, Prover] = {}
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
@@ -86,9 +86,9 @@ class Facts:
             self._provers[name] = self._new_prover(subsystem)
         return self._provers[name]
 
-    def _new_prover(self, subsystem: Subsystem) -> Prover:
+    def _new_prover(self, subsystem: Subsystem, *may_be_nan: Callable[[Expr], bool]) -> Prover:
         always = self.connections.always_present(subsystem)
-        return Prover(subsystem, self._constants, always)
+        return Prover(subsystem, self._constants, always, *may_be_nan)
 
     @cached_property
     def ages(self) -> Ages:
@@ -106,32 +106,15 @@ class Facts:
         self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
     ) -> Witness | None:
         """Where rows that are proved for numbers fail for NaN that is known to come up."""
-        name = subsystem.qualified_name
-        if name not in self._minding:
-            always = self.connections.always_present(subsystem)
-            may_be = partial(self.carriers.may_be_unused, subsystem=subsystem)
-            minds = self.carriers.in_conditions(subsystem)
-            prover = Prover(subsystem, self._constants, always, may_be) if minds else None
-            self._minding[name] = prover
-        minding = self._minding[name]
-        if minding is None or not self.verdict(subsystem, state, cause, without=without).proved:
-            return None
-        present = self.presence(subsystem).in_conditions(state)
-        decision = minding.prove_rows(state, cause, present=present, without=without).decision
-        return decision.gap or decision.overlap
+        return self._not_numbers.witness(subsystem, state, cause, without)
 
     def is_proved(self, subsystem: Subsystem, state: str, cause: Cause) -> bool:
         """Whether exactly one row applies, also if any real number there is may be NaN."""
-        if not self.verdict(subsystem, state, cause).proved:
-            return False
-        if not self.prover(subsystem).compares_reals(state, cause):
-            return True
-        name = subsystem.qualified_name
-        if name not in self._strict:
-            always = self.connections.always_present(subsystem)
-            self._strict[name] = Prover(subsystem, self._constants, always, is_real)
-        present = self.presence(subsystem).in_conditions(state)
-        return self._strict[name].prove_rows(state, cause, present=present).proved
+        return self._not_numbers.is_proved(subsystem, state, cause)
+
+    @cached_property
+    def _not_numbers(self) -> NotNumbers:
+        return NotNumbers(self, self._new_prover)
 
     def rows(self, subsystem: Subsystem, state: str) -> tuple[Transition, ...]:
         """The rows of a state, of both causes."""
