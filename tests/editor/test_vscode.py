@@ -32,6 +32,13 @@ def test_settings_and_commands_are_those_of_the_script() -> None:
     assert 'args: ["lsp"]' in SCRIPT
 
 
+def test_the_readme_names_the_package_that_is_made() -> None:
+    readme = (FOLDER / "README.md").read_text()
+    assert f"{PACKAGE['name']}-{PACKAGE['version']}.vsix" in readme
+    assert "vsce package" in PACKAGE["scripts"]["package"]
+    assert "npm run package" in readme
+
+
 def test_script_parses() -> None:
     node = shutil.which("node")
     if node is None:
