@@ -95,7 +95,7 @@ def _unknown(options: argparse.Namespace, result: Result) -> str:
     ]
     if options.code is not None and options.code.upper() not in CODES:
         return _no("code that a run can show is", options.code, CODES)
-    if not subsystems:
+    if options.subsystem is not None and not subsystems:
         names = (s.qualified_name for s in result.system.subsystems)
         return _no("subsystem is", options.subsystem, names)
     states = {state.name: None for s in subsystems for state in s.states}

@@ -54,6 +54,7 @@ def test_nothing_is_refuted(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert main(["witness", str(CASES / "machines" / "E0608-two-writers.yaml")]) == 0
     assert "errors of other kinds" in capsys.readouterr().err
     assert main(["witness", str(OVERLAP), "--code", "e0601"]) == 0
+    assert main(["witness", str(CASES / "open" / "O0401-no-agents.yaml")]) == 0
     assert not (here / "witnesses").exists()
 
 
@@ -93,3 +94,11 @@ def test_a_folder_that_cannot_be_written(here: Path, capsys: pytest.CaptureFixtu
     (here / "out").write_text("a file\n", encoding="utf-8")
     assert main(["witness", str(OVERLAP), "--out", "out"]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+def test_no_specification_is_too_odd(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    codes = {
+        path.stem: main(["witness", str(path), "--out", path.stem])
+        for path in sorted(CASES.rglob("*.yaml"))
+    }
+    assert {name for name, code in codes.items() if code not in (0, 1, 2)} == set()
