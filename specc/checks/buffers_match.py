@@ -41,14 +41,19 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
     if end is None:
         verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
         name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
+        lacks = _buffer(other, key, name)
         yield Diagnostic(
             "O0403",
             f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
             port.place,
             "this end has no other",
-            (Related(other.place, f"`{other.qualified_name}` is here"),),
+            (
+                Related(
+                    replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
+                ),
+            ),
             f"add `{name}: {{...}}` under its `{key}:`, with the same elements",
-            lacks=_buffer(other, key, name),
+            lacks=lacks,
         )
     elif port.direction == "x":
         yield from _compare(port, port.place, port.elements, end.place, end.elements)
@@ -116,11 +121,14 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     for elements, side, direction, message in sides:
         if elements and not any(p.direction == direction for _, p in ends):
             names = ", ".join(f"`{e.name}`" for e in elements)
+            lacks = _buffer(subsystem, direction, port.peer)
+            here = replace(lacks, part="key")
             yield Diagnostic(
                 "O0403",
                 message,
                 _side(device, side),
                 f"{names}: without another end",
-                (Related(subsystem.place, f"`{subsystem.qualified_name}` works with it"),),
+                (Related(here, f"`{subsystem.qualified_name}` works with it"),),
                 f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
+                lacks=lacks,
             )

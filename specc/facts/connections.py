@@ -98,6 +98,8 @@ class Connections:
             if sender is None or end is None or port.other_end in broken:
                 always |= {(port.peer, element.name) for element in port.elements}
                 continue
+            # What the sender's end lacks would be sent if that were mended.
+            always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
             if not timed or _in_time(sender, subsystem):
                 later |= {(port.peer, name) for name in _first_sent(sender, end)}
             together |= _sent_together(sender, end, port)

@@ -116,7 +116,7 @@ class Expressions:
     def _lacking(self, text: str, error: ExprError) -> Place | None:
         """Where the element, or the buffer, would be declared that an error says is not there."""
         dotted = _ELEMENT.search(text[: error.end])
-        if self.home is None or error.code not in ("E0203", "E0204") or dotted is None:
+        if self.home is None or error.code not in ("E0203", "E0204", "O0205") or dotted is None:
             return None
         return self.element(*re.split(r"\s*\.\s*", dotted[0]))
 
