@@ -84,8 +84,12 @@ def build(path: str) -> Build:
     try:
         files = emit(lower(result.system, result.proofs))
     except (TooLarge, FormatError) as error:
-        code = "E0093" if isinstance(error, TooLarge) else "E0094"
-        refusal = Diagnostic(code, str(error), Place(path))
+        code, at = "E0094", Place(path)
+        if isinstance(error, TooLarge):
+            places = {s.qualified_name: s.place for s in result.system.subsystems}
+            code, at = "E0093", replace(places.get(error.subsystem, at), part="key")
+        message, _, help_text = str(error).partition("; ")
+        refusal = Diagnostic(code, message, at, help=help_text)
         return Build(replace(result, diagnostics=(*result.diagnostics, refusal)), "", {})
     return Build(result, result.system.name, files)
 

@@ -17,12 +17,13 @@ LARGEST = 100_000
 
 
 class TooLarge(Exception):
-    """A work cycle would become a method beyond reason."""
+    """The work cycle of a subsystem would become a method beyond reason."""
 
     def __init__(self, subsystem: str = "") -> None:
-        where = f"{subsystem}: " if subsystem else ""
+        self.subsystem = subsystem
+        whose = f" of `{subsystem}`" if subsystem else ""
         super().__init__(
-            f"{where}one period evaluates more than {LARGEST} terms, or terms too deep inside each "
+            f"one period{whose} evaluates more than {LARGEST} terms, or terms too deep inside each "
             "other; lets that choose between lets multiply, so make an operator of some"
         )
 

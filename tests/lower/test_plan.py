@@ -119,5 +119,5 @@ def test_lets_that_are_needed_in_any_case_cost_one_line_each(template: str) -> N
     [(40, "go({0}) if x.E.k > 1 else ({0} if x.E.k > 2 else 0)"), (3000, "{0} + 1")],
 )
 def test_what_would_become_too_large_is_refused(count: int, template: str) -> None:
-    with pytest.raises(TooLarge, match=r"demo\.m: one period evaluates more than"):
+    with pytest.raises(TooLarge, match=r"one period of `demo\.m` evaluates more than"):
         lower(nested(count, template), Known(True))
