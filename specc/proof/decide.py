@@ -98,14 +98,20 @@ class Question:
 
 def can_hold(formulas: Sequence[Formula], relations: Relations) -> bool | None:
     """Whether all formulas can hold together; None if the question is too large."""
+    parts = conjuncts(formulas)
     answer: bool | None = True
-    for group in components(conjuncts(formulas), relations.things):
+    for group in components(parts):
+        try:
+            if not Cases(Table(group), group, None).allowed:
+                return False
+        except TooLargeError:
+            answer = None
+    if relations.between(list(atoms_of(parts))) is None:
+        return answer
+    for group in components(parts, relations.things):
         try:
             table = Table(group)
-            if not Cases(table, group, None).allowed:
-                return False
-            judge = relations.between(list(atoms_of(group)))
-            cases = Cases(table, group, judge)
+            cases = Cases(table, group, relations.between(list(atoms_of(group))))
             if not cases.some(cases.allowed) and not cases.some_rounded(table.full):
                 return False
         except (TooLargeError, UnsureError):
