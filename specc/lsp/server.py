@@ -132,7 +132,8 @@ def create_server() -> SpecServer:
 def _follow_client(server: SpecServer) -> None:
     @server.feature(lsp.INITIALIZE)
     def initialize(params: lsp.InitializeParams) -> None:
-        if params.process_id and os.name == "posix":
+        # In a container the client may be a process that cannot be seen from here.
+        if params.process_id and os.name == "posix" and _lives(params.process_id):
             _watch(params.process_id)
 
     @server.feature(lsp.SHUTDOWN)
@@ -144,15 +145,21 @@ def _follow_client(server: SpecServer) -> None:
         server.left_without_goodbye = not server.said_goodbye
 
 
-def _watch(process: int) -> None:
-    """End with the process of the client, whose pipe somebody else may keep open."""
+def _lives(process: int) -> bool:
     try:
         os.kill(process, 0)
     except ProcessLookupError:
+        return False
+    except OSError:
+        pass  # it is somebody else's
+    return True
+
+
+def _watch(process: int) -> None:
+    """End with the process of the client, whose pipe somebody else may keep open."""
+    if not _lives(process):
         # The thread that reads waits for a pipe that may never close.
         os._exit(1)
-    except PermissionError:
-        pass
     asyncio.get_running_loop().call_later(WATCH_S, _watch, process)
 
 

@@ -54,17 +54,29 @@ def test_ends_when_the_process_of_its_client_is_gone(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as client:
         begin = {**BEGIN[0], "params": {**NOBODY, "processId": client.pid}}
         server = subprocess.Popen(
-            SERVER, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=tmp_path
+            SERVER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path
         )
         assert server.stdin
+        assert server.stdout
         server.stdin.write(framed(begin))
         server.stdin.flush()
+        assert server.stdout.readline()
         client.communicate(b"\n")
     try:
         assert server.wait(30) == 1
     finally:
         server.kill()
         server.stdin.close()
+        server.stdout.close()
+
+
+def test_a_client_that_cannot_be_seen_is_served(tmp_path: Path) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    begin = {**BEGIN[0], "params": {**NOBODY, "processId": gone.pid}}
+    sent = b"".join(framed(message) for message in (begin, *BEGIN[1:], *END))
+    ended = subprocess.run(SERVER, input=sent, capture_output=True, cwd=tmp_path, timeout=60)
+    assert ended.returncode == 0
 
 
 def errors(client: Client, uri: str) -> set[str]:
