@@ -98,6 +98,12 @@ class MachineResolver:
             return self._conditions[kind, name]
         if name in fixed:
             return Condition(name, kind, fixed[name], "", Trace(), where.place)
+        others = [k for k, n in self._conditions if n == name]
+        if others:
+            message = f"`{name}` is the name of {_article(others[0])} condition only"
+            help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
+            self.expressions.findings.report("E0212", message, where.place, help=help_text)
+            return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), where.place)
         known = [n for k, n in self._conditions if k == kind] + list(fixed)
         self.expressions.findings.unknown("E0212", f"{kind} condition", name, known, where.place)
         return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), where.place)
@@ -244,6 +250,10 @@ class MachineResolver:
             if that:
                 axioms.append(Axiom(that, item.because, at["that"].place))
         return tuple(axioms)
+
+
+def _article(kind: str) -> str:
+    return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
 
 
 def vague_behaviour(name: str, where: Where) -> Behaviour:

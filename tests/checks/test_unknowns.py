@@ -216,3 +216,7 @@ def test_a_known_way_into_a_state_is_followed_beside_an_unknown_one(tmp_path: Pa
     assert codes(tmp_path, *sent, late, reads, unknown) == told
     whole = ("terminal: told}", "terminal: toldd}")
     assert codes(tmp_path, *sent, late, reads, whole) == ["E0212"]
+
+
+def test_a_condition_of_another_kind_is_no_part_to_come(tmp_path: Path) -> None:
+    assert codes(tmp_path, ("[S0, terminal, go, S1]", "[S0, terminal, told, S1]")) == ["E0212"]
