@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from fractions import Fraction
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int, ListOf
@@ -87,12 +88,12 @@ class Comparisons:
             return None
         return Apart((x, y)), (distance, angle)
 
-    def _range(self, expr: Expr) -> tuple[float | None, float | None]:
+    def _range(self, expr: Expr) -> tuple[float | None, Fraction | None]:
         """The least value of a number by what it is, and the step between its values."""
         period = self._numbering.period_s
         if isinstance(expr, Clock) and expr.name == "elapsed" and period is not None:
             # Conditions are asked from the second period of a state on.
-            return period, period
+            return period, self._numbering.exact_period_s
         return least(expr), None
 
 

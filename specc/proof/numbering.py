@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 
 from specc.model.expr import (
     Binary,
@@ -47,10 +48,11 @@ class Numbering:
         self,
         lets: Mapping[str, Expr],
         constants: Mapping[str, Expr],
-        period_s: float | None = None,
+        period_s: Fraction | None = None,
     ) -> None:
         """`lets` and `constants` in order of dependence; `period_s` if it is known."""
-        self.period_s = period_s
+        self.exact_period_s = period_s
+        self.period_s = None if period_s is None else float(period_s)
         self._let_values = lets
         self._constant_values = constants
         self._numbers: dict[object, int] = {}

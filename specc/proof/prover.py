@@ -35,7 +35,7 @@ class Prover:
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
         known = lets, {**constants, **own}, always_present, may_be_unused
-        self._translator = Translator(*known, float(1 / subsystem.rate_hz))
+        self._translator = Translator(*known, 1 / subsystem.rate_hz)
         self._elsewhere = partial(Translator, *known)
         self._may_be_unused = may_be_unused
         self._relations = Relations(self._translator.numbering, may_be_unused)

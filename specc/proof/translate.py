@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Collection as Names
+from fractions import Fraction
 
 from specc.model.expr import (
     Among,
@@ -58,7 +59,7 @@ class Translator:
         constants: Mapping[str, Expr],
         always_present: Names[InputName] = (),
         may_be_unused: Callable[[Expr], bool] = lambda _: False,
-        period_s: float | None = None,
+        period_s: Fraction | None = None,
     ) -> None:
         """`always_present`: peer and name of input elements that are never without a value.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Literal
 
 from specc.expr import show
@@ -91,7 +92,7 @@ class Quantity:
     """Whether it is an integer."""
     least: float | None = None
     """A lower bound by its nature, as of a length."""
-    step: float | None = None
+    step: Fraction | None = None
     """It is a whole multiple of this, as the time in a state is of the period."""
 
     def answers(self, tests: Sequence[Bound]) -> list[Answers]:
@@ -113,7 +114,7 @@ class Quantity:
         if self.least is not None and value < self.least:
             return False
         if self.step is not None and math.isfinite(value):
-            return any(k * self.step == value for k in _steps_about(value, self.step))
+            return any(float(k * self.step) == value for k in _steps_about(value, self.step))
         return not self.whole or float(value).is_integer()
 
     def _has_room(self, below: float, above: float) -> bool:
@@ -125,7 +126,7 @@ class Quantity:
         if below == -math.inf:
             return True
         if self.step is not None:
-            return any(below < k * self.step < above for k in _steps_about(below, self.step))
+            return any(below < float(k * self.step) < above for k in _steps_about(below, self.step))
         if self.whole:
             return math.floor(below) + 1 < above
         # Beyond this size a whole number may lie between two floats.
@@ -135,7 +136,7 @@ class Quantity:
 _ALL_WHOLE = 2.0**53
 
 
-def _steps_about(value: float, step: float) -> range:
+def _steps_about(value: float, step: Fraction) -> range:
     """Numbers of steps of which one may come to `value`, and one is beyond it; rounding and all."""
     near = int(value / step)
     return range(max(near - 1, 1), near + 3)
