@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 import sys
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from specc.diagnostics import Diagnostic
 
 DIFF_FORMATS = ("text", "markdown", "json")
 
@@ -27,7 +30,7 @@ def run_diff(options: argparse.Namespace) -> int:
 
     results = [pipeline.read_spec(path) for path in (options.old, options.new)]
     findings = [f for r in results for f in resolve(r.diagnostics, r.sources)]
-    wrong = [finding for finding in findings if finding.diagnostic.severity == "error"]
+    wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
         tell(report(wrong, [options.old, options.new]))
@@ -36,3 +39,8 @@ def run_diff(options: argparse.Namespace) -> int:
     renderer = import_module(f"specc.difference.render.{options.format}")
     sys.stdout.write(renderer.render(comparison, options.old, options.new))
     return 1 if comparison.differences else 0
+
+
+def _hides_meaning(diagnostic: Diagnostic) -> bool:
+    """Whether what is found leaves open what the specification means: a name may be a slip."""
+    return diagnostic.severity == "error" or diagnostic.code == "O0205"

@@ -50,7 +50,7 @@ def _named(system: System) -> dict[str, dict[str, str]]:
                 parts = {f"field {field}": type_text(t) for field, t in fields}
                 found.setdefault(name, parts | {"class": python or "generated"})
             case Opaque(name=name, python=python):
-                found.setdefault(name, {"class": python})
+                found.setdefault(name, {"class": python or "not said"})
     return found
 
 

@@ -99,5 +99,5 @@ def test_errors_of_either_file_are_shown(capsys: pytest.CaptureFixture[str]) -> 
     assert main(["diff", "broken.yaml", "old.yaml", "--format", "json"]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
-    assert "error[E0201]" in printed.err
+    assert "open[O0205]" in printed.err
     assert "did you mean `gap`" in printed.err
