@@ -48,8 +48,8 @@ class Arithmetic(Values):
 
     def _number(self, expr: Expr, key: int) -> Any:
         known = self._numbering.value(key)
-        if isinstance(known, int) and isinstance(expr.type, Int):
-            return z3.IntVal(known)
+        if isinstance(known, (int, float)) and isinstance(expr.type, Int):
+            return z3.IntVal(int(known))  # 2 and 2.0 have one number, whichever came first
         if isinstance(known, (int, float)) and math.isfinite(known):
             term = exact(known)
             return self.rounding.float(term) if abs(known) <= _LARGEST_EXACT else term
