@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
+
 import pytest
 
-from tests.checks.texts import prove, prover
+from specc.proof import Prover
+from tests.checks.conditions import machine
+from tests.checks.texts import condition, prove, prover
 
 PROVED = {
     "whole numbers beside thresholds between them": ["n < 1", "n > 0.5"],
@@ -160,3 +165,19 @@ def test_axioms_count_that_are_related_by_their_numbers_only() -> None:
 def test_rows_that_related_questions_rule_out_cannot_apply() -> None:
     decision = prove("d > e", "d <= e", terminal="d > f and f > e").decision
     assert decision.proved
+
+
+@pytest.mark.parametrize(
+    ("rows", "proved"),
+    [
+        (("elapsed <= 0.3[s]", "elapsed >= 0.4[s]"), True),
+        (("elapsed < 0.3[s]", "elapsed > 0.3[s]"), False),
+        (("elapsed < 0.3[s]", "elapsed >= 0.30000000000000004[s]"), False),
+        (("elapsed <= 0.3[s]", "elapsed >= 0.30000000000000004[s]"), True),
+        (("elapsed < 0.1[s]", "elapsed >= 0.1[s]"), True),
+        (("elapsed > 0.1[s]",), False),
+    ],
+)
+def test_time_is_counted_in_decimals(rows: tuple[str, ...], proved: bool) -> None:
+    subsystem = replace(machine([condition(row) for row in rows]), rate_hz=Fraction(10))
+    assert Prover(subsystem, {}).prove_rows("S", "terminal").proved == proved
