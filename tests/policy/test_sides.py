@@ -150,3 +150,25 @@ def test_names_that_differ_by_case_only_are_not_guessed(spec: Path) -> None:
     both = two.replace("memory: {", "memory: {T_c: {type: int, init: 0}, ")
     assert mended(spec, both) == both
     assert mended(spec, two) == two.replace("T_C", "t_c")
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ('"2[M]"', '"2[m]"'),
+        ('"2[degg]"', '"2[deg]"'),
+        ('"2[KHZ]"', '"2[kHz]"'),
+        ('"2[mrd]"', '"2[mrad]"'),
+        # A thousandth and a million of it, another prefix, another unit.
+        ('"2[MN]"', ""),
+        ('"2[mW]"', ""),
+        ('"2[um]"', ""),
+        ('"2[dam]"', ""),
+        ('"true and 1 > 0"', '"True and 1 > 0"'),
+    ],
+)
+def test_units_whose_prefix_stays_and_words_of_yaml_are_mended(
+    written: str, meant: str, spec: Path
+) -> None:
+    text = SPEC.replace('{limit: "2[m]"}', "{limit: %s}")
+    assert mended(spec, text % written) == text % (meant or written)
