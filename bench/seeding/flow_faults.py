@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.machine import Machine, machines
 from bench.seeding.sheet import Sheet
 from specc.source import Route
@@ -27,6 +27,22 @@ def _spare_at_both_ends(sheet: Sheet) -> Iterator[Seed]:
             yield seed(edits, *(sheet.key(first).start for first in firsts))
 
 
+def _not_written(sheet: Sheet) -> Iterator[Seed]:
+    """An output whose only assignment is gone."""
+    for machine in machines(sheet):
+        every = [
+            route
+            for function in machine.get("functions")
+            for route in machine.targets_of(function).values()
+        ]
+        for route in every:
+            name, mates = str(route[-1]), [other for other in every if other[-1] == route[-1]]
+            others = [entry for entry in sheet.entries(route[:-1]) if entry in every]
+            if name.startswith("y.c.") and len(mates) == 1 and len(others) > 1:
+                _, peer, element = name.split(".")
+                yield seed(sheet.removed(route), sheet.key(machine.below("y", peer, element)).start)
+
+
 def _memory_not_read(sheet: Sheet) -> Iterator[Seed]:
     """A second memory element that is written like the first, and never read."""
     for machine in machines(sheet):
@@ -38,7 +54,7 @@ def _memory_not_read(sheet: Sheet) -> Iterator[Seed]:
                         sheet.beside(memory, f"spare_{sheet.entry(memory)}"),
                         sheet.beside(route, f"spare_{sheet.entry(route)}"),
                     ]
-                    yield seed(edits, sheet.key(memory).start, sheet.key(route).start)
+                    yield seed(edits, sheet.key(memory).start)
 
 
 def _slow_readers(sheet: Sheet) -> Iterator[Seed]:
@@ -48,7 +64,7 @@ def _slow_readers(sheet: Sheet) -> Iterator[Seed]:
         asked = _asked(machine)
         if asked and sheet.has(route):
             node = sheet.at(route)
-            yield seed(sheet.replaced(node, "2 Hz"), node.start, *asked)
+            yield seed(sheet.replaced(node, "2 Hz"), elsewhere=asked)
 
 
 def _asked(machine: Machine) -> list[int]:
@@ -63,7 +79,25 @@ def _asked(machine: Machine) -> list[int]:
 
 
 FAULTS = (
-    fault("element that nobody reads or writes", "W0412 W0413", _spare_at_both_ends),
-    fault("memory that is never read", "W0615", _memory_not_read, alone=True),
-    fault("reader that is too slow", "W0414", _slow_readers, "E0409 E0701 E0702"),
+    fault(
+        "element that nobody reads or writes",
+        "W0412 W0413",
+        _spare_at_both_ends,
+        several=Follows.EACH,
+    ),
+    fault(
+        "output that is no longer written",
+        "W0413 E0701 E0702",
+        _not_written,
+        several=Follows.EVERY_USE,
+        abroad=True,
+    ),
+    fault("memory that is never read", "W0615", _memory_not_read),
+    fault(
+        "reader that is too slow",
+        "W0414",
+        _slow_readers,
+        {Follows.LATE: "E0410 E0701 E0702"},
+        several=Follows.EACH,
+    ),
 )

@@ -102,15 +102,9 @@ class Machine:
         """Where expressions call a name."""
         return [word for _, route in self.expressions() for word in self.sheet.words(route, {name})]
 
-    def lines_of_state(self, state: str) -> list[int]:
-        """Places where what is wrong with the end of a state may be shown."""
-        sheet = self.sheet
-        behaviour = self.below("behaviours", self.behaviour_of(state))
-        places = [sheet.key(self.below("states", state)).start, sheet.key(behaviour).start]
-        places += [
-            sheet.at((*behaviour, cause)).start for cause in sheet.get(behaviour) if cause in KINDS
-        ]
-        return places + [sheet.at(route).start for route, row in self.rows() if row[0] == state]
+    def place_of(self, state: str) -> int:
+        """Place of a state, which stands for the rows that it lacks."""
+        return self.sheet.key(self.below("states", state)).start
 
 
 def machines(sheet: Sheet) -> list[Machine]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.machine import Machine, machines
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
@@ -27,7 +27,7 @@ def _missing_rows(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for state, _, rows in _ends(machine):
             for route, _row in rows if len(rows) > 1 else ():
-                yield seed(sheet.removed(route), *machine.lines_of_state(state))
+                yield seed(sheet.removed(route), machine.place_of(state))
 
 
 def _missing_last_rows(sheet: Sheet, cause: str) -> Iterator[Seed]:
@@ -35,7 +35,7 @@ def _missing_last_rows(sheet: Sheet, cause: str) -> Iterator[Seed]:
         for state, its_cause, rows in _ends(machine):
             if its_cause == cause and rows:
                 edits = [sheet.removed(route) for route, _row in rows]
-                yield seed(edits, *machine.lines_of_state(state))
+                yield seed(edits, machine.place_of(state))
 
 
 def _traps(sheet: Sheet) -> Iterator[Seed]:
@@ -52,9 +52,9 @@ def _new_errors(sheet: Sheet) -> Iterator[Seed]:
         for route in machine.entries("conditions", "error"):
             node = sheet.at(sheet.scalar(route, "when"))
             states = [s for s in machine.get("states") if not machine.rows_of(s, "error")]
-            places = [place for state in states for place in machine.lines_of_state(state)]
+            places = [machine.place_of(state) for state in states]
             if sheet.raw(node) == "False":
-                yield seed(sheet.replaced(node, '"elapsed > 60[s]"'), *places)
+                yield seed(sheet.replaced(node, '"elapsed > 60[s]"'), elsewhere=places)
 
 
 def _overlaps(sheet: Sheet) -> Iterator[Seed]:
@@ -77,25 +77,25 @@ def _narrowed(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for route in machine.entries("conditions", "initial"):
             text = sheet.scalar(route, "when")
-            places = [*_rows_with(machine, str(route[-1])), sheet.at(text).start]
+            places = _states_with(machine, str(route[-1]))
             node = sheet.at(text)
             if machine.text_of("initial", str(route[-1])) == "True":
-                yield seed(sheet.replaced(node, '"elapsed > 1[s]"'), *places)
+                yield seed(sheet.replaced(node, '"elapsed > 1[s]"'), elsewhere=places)
                 continue
             for found in _MEMBERS.finditer(sheet.raw(node)):
-                yield seed(
-                    Edit(node.start + found.start(1), node.start + found.start(2), ""), *places
-                )
+                start, end = (node.start + found.start(group) for group in (1, 2))
+                yield seed(Edit(start, end, ""), elsewhere=places)
             inner = sheet.raw(node).strip("\"'")
             if "\n" not in inner:
                 more = f'"({inner}) and elapsed > 1[s]"'
-                yield seed(sheet.replaced(node, more), *places)
+                yield seed(sheet.replaced(node, more), elsewhere=places)
 
 
-def _rows_with(machine: Machine, condition: str) -> list[int]:
-    """Places that belong to the states that have a row with this initial condition."""
+def _states_with(machine: Machine, condition: str) -> list[int]:
+    """Places of the states that have a row with this initial condition, and of their rows."""
     states = {row[0] for _, row in machine.rows() if row[2] == condition}
-    return [place for state in sorted(states) for place in machine.lines_of_state(state)]
+    rows = [machine.sheet.at(route).start for route, row in machine.rows() if row[0] in states]
+    return [*(machine.place_of(state) for state in sorted(states)), *rows]
 
 
 def _negated(sheet: Sheet) -> Iterator[Seed]:
@@ -103,10 +103,10 @@ def _negated(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for route in machine.entries("conditions", "initial"):
             node = sheet.at(sheet.scalar(route, "when"))
-            places = [*_rows_with(machine, str(route[-1])), node.start]
+            places = _states_with(machine, str(route[-1]))
             for found in re.finditer(r"\bnot ", sheet.raw(node)):
                 start = node.start + found.start()
-                yield seed(Edit(start, start + 4, ""), *places)
+                yield seed(Edit(start, start + 4, ""), elsewhere=places)
 
 
 def _never_initial(sheet: Sheet) -> Iterator[Seed]:
@@ -160,8 +160,8 @@ def _swapped(sheet: Sheet) -> Iterator[Seed]:
                         sheet.replaced(sheet.at((*rows[i][0], 3)), arcs[j][1]),
                         sheet.replaced(sheet.at((*rows[j][0], 3)), arcs[i][1]),
                     ]
-                    places = [sheet.key(machine.below("states", s)).start for s in sorted(lost)]
-                    yield seed(edits, *places)
+                    places = [machine.place_of(state) for state in sorted(lost)]
+                    yield seed(edits, *(edit.start for edit in edits), elsewhere=places)
 
 
 def _reached(machine: Machine, arcs: Iterable[tuple[str, str]]) -> set[str]:
@@ -180,7 +180,8 @@ def _returning(sheet: Sheet) -> Iterator[Seed]:
             arcs = [(row[0], state if row[0] == state else row[3]) for _, row in machine.rows()]
             if leaving and _reached(machine, arcs) == set(machine.get("states")):
                 edits = [sheet.replaced(sheet.at((*route, 3)), state) for route, _ in leaving]
-                yield seed(edits, *machine.lines_of_state(state))
+                places = [edit.start for edit in edits]
+                yield seed(edits, *places, elsewhere=[machine.place_of(state)])
 
 
 def _idle_rows(sheet: Sheet) -> Iterator[Seed]:
@@ -194,6 +195,23 @@ def _idle_rows(sheet: Sheet) -> Iterator[Seed]:
                     yield seed(sheet.beside(row, text))
 
 
+def _other_causes(sheet: Sheet) -> Iterator[Seed]:
+    """`error` for `terminal`, or the other way round."""
+    for machine in machines(sheet):
+        for route, row in machine.rows():
+            other = "error" if row[1] == "terminal" else "terminal"
+            edit = sheet.replaced(sheet.at((*route, 1)), other)
+            yield seed(edit, edit.start, machine.place_of(row[0]))
+
+
+def _named_twice(sheet: Sheet) -> Iterator[Seed]:
+    """A function that stands twice in a behaviour."""
+    for machine in machines(sheet):
+        for name in machine.get("behaviours"):
+            for route in machine.entries("behaviours", name, "functions"):
+                yield seed(sheet.beside(route, sheet.entry(route)))
+
+
 def _two_writers(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for name in machine.get("behaviours"):
@@ -204,10 +222,8 @@ def _two_writers(sheet: Sheet) -> Iterator[Seed]:
                 if other in own or not both:
                     continue
                 listed = machine.below("behaviours", name, "functions")
-                routes = [machine.targets_of(f).get(t) for f in (*own, other) for t in both]
-                places = [sheet.key(route).start for route in routes if route]
                 end = sheet.at(listed).end - 1
-                yield seed(Edit(end, end, f", {other}"), sheet.at(listed).start, *places)
+                yield seed(Edit(end, end, f", {other}"), sheet.at(listed).start)
 
 
 def _unused(sheet: Sheet) -> Iterator[Seed]:
@@ -258,7 +274,8 @@ def _no_initial_values(sheet: Sheet) -> Iterator[Seed]:
                     for _, route in machine.expressions()
                     if name in sheet.raw(sheet.at(route))
                 ]
-                yield seed(sheet.removed((*element, "init")), *uses, sheet.key(element).start)
+                place = sheet.key(element).start
+                yield seed(sheet.removed((*element, "init")), place, elsewhere=uses)
 
 
 def _entered_unprepared(sheet: Sheet) -> Iterator[Seed]:
@@ -277,7 +294,7 @@ def _entered_unprepared(sheet: Sheet) -> Iterator[Seed]:
                     if row[0] != machine.get("initial_state"):
                         continue
                     edit = sheet.replaced(sheet.at((*route, 3)), state)
-                    yield seed(edit, *reads, *machine.lines_of_state(state))
+                    yield seed(edit, elsewhere=reads)
 
 
 def _event_reads(machine: Machine, state: str) -> list[int]:
@@ -308,32 +325,54 @@ def _event_reads(machine: Machine, state: str) -> list[int]:
     return [sheet.at(route).start for route in (seen if reads else ())]
 
 
-_ROWS = "E0601 E0602"
-_AFTER = "W0412 W0604 W0605 W0607 W0610 W0611 W0612 W0613 W0614 W0615"
+_READS = "E0701 E0702 E0705 W0415 W0416"
 
 FAULTS = (
-    fault("missing case (one of several rows)", "E0601", _missing_rows, _AFTER),
-    fault("case left out of a condition", "E0601", _narrowed, "E0602 W0610"),
-    fault("condition without its `not`", _ROWS, _negated, f"{_AFTER} E0701 E0702"),
-    fault("overlapping conditions", "E0602", _overlaps, "E0701 E0702 W0610 W0611"),
+    fault("missing case (one of several rows)", "E0601", _missing_rows),
+    fault("case left out of a condition", "E0601", _narrowed, several=Follows.EVERY_STATE),
+    fault(
+        "condition without its `not`",
+        "E0601 E0602",
+        _negated,
+        {Follows.WAY: _READS},
+        several=Follows.EVERY_STATE,
+    ),
+    fault("overlapping conditions", "E0602", _overlaps, {Follows.WAY: _READS}),
     fault(
         "condition of a row that can never hold",
         "W0605 W0613",
         _never_initial,
-        f"{_AFTER} E0601",
+        {Follows.CASE: "E0601"},
     ),
-    fault("terminal condition that can never hold", "W0604 W0613", _never_ending, _AFTER),
-    fault("trap state (no rows)", "E0603 O0605", _traps, _AFTER),
-    fault("trap state (all rows lead back)", "W0612", _returning, "E0701 E0702"),
-    fault("missing row for the error cause", "E0603", _no_error_rows, _AFTER),
-    fault("new error without a row", "E0603", _new_errors),
-    fault("row for a cause that never occurs", "W0604", _idle_rows, alone=True),
-    fault("unreachable state", "W0607", _unreachable, "W0604"),
-    fault("targets of two rows swapped", "W0607", _swapped, "E0701 E0702 W0604 W0605 W0612"),
-    fault("two writers", "E0608", _two_writers, "E0701"),
-    fault("part that nothing uses", "W0611", _unused, alone=True),
-    fault("assumption that contradicts itself", "E0609", _contradictory, _AFTER),
-    fault("assumption that nothing needs", "W0610", _superfluous, alone=True),
-    fault("input without its initial value", "E0701 E0702 E0703", _no_initial_values),
-    fault("read before present", "E0701 E0702", _entered_unprepared, "W0607"),
+    fault(
+        "terminal condition that can never hold",
+        "W0604 W0613",
+        _never_ending,
+        {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"},
+    ),
+    fault("trap state (no rows)", "E0603 O0605", _traps),
+    fault("trap state (all rows lead back)", "W0612", _returning, {Follows.WAY: _READS}),
+    fault("missing row for the error cause", "E0603", _no_error_rows),
+    fault("new error without a row", "E0603", _new_errors, several=Follows.EVERY_STATE),
+    fault("row for a cause that never occurs", "W0604", _idle_rows),
+    fault(
+        "row for the other cause",
+        "W0604 E0601 E0602 E0603 O0605",
+        _other_causes,
+        several=Follows.EACH,
+    ),
+    fault("unreachable state", "W0607", _unreachable),
+    fault("targets of two rows swapped", "W0607", _swapped, {Follows.WAY: _READS}),
+    fault("two writers", "E0608", _two_writers, {Follows.WAY: _READS}, several=Follows.EACH),
+    fault("function named twice", "E0608", _named_twice, several=Follows.EACH),
+    fault("part that nothing uses", "W0611", _unused),
+    fault("assumption that contradicts itself", "E0609", _contradictory),
+    fault("assumption that nothing needs", "W0610", _superfluous),
+    fault(
+        "input without its initial value",
+        "E0701 E0702 E0703",
+        _no_initial_values,
+        several=Follows.EVERY_USE,
+    ),
+    fault("read before present", "E0701 E0702", _entered_unprepared, several=Follows.EVERY_USE),
 )

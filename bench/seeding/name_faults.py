@@ -11,6 +11,7 @@ from bench.seeding.sheet import Edit, Sheet, misspelt
 from specc.source import Route
 
 _INPUT = re.compile(r"\bx\.(\w+)\.(\w+)")
+_PART = re.compile(r"(?:\bx\.\w+\.\w+|(?<![\w.])(?!x\.)[A-Za-z]\w*)\.([A-Za-z]\w*)(?!\w*[.\w])")
 _TYPE = re.compile(r"\b[A-Z]\w+")
 
 
@@ -105,6 +106,27 @@ def _conditions(sheet: Sheet) -> Iterator[Seed]:
     yield from _cells(sheet, 2)
 
 
+def _other_kinds(sheet: Sheet) -> Iterator[Seed]:
+    """A terminal condition in place of an error condition, and the other way round."""
+    for machine in machines(sheet):
+        for behaviour in machine.entries("behaviours"):
+            for cause, other in (("terminal", "error"), ("error", "terminal")):
+                names = machine.get("conditions", other)
+                wrong = next((n for n in names if n not in machine.get("conditions", cause)), None)
+                if sheet.has((*behaviour, cause)) and wrong is not None:
+                    yield seed(sheet.replaced(sheet.at((*behaviour, cause)), str(wrong)))
+
+
+def _parts(sheet: Sheet) -> Iterator[Seed]:
+    """`held.cd` for `held.c_d`, `F_c.w` for `F_c.z`."""
+    for machine in machines(sheet):
+        for _, route in machine.expressions():
+            node = sheet.at(route)
+            for found in _PART.finditer(sheet.raw(node)):
+                start, end = (node.start + offset for offset in found.span(1))
+                yield seed(Edit(start, end, found[1] + "w"))
+
+
 def _targets(sheet: Sheet) -> Iterator[Seed]:
     yield from _cells(sheet, 3)
 
@@ -194,22 +216,24 @@ def _unknown(name: str, taken: set[str]) -> str:
 
 
 FAULTS = (
-    fault("undefined variable", "E0201", _undefined, alone=True),
-    fault("unknown operator", "E0202", _operators, alone=True),
-    fault("unknown element of a buffer", "E0203", _elements, alone=True),
-    fault("unknown peer in an expression", "E0204", _peers, alone=True),
-    fault("output read", "E0203 E0204 E0235", _outputs, alone=True),
-    fault("cyclic let", "E0206", _cyclic, alone=True),
-    fault("unknown function", "E0215", _functions, alone=True),
-    fault("unknown behaviour", "E0216", _behaviours, alone=True),
-    fault("unknown condition", "E0212", _conditions, alone=True),
-    fault("wrong target of a row", "E0217", _targets, alone=True),
-    fault("wrong source of a row", "E0217", _sources, alone=True),
-    fault("wrong initial state", "E0217", _initial, alone=True),
-    fault("unknown target of a function", "E0214", _assigned, alone=True),
-    fault("unknown type", "E0233", _types, alone=True),
-    fault("unknown frame", "E0209", _frames, alone=True),
-    fault("wrong member of an enum", "E0201 E0320", _members, alone=True),
-    fault("unknown parameter", "E0210", _given, "E0211"),
-    fault("parameter not given", "E0211", _not_given, alone=True),
+    fault("undefined variable", "E0201", _undefined),
+    fault("unknown operator", "E0202", _operators),
+    fault("unknown element of a buffer", "E0203", _elements),
+    fault("unknown peer in an expression", "E0204", _peers),
+    fault("output read", "E0203 E0204 E0235", _outputs),
+    fault("unknown field or component", "E0234", _parts),
+    fault("cyclic let", "E0206", _cyclic),
+    fault("unknown function", "E0215", _functions),
+    fault("unknown behaviour", "E0216", _behaviours),
+    fault("unknown condition", "E0212", _conditions),
+    fault("condition of another kind", "E0212", _other_kinds),
+    fault("wrong target of a row", "E0217", _targets),
+    fault("wrong source of a row", "E0217", _sources),
+    fault("wrong initial state", "E0217", _initial),
+    fault("unknown target of a function", "E0214", _assigned),
+    fault("unknown type", "E0233", _types),
+    fault("unknown frame", "E0209", _frames),
+    fault("wrong member of an enum", "E0201 E0320", _members),
+    fault("unknown parameter", "E0210", _given),
+    fault("parameter not given", "E0211", _not_given),
 )

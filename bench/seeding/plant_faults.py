@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.sheet import Edit, Sheet, misspelt
 from specc.source import Route
 
@@ -55,7 +55,7 @@ def _unbound(sheet: Sheet) -> Iterator[Seed]:
         buffers = [b for b in ("x", "y") if sheet.has((*found, b, element))]
         places = [sheet.key((*found, b, element)).start for b in buffers]
         plant = [sheet.key(("plant",)).start, sheet.key(("plant", "bind")).start]
-        yield seed(sheet.removed(binding), *places, *plant)
+        yield seed(sheet.removed(binding), *plant, elsewhere=places)
 
 
 def _sizes(sheet: Sheet) -> Iterator[Seed]:
@@ -109,8 +109,8 @@ def _driven_twice(sheet: Sheet) -> Iterator[Seed]:
             if one != other:
                 first = sheet.get((*other, "actuators"))[0]
                 node = sheet.at((*one, "actuators", 0))
-                places = [sheet.key(one).start, sheet.key(other).start]
-                yield seed(sheet.replaced(node, first), *places)
+                places = [sheet.key(other).start]
+                yield seed(sheet.replaced(node, first), elsewhere=places)
 
 
 def _is_command(sheet: Sheet, binding: Route) -> bool:
@@ -128,16 +128,16 @@ def _tasks(sheet: Sheet) -> Iterator[Seed]:
 
 
 FAULTS = (
-    fault("wrong actuator in the binding", "E0502", _actuators, alone=True),
-    fault("wrong joint in the binding", "E0502", _joints, alone=True),
-    fault("wrong sensor in the binding", "E0502", _sensors, alone=True),
-    fault("wrong camera in the binding", "E0502", _cameras, alone=True),
-    fault("binding of an unknown element", "E0503", _elements, "E0504 O0502"),
-    fault("element without a binding", "E0504 O0502", _unbound, alone=True),
-    fault("binding of the wrong size", "E0507", _sizes, "E0508"),
-    fault("binding of the wrong kind", "E0505", _kinds, "E0502 E0510"),
-    fault("noise that does not fit", "E0506 E0510", _noises, alone=True),
-    fault("rate of a sensor that does not fit", "E0509", _rates, alone=True),
-    fault("actuator driven twice", "E0508", _driven_twice, alone=True),
-    fault("task about what does not exist", "E0201 E0217 E0220", _tasks, alone=True),
+    fault("wrong actuator in the binding", "E0502", _actuators),
+    fault("wrong joint in the binding", "E0502", _joints),
+    fault("wrong sensor in the binding", "E0502", _sensors),
+    fault("wrong camera in the binding", "E0502", _cameras),
+    fault("binding of an unknown element", "E0503", _elements, {Follows.TO_DO: "O0502"}),
+    fault("element without a binding", "E0504 O0502", _unbound),
+    fault("binding of the wrong size", "E0507", _sizes, {Follows.BOTH: "E0508"}),
+    fault("binding of the wrong kind", "E0505", _kinds),
+    fault("noise that does not fit", "E0506 E0510", _noises),
+    fault("rate of a sensor that does not fit", "E0509", _rates),
+    fault("actuator driven twice", "E0508", _driven_twice),
+    fault("task about what does not exist", "E0201 E0217 E0220", _tasks),
 )

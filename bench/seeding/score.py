@@ -7,9 +7,9 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bench.seeding.fault import Fault, Seed
+from bench.seeding.fault import Fault, Follows, Seed
 from bench.seeding.sheet import Sheet
-from specc.diagnostics.report import Finding, resolve
+from specc.diagnostics.report import Finding, Spot, resolve
 from specc.pipeline import compile_spec
 from specc.read import Document, read_file, read_text
 from specc.resolve import Findings
@@ -18,13 +18,25 @@ from specc.resolve.loader import Loader
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One seeded fault: was it reported, where it is, and what else was."""
+    """One seeded fault: was it reported, where, and what else was.
+
+    Of the findings with a code of the class one is `at_its_line`, or else its line is `shown` with
+    one of them, or else one is where the fault can be seen first.
+    """
 
     seed: Seed
     sheet: Sheet
     found: bool
     at_its_line: bool
+    shown: bool
+    elsewhere: bool
+    follows: tuple[tuple[str, Follows], ...]
     extra: tuple[Finding, ...]
+
+    @property
+    def placed(self) -> bool:
+        """Whether it was reported at a right place."""
+        return self.at_its_line or self.shown or self.elsewhere
 
 
 @dataclass(slots=True)
@@ -35,17 +47,23 @@ class Score:
     outcomes: list[Outcome] = field(default_factory=list)
 
     @property
-    def counts(self) -> tuple[int, int, int, int]:
-        """Faults seeded, found, found at their line, and found with extra complaints."""
+    def counts(self) -> tuple[int, ...]:
+        """Faults seeded, found, at their line, shown, elsewhere, with more findings, with extra."""
         done = self.outcomes
-        found = sum(o.found for o in done)
-        return len(done), found, sum(o.at_its_line for o in done), sum(bool(o.extra) for o in done)
+        return (
+            len(done),
+            sum(o.found for o in done),
+            sum(o.at_its_line for o in done),
+            sum(o.shown for o in done),
+            sum(o.elsewhere for o in done),
+            sum(bool(o.follows) for o in done),
+            sum(bool(o.extra) for o in done),
+        )
 
     @property
     def perfect(self) -> bool:
-        """Whether every fault was found at its line, without any other complaint."""
-        seeded, found, at_line, extra = self.counts
-        return seeded == found == at_line and extra == 0
+        """Whether every fault was found at a right place, without any extra complaint."""
+        return all(o.found and o.placed and not o.extra for o in self.outcomes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,13 +103,42 @@ def beds(specs: Path) -> list[Bed]:
 def judge(fault: Fault, seed: Seed, bed: Bed) -> Outcome:
     """Compile a bed with a fault in it."""
     findings = bed.findings(seed.text(bed.sheet))
-    lines = seed.lines(bed.sheet)
     meant = [f for f in findings if f.diagnostic.code in fault.codes]
-    hits = [f for f in meant if _points_at(f, bed.sheet, lines)]
-    extra = [f for f in findings if f.diagnostic.code not in fault.codes | fault.with_]
-    if fault.alone:
-        extra += (hits or meant)[1:] + ([f for f in meant if f not in hits] if hits else [])
-    return Outcome(seed, bed.sheet, bool(meant), bool(hits), tuple(extra))
+    lines, elsewhere = seed.lines(bed.sheet), seed.lines_elsewhere(bed.sheet)
+    first = [f for f in meant if is_on(f.primary, bed.sheet, lines)]
+    shown = [f for f in meant if any(is_on(spot, bed.sheet, lines) for spot in f.related)]
+    far = [
+        f
+        for f in meant
+        if is_on(f.primary, bed.sheet, elsewhere) or (fault.abroad and _is_abroad(f, bed.sheet))
+    ]
+    told = (first or shown or far or meant)[:1]
+    follows, extra = _besides([f for f in findings if f not in told], fault)
+    return Outcome(
+        seed,
+        bed.sheet,
+        bool(meant),
+        bool(first),
+        bool(shown and not first),
+        bool(far and not (first or shown)),
+        tuple(follows),
+        tuple(extra),
+    )
+
+
+def _besides(
+    others: Sequence[Finding], fault: Fault
+) -> tuple[list[tuple[str, Follows]], list[Finding]]:
+    """What other findings follow from a fault, and which of them are extra complaints."""
+    follows, extra = [], []
+    for finding in others:
+        code = finding.diagnostic.code
+        why = fault.follows.get(code) or (fault.several if code in fault.codes else None)
+        if why is None:
+            extra.append(finding)
+        else:
+            follows.append((code, why))
+    return follows, extra
 
 
 def scores(
@@ -117,9 +164,11 @@ def spread(items: Sequence[Seed], most: int) -> list[Seed]:
     return [items[index * len(items) // most] for index in range(most)]
 
 
-def _points_at(finding: Finding, sheet: Sheet, lines: Container[int]) -> bool:
-    """Whether a finding, or a place that is shown with it, is on one of the lines."""
-    return any(
-        os.path.abspath(spot.span.file) == os.path.abspath(sheet.path) and spot.span.line in lines
-        for spot in (finding.primary, *finding.related)
-    )
+def _is_abroad(finding: Finding, sheet: Sheet) -> bool:
+    return os.path.abspath(finding.primary.span.file) != os.path.abspath(sheet.path)
+
+
+def is_on(spot: Spot, sheet: Sheet, lines: Container[int]) -> bool:
+    """Whether a spot is on one of the lines of a sheet."""
+    same = os.path.abspath(spot.span.file) == os.path.abspath(sheet.path)
+    return same and spot.span.line in lines

@@ -5,24 +5,30 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.machine import Machine, machines
-from bench.seeding.sheet import Sheet
+from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
 
 _TYPES = "E0310 E0311 E0312 E0313 E0314 E0315 E0316 E0317 E0318 E0319 E0320 E0234"
-_NAMES = "E0203 E0204 E0214"
-_BESIDE = "E0403 O0403 E0404 E0405 O0404"
 
 
-def _places_of(sheet: Sheet, element: str, buffer: str = "") -> list[int]:
-    """Keys of all elements of a name, and of the buffers that could have one."""
-    found = []
-    for route in _buffers(sheet):
-        for entry in sheet.entries(route):
-            if entry[-1] == element or route[-1] == buffer:
-                found += [sheet.key(entry).start, sheet.key(route).start]
-    return found
+def _other_end(sheet: Sheet, buffer: Route) -> Route | None:
+    """The buffer at the other end of one, if it is in the same file."""
+    side = "y" if buffer[-2] == "x" else "x"
+    if _is_device(buffer):
+        return None
+    owner, peer, agent = buffer[:-2], str(buffer[-1]), buffer[:2]
+    name = str(owner[-1])
+    ends: list[Route] = [(*agent, "control", side, name)]
+    if peer in "ER":
+        real = "real_effectors" if peer == "E" else "real_receptors"
+        ends = [(*agent, real, name, side)]
+    elif name == "control":
+        groups = ("virtual_effectors", "virtual_receptors")
+        ends = [(*agent, group, peer, side, "c") for group in groups]
+        ends.append(("agents", peer, "control", side, str(agent[-1])))
+    return next((end for end in ends if sheet.has(end)), None)
 
 
 def _uses(sheet: Sheet, text: str) -> list[int]:
@@ -41,9 +47,8 @@ def _uses(sheet: Sheet, text: str) -> list[int]:
 def _buffers(sheet: Sheet) -> Iterator[Route]:
     """Routes of all buffers of subsystems, and of devices."""
     for route in sheet.walk():
-        if route[-2:-1] in (("x",), ("y",)) or (
-            route[-1:] in (("x",), ("y",)) and _is_device(route)
-        ):
+        depth = -1 if _is_device(route) else -2
+        if route[depth:][:1] in (("x",), ("y",)) and not _is_device(route[:-1]):
             yield route
 
 
@@ -56,11 +61,8 @@ def _missing_elements(sheet: Sheet) -> Iterator[Seed]:
         for element in sheet.entries(route):
             if len(sheet.entries(route)) > 1:
                 here = [sheet.key(route).start, sheet.removed(element).start]
-                if _is_device(route):
-                    here.append(sheet.key(route[:-1]).start)
-                ends = _places_of(sheet, str(element[-1]), str(route[-1]))
                 uses = _uses(sheet, f"{route[-2]}.{route[-1]}.{element[-1]}")
-                yield seed(sheet.removed(element), *here, *ends, *uses)
+                yield seed(sheet.removed(element), *here, elsewhere=uses)
 
 
 def _missing_buffers(sheet: Sheet) -> Iterator[Seed]:
@@ -68,11 +70,11 @@ def _missing_buffers(sheet: Sheet) -> Iterator[Seed]:
         for direction in "xy":
             for route in machine.entries(direction):
                 if len(machine.entries(direction)) > 1:
-                    elements = [str(entry[-1]) for entry in sheet.entries(route)]
-                    places = [p for name in elements for p in _places_of(sheet, name)]
+                    here = [sheet.key(route[:-1]).start, sheet.key(machine.route).start]
                     uses = _uses(sheet, f"{direction}.{route[-1]}.")
-                    here = sheet.key(route[:-1]).start
-                    yield seed(sheet.removed(route), *places, here, *uses)
+                    end = _other_end(sheet, route)
+                    ends = [sheet.key(end).start] if end else []
+                    yield seed(sheet.removed(route), *here, elsewhere=[*ends, *uses])
 
 
 def _other_types(sheet: Sheet) -> Iterator[Seed]:
@@ -80,8 +82,34 @@ def _other_types(sheet: Sheet) -> Iterator[Seed]:
         for element in sheet.entries(route):
             node = sheet.at(sheet.scalar(element, "type"))
             other = "text" if "text" not in sheet.raw(node) else "int"
-            ends = _places_of(sheet, str(element[-1]))
-            yield seed(sheet.replaced(node, other), node.start, *ends)
+            end = _other_end(sheet, route)
+            there = [sheet.key((*end, element[-1])).start] if end else []
+            uses = _uses(sheet, f"{route[-2]}.{route[-1]}.{element[-1]}")
+            yield seed(sheet.replaced(node, other), node.start, elsewhere=[*there, *uses])
+
+
+def _other_units(sheet: Sheet) -> Iterator[Seed]:
+    yield from _changed_types(sheet, re.compile(r"(?<=real\[)[^\]]+"), "kg")
+
+
+def _other_frames(sheet: Sheet) -> Iterator[Seed]:
+    """`pose[E, B]` for `pose[B, E]`, a wrench in another frame."""
+    yield from _changed_types(sheet, re.compile(r"(?<=pose\[)B, E|(?<=wrench\[)[ES]"), "K")
+    yield from _changed_types(sheet, re.compile(r"(?<=pose\[)B, E"), "E, B")
+
+
+def _changed_types(sheet: Sheet, part: re.Pattern[str], other: str) -> Iterator[Seed]:
+    """Elements of subsystems with other text for a part of their type."""
+    for route in _buffers(sheet):
+        for element in sheet.entries(route):
+            node = sheet.at(sheet.scalar(element, "type"))
+            found = part.search(sheet.raw(node))
+            if found and ("," in found[0]) == ("," in other):
+                start, end = (node.start + offset for offset in found.span())
+                end_route = _other_end(sheet, route)
+                there = [sheet.key((*end_route, element[-1])).start] if end_route else []
+                uses = _uses(sheet, f"{route[-2]}.{route[-1]}.{element[-1]}")
+                yield seed(Edit(start, end, other), elsewhere=[*there, *uses])
 
 
 def _short_cuts(sheet: Sheet) -> Iterator[Seed]:
@@ -129,10 +157,9 @@ def _rates(sheet: Sheet) -> list[Route]:
 
 
 def _odd_rates(sheet: Sheet) -> Iterator[Seed]:
-    every = [sheet.at(route).start for route in _rates(sheet)]
     for route in _rates(sheet):
         for rate in ("99.991 Hz", "3.14159 ms"):
-            yield seed(sheet.replaced(sheet.at(route), rate), *every)
+            yield seed(sheet.replaced(sheet.at(route), rate))
 
 
 def _no_rates(sheet: Sheet) -> Iterator[Seed]:
@@ -167,9 +194,9 @@ def _spare_elements(sheet: Sheet) -> Iterator[Seed]:
         for direction in "xy":
             for buffer in machine.entries(direction):
                 first = sheet.entries(buffer)[0]
-                places = [*_places_of(sheet, "", str(buffer[-1])), sheet.key(buffer).start]
-                ends = [sheet.key(first).start, *places]
-                yield seed(sheet.beside(first, "spare: int"), *ends)
+                end = _other_end(sheet, buffer)
+                lacking = sheet.key(end if end else first).start
+                yield seed(sheet.beside(first, "spare: int"), lacking)
 
 
 def _use_twice(sheet: Sheet) -> Iterator[Seed]:
@@ -180,10 +207,7 @@ def _use_twice(sheet: Sheet) -> Iterator[Seed]:
             for other in effectors:
                 if effector != other and not sheet.has((*effector, "uses")):
                     first = sheet.entries(effector)[0]
-                    device = (*agent, "real_effectors", other[-1])
-                    used = (effector, other, first, device)
-                    places = [sheet.key(item).start for item in used]
-                    yield seed(sheet.beside(first, f"uses: [{other[-1]}]"), *places)
+                    yield seed(sheet.beside(first, f"uses: [{other[-1]}]"))
 
 
 def _same_names(sheet: Sheet) -> Iterator[Seed]:
@@ -193,9 +217,7 @@ def _same_names(sheet: Sheet) -> Iterator[Seed]:
         receptors = sheet.entries((*agent, "virtual_receptors"))
         for effector in effectors:
             for receptor in receptors:
-                places = [sheet.key(item).start for item in (effector, receptor)]
-                edit = sheet.replaced(sheet.key(receptor), str(effector[-1]))
-                yield seed(edit, *places)
+                yield seed(sheet.replaced(sheet.key(receptor), str(effector[-1])))
 
 
 def _reserved(sheet: Sheet) -> Iterator[Seed]:
@@ -214,25 +236,34 @@ FAULTS = (
         "buffer element missing at one end",
         "E0404 E0203 E0214",
         _missing_elements,
-        f"{_NAMES} E0403 O0403 E0503 O0502 W0611 W0612 W0613",
+        {Follows.EVERY_USE: "E0503"},
+        several=Follows.EVERY_USE,
     ),
     fault(
         "buffer missing at one end",
         "E0403 O0403 E0204 E0203 E0214",
         _missing_buffers,
-        f"{_NAMES} E0404",
+        several=Follows.EVERY_USE,
     ),
-    fault("types differ between the two ends", f"E0405 {_TYPES}", _other_types, "E0505 E0507"),
+    fault(
+        "types differ between the two ends",
+        f"E0405 {_TYPES}",
+        _other_types,
+        {Follows.EVERY_USE: "E0505 E0507"},
+        several=Follows.EVERY_USE,
+    ),
+    fault("wrong unit at one end", f"E0405 {_TYPES}", _other_units, several=Follows.EVERY_USE),
+    fault("wrong frames at one end", f"E0405 {_TYPES}", _other_frames, several=Follows.EVERY_USE),
     fault("element that is not at the other end", "E0404", _spare_elements),
-    fault("connection that the structure forbids", "E0401", _short_cuts, alone=True),
-    fault("wrong kind of agent", "E0407 E0408", _kinds, alone=True),
-    fault("kind of agent that does not exist", "E0104 E0407", _no_kind, alone=True),
-    fault("agent without control subsystem", "E0402 O0402", _no_control, "E0403 O0403 E0218"),
-    fault("device commanded from two sides", "E0406", _use_twice, _BESIDE),
-    fault("two subsystems of one name", "E0411", _same_names, "E0403 O0403 E0404 E0218"),
-    fault("device that nobody uses", "W0410 O0404", _idle_devices, "E0504 O0502"),
-    fault("name with two meanings", "E0221", _reserved, "W0611 E0310 E0311 E0313 E0315"),
-    fault("rates that do not divide", "E0409", _odd_rates, "E0509 W0414 E0701 E0702"),
-    fault("what is no rate", "E0106", _no_rates, alone=True),
-    fault("missing rate", "E0102 O0601", _missing_rates, alone=True),
+    fault("connection that the structure forbids", "E0401", _short_cuts),
+    fault("wrong kind of agent", "E0407 E0408", _kinds),
+    fault("kind of agent that does not exist", "E0104 E0407", _no_kind),
+    fault("agent without control subsystem", "E0402 O0402", _no_control),
+    fault("device commanded from two sides", "E0406", _use_twice),
+    fault("two subsystems of one name", "E0411", _same_names, {Follows.OLD_NAME: "E0218"}),
+    fault("device that nobody uses", "W0410 O0404", _idle_devices, {Follows.TO_DO: "O0502"}),
+    fault("name with two meanings", "E0221", _reserved, {Follows.BOTH: "W0611"}),
+    fault("rates that do not divide", "E0409", _odd_rates),
+    fault("what is no rate", "E0106", _no_rates),
+    fault("missing rate", "E0102 O0601", _missing_rates),
 )

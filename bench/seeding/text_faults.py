@@ -148,12 +148,12 @@ def _starts_line(sheet: Sheet, route: Route) -> bool:
 
 
 FAULTS = (
-    fault("tab in the indentation", "E0010", _tabs, alone=True),
-    fault("duplicate key", "E0011", _doubled, alone=True),
-    fault("bracket not closed", "E0009", _unclosed, alone=True),
-    fault("misspelt key", "E0101", _misspelt_keys, alone=True),
-    fault("missing key", "E0102", _missing_keys, alone=True),
-    fault("part that is not there yet", "O0201 O0203 O0602 O0606 O0607", _open_keys, alone=True),
-    fault("wrong kind of value", "E0103", _wrong_kinds, alone=True),
-    fault("missing file", "E0001 E0208 E0501", _no_files, alone=True),
+    fault("tab in the indentation", "E0010", _tabs),
+    fault("duplicate key", "E0011", _doubled),
+    fault("bracket not closed", "E0009", _unclosed),
+    fault("misspelt key", "E0101", _misspelt_keys),
+    fault("missing key", "E0102", _missing_keys),
+    fault("part that is not there yet", "O0201 O0203 O0602 O0606 O0607", _open_keys),
+    fault("wrong kind of value", "E0103", _wrong_kinds),
+    fault("missing file", "E0001 E0208 E0501", _no_files),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from bench.seeding.fault import Seed, fault, seed
+from bench.seeding.fault import Follows, Seed, fault, seed
 from bench.seeding.machine import Machine, machines
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
@@ -40,6 +40,24 @@ def _literals(sheet: Sheet) -> Iterator[Seed]:
                     yield seed(Edit(start, start + len(found[1]), _other_unit(found[1])))
 
 
+def _no_units(sheet: Sheet) -> Iterator[Seed]:
+    """`0.5` for `0.5[s]`."""
+    for machine in machines(sheet):
+        for kind, route in machine.expressions():
+            for found in _LITERAL.finditer(sheet.raw(sheet.at(route))):
+                if kind != "let":
+                    start = sheet.at(route).start
+                    yield seed(Edit(start + found.start(1) - 1, start + found.end(), ""))
+
+
+def _wrong_given(sheet: Sheet) -> Iterator[Seed]:
+    """Parameters of parts that are given a truth value, or a number of another unit."""
+    for route in sheet.walk():
+        if len(route) > 1 and route[-2] == "with":
+            for wrong in ("True", '"5[kg]"', '"[1, 2]"'):
+                yield seed(sheet.replaced(sheet.at(route), wrong))
+
+
 def _constants(sheet: Sheet) -> Iterator[Seed]:
     """Units of constants, whose type is what their literal has: found where they are used."""
     for route in sheet.entries(("constants",)):
@@ -50,7 +68,7 @@ def _constants(sheet: Sheet) -> Iterator[Seed]:
         if found is not None:
             start = node.start + found.start(1)
             other = _other_unit(found[1])
-            yield seed(Edit(start, start + len(found[1]), other), node.start, *uses)
+            yield seed(Edit(start, start + len(found[1]), other), elsewhere=uses)
 
 
 def _other_unit(unit: str) -> str:
@@ -67,8 +85,8 @@ def _frames_of_memory(sheet: Sheet) -> Iterator[Seed]:
                 uses = [use.start for use in _all_uses(machine, str(route[-1]))]
                 start = node.start + found.start()
                 text = f"pose[{found[2]}, {found[1]}]"
-                init = sheet.at((*route, "init")).start
-                yield seed(Edit(start, node.start + found.end(), text), start, init, *uses)
+                edit = Edit(start, node.start + found.end(), text)
+                yield seed(edit, elsewhere=[sheet.at((*route, "init")).start, *uses])
 
 
 def _all_uses(machine: Machine, name: str) -> Iterator[Edit]:
@@ -159,7 +177,7 @@ def _memory_types(sheet: Sheet) -> Iterator[Seed]:
             if sheet.get((*route, "init")) not in ("[]", 0, "0"):
                 uses = [use.start for use in _all_uses(machine, str(route[-1]))]
                 node, init = sheet.at((*route, "type")), sheet.at((*route, "init"))
-                yield seed(sheet.replaced(node, "bool"), node.start, init.start, *uses)
+                yield seed(sheet.replaced(node, "bool"), elsewhere=[init.start, *uses])
 
 
 def _units_of_types(sheet: Sheet) -> Iterator[Seed]:
@@ -174,15 +192,28 @@ def _units_of_types(sheet: Sheet) -> Iterator[Seed]:
 
 
 FAULTS = (
-    fault("type error in a condition", _TYPE_CODES, _conditions, alone=True),
-    fault("unit error in an expression", _TYPE_CODES, _literals, alone=True),
-    fault("unit error in a constant", _TYPE_CODES, _constants),
-    fault("frame error in an expression", _TYPE_CODES, _frames_in_expressions, alone=True),
-    fault("frame error in the type of memory", _TYPE_CODES, _frames_of_memory),
-    fault("wrong type of memory", _TYPE_CODES, _memory_types, "E0234 E0319"),
-    fault("unit of a type that is not SI", "E0305", _units_of_types, alone=True),
-    fault("wrong number of items", "E0316", _lengths, alone=True),
-    fault("wrong number of arguments", "E0314", _numbers_of_arguments, alone=True),
-    fault("arguments swapped", "E0315", _swapped_arguments, with_=_TYPE_CODES),
-    fault("reals compared exactly", "E0319", _exact, alone=True),
+    fault("type error in a condition", _TYPE_CODES, _conditions),
+    fault("unit error in an expression", _TYPE_CODES, _literals),
+    fault("unit left out", _TYPE_CODES, _no_units),
+    fault("unit error in a constant", _TYPE_CODES, _constants, several=Follows.EVERY_USE),
+    fault("frame error in an expression", _TYPE_CODES, _frames_in_expressions),
+    fault(
+        "frame error in the type of memory",
+        _TYPE_CODES,
+        _frames_of_memory,
+        several=Follows.EVERY_USE,
+    ),
+    fault(
+        "wrong type of memory",
+        _TYPE_CODES,
+        _memory_types,
+        {Follows.EVERY_USE: "E0234 E0319"},
+        several=Follows.EVERY_USE,
+    ),
+    fault("unit of a type that is not SI", "E0305", _units_of_types),
+    fault("wrong number of items", "E0316", _lengths),
+    fault("wrong number of arguments", "E0314", _numbers_of_arguments),
+    fault("arguments swapped", "E0315", _swapped_arguments, several=Follows.EACH),
+    fault("argument of a part of the wrong type", _TYPE_CODES, _wrong_given),
+    fault("reals compared exactly", "E0319", _exact),
 )
