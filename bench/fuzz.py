@@ -2,7 +2,8 @@
 
 A fifth of the files come from nothing (bytes, words of YAML, trees of known keys), the others are
 specifications of the project with a few changes that know their structure. Every file is built and
-its findings are rendered, within 2 s of CPU time and 1 GB of memory. The same seed gives the same
+its findings are rendered, within 2 s of CPU time and 1 GB of memory; some also go through another
+command, an editor, or as XML through an importer. The same seed gives the same
 files; what fails is kept in the folder that is named with --keep.
 
     python bench/fuzz.py 1000 --seed 1
@@ -22,6 +23,7 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 
 from bench.fuzzing.edits import edited
+from bench.fuzzing.others import tried_elsewhere
 from bench.fuzzing.texts import random_bytes, random_tree, random_words
 from bench.fuzzing.trial import Trial, beds, confined, tried
 from bench.seeding.sheet import Sheet
@@ -30,6 +32,8 @@ ROOT = Path(__file__).parents[1]
 SOURCES = (ROOT / "specs", ROOT / "bench/specs", ROOT / "tests/cases")
 FROM_NOTHING = 0.2
 MOST_CHANGES = 4
+ELSEWHERE = 0.1
+"""Share of files that also go through another command, an importer or the language server."""
 
 
 @dataclass(slots=True)
@@ -37,10 +41,18 @@ class Tally:
     """What came of all files."""
 
     files: int = 0
+    others: int = 0
     accepted: int = 0
     slowest_s: float = 0.0
     codes: Counter[str] = field(default_factory=Counter)
     faults: list[tuple[bytes, str]] = field(default_factory=list)
+
+    def note(self, content: bytes, trial: Trial) -> None:
+        """Count what else was done with a file."""
+        self.others += 1
+        self.slowest_s = max(self.slowest_s, trial.seconds)
+        if trial.fault:
+            self.faults.append((content, trial.fault))
 
     def add(self, content: bytes, trial: Trial) -> None:
         """Count one file."""
@@ -85,6 +97,8 @@ def fuzz(files: int, seed: int, minutes: float, scratch: Path) -> Tally:
         path = folder / "fuzzed.yaml"
         path.write_bytes(content)
         tally.add(content, tried(path))
+        if random.random() < ELSEWHERE:
+            tally.note(content, tried_elsewhere(path, folder / "spec.yaml", random))
     return tally
 
 
@@ -108,7 +122,8 @@ def summary(tally: Tally, seed: int) -> str:
     peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return (
         f"{tally.files} files, seed {seed}: {tally.accepted} accepted, {len(tally.faults)} faults\n"
-        f"{len(tally.codes)} codes met; slowest {tally.slowest_s:.2f} s, memory {peak_mb:.0f} MB"
+        f"{tally.others} of them tried elsewhere too; {len(tally.codes)} codes met; "
+        f"slowest {tally.slowest_s:.2f} s, memory {peak_mb:.0f} MB"
     )
 
 

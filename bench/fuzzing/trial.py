@@ -6,7 +6,7 @@ import os
 import resource
 import signal
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,6 +61,19 @@ def tried(path: Path) -> Trial:
     if not built.result.ok and not codes:
         fault = "refused without a finding"
     return Trial(built.result.ok, codes, seconds, fault)
+
+
+def guarded(run: Callable[[], object]) -> Trial:
+    """How something fares that must not raise, within the same limits."""
+    begin = process_time()
+    try:
+        with _patience():
+            run()
+    except Exception:  # noqa: BLE001 - whatever it is, it is what is searched for
+        return Trial(False, frozenset(), process_time() - begin, traceback.format_exc())
+    seconds = process_time() - begin
+    fault = f"{seconds:.1f} s of CPU time" if seconds > LIMIT_S else ""
+    return Trial(True, frozenset(), seconds, fault)
 
 
 @contextmanager

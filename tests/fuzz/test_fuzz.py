@@ -12,8 +12,9 @@ import pytest
 
 from bench.fuzz import ROOT, made
 from bench.fuzzing.edits import edited
+from bench.fuzzing.others import tried_elsewhere
 from bench.fuzzing.texts import random_bytes, random_tree, random_words
-from bench.fuzzing.trial import Trial, beds, tried
+from bench.fuzzing.trial import Trial, beds, guarded, tried
 from bench.seeding.sheet import Sheet
 from specc import pipeline
 
@@ -84,3 +85,19 @@ def test_a_specification_is_tried_as_it_is(tmp_path: Path) -> None:
     folders = {folder.name.partition("_")[2]: folder for folder in beds(ROOT / "specs", tmp_path)}
     trial: Trial = tried(folders["conveyor_gate"] / "spec.yaml")
     assert (trial.accepted, trial.codes, trial.fault) == (True, frozenset(), "")
+
+
+def test_files_go_through_what_else_reads_them(tmp_path: Path) -> None:
+    folder = next(f for f in beds(ROOT / "specs", tmp_path) if "conveyor" in f.name)
+    spec, path, random = folder / "spec.yaml", folder / "fuzzed.yaml", Random(8)
+    original = spec.read_bytes()
+    for _ in range(25):
+        path.write_bytes(made(spec, original, random))
+        assert tried_elsewhere(path, spec, random).fault == ""
+
+
+def test_what_goes_wrong_elsewhere_is_a_fault() -> None:
+    def fail() -> None:
+        raise KeyError("nobody")
+
+    assert "KeyError: 'nobody'" in guarded(fail).fault
