@@ -78,10 +78,10 @@ def _compare(
         if one and other and one.type != other.type:
             yield Diagnostic(
                 "E0405",
-                f"`{name}` is {one.type} at one end and {other.type} at the other",
+                f"`{name}` is `{one.type}` at one end and `{other.type}` at the other",
                 one.place,
-                str(one.type),
-                (Related(other.place, f"connected to this one: {other.type}"),),
+                f"`{one.type}`",
+                (Related(other.place, f"connected to this one: `{other.type}`"),),
                 "both ends of a connection have exactly the same type",
             )
         elif one is None and other:
@@ -96,7 +96,7 @@ def _missing(port: Port, place: Place, element: Element) -> Diagnostic:
         f"the buffer lacks `{element.name}`, which the other end has",
         place,
         "lacks it",
-        (Related(element.place, f"{element.type}, without another end"),),
+        (Related(element.place, f"`{element.type}`, without another end"),),
         f'add `{element.name}: "{element.type}"`, or delete it at the other end',
         lacks=replace(place, route=(*place.route, element.name), part="value"),
     )
