@@ -18,6 +18,7 @@ import json
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module, metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -180,6 +181,7 @@ TOOLS: dict[str, tuple[Callable[[Chart], Chart], Callable[[Chart], None]]] = {
     "transitions": (transitions, load_transitions),
 }
 PACKAGES = ("sismic", "python-statemachine", "transitions")
+MODULES = ("sismic", "statemachine", "transitions")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -187,6 +189,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help=f"write {RESULT.name}")
     options = parser.parse_args(arguments)
+    missing = [name for name in MODULES if find_spec(name) is None]
+    if missing:
+        print(f"not installed: {', '.join(missing)}; nothing is measured")
+        return
     sheets = [bed.sheet for bed in beds(ROOT / "specs") if not bed.findings()]
     whole = [chart for sheet in sheets for chart in _charts(sheet)]
     for name, (write, load) in TOOLS.items():
