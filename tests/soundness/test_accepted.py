@@ -48,13 +48,13 @@ def test_the_flagship_goes_through_most_of_its_states() -> None:
 
 def test_random_specifications(tmp_path: Path) -> None:
     findings = Findings()
-    for seed in range(20):
+    for seed in range(10):
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok and result.system is not None:
             tried(result, str(seed), 150, findings, odd=NASTY)
     assert findings.faults == []
-    assert findings.systems >= 7
-    assert findings.rows_taken > 30
+    assert findings.systems >= 4
+    assert findings.rows_taken > 20
 
 
 def small(rows: dict[str, str]) -> Tree:

@@ -120,7 +120,7 @@ def judged(tree: Tree, folder: Path, seed: str) -> Verdict:
 
 
 @settings(
-    max_examples=15,
+    max_examples=10,
     deadline=None,
     derandomize=True,
     phases=(Phase.explicit, Phase.generate),
@@ -133,14 +133,13 @@ def test_random_specifications(folder: Path, rng: Random, seed: int) -> None:
 
 def test_many_specifications_are_accepted_and_many_are_not(folder: Path) -> None:
     counts: Counter[str] = Counter()
-    for seed in range(30):
+    for seed in range(16):
         verdict = judged(specification(Random(seed)), folder, str(seed))
         counts.update(verdict.faults)
         counts["accepted"] += verdict.accepted
         counts["rejected, run all the same"] += verdict.usable and not verdict.accepted
         counts["steps"] += verdict.steps
-    assert counts["accepted"] >= 10
-    assert counts["rejected, run all the same"] >= 2
-    assert counts["UndecidedTransition"] >= 1
-    assert counts["AxiomViolated"] >= 3
-    assert counts["steps"] >= 1500
+    assert counts["accepted"] >= 6
+    assert counts["rejected, run all the same"] >= 1
+    assert counts["AxiomViolated"] >= 1
+    assert counts["steps"] >= 800
