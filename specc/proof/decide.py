@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from specc.proof.cases import Cases
 from specc.proof.doubt import rounding
-from specc.proof.formula import Formula, atoms_of
+from specc.proof.formula import Atom, Formula, atoms_of
 from specc.proof.relations import Relations, UnsureError
 from specc.proof.relevance import components, conjuncts, related, variables_of
 from specc.proof.repair import condition_for
@@ -68,7 +68,7 @@ class Question:
         decision = _decision(table, Cases(table, assumed, None), self._conditions)
         atoms = list(atoms_of(formulas))
         if decision.proved:
-            return decision
+            return self._with_possible_rows(decision, table, assumed, atoms)
         if self._more:
             assumed = [*assumed, *self._more]
             table, atoms = Table([*formulas, *self._more]), [*atoms, *atoms_of(self._more)]
@@ -76,6 +76,19 @@ class Question:
         if judge is None:
             return decision
         return _decision(table, Cases(table, assumed, judge), self._conditions)
+
+    def _with_possible_rows(
+        self, proved: Decision, table: Table, assumed: Sequence[Formula], atoms: Sequence[Atom]
+    ) -> Decision:
+        """A proof, with rows left out that can never apply for what their numbers are."""
+        judge = self._relations.between(atoms) if self._relations.in_sums(atoms) else None
+        if judge is None:
+            return proved
+        try:
+            exact = _decision(table, Cases(table, assumed, judge), self._conditions)
+        except UnsureError:
+            return proved
+        return replace(exact, gap=None, overlap=None, unknown="", way_out="")
 
     def _by_solver(self, assumed: Sequence[Formula], reason: str) -> Decision:
         try:

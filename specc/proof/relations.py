@@ -66,6 +66,14 @@ class Relations:
                 return self.judge(atoms)
         return None
 
+    def in_sums(self, atoms: Sequence[Atom]) -> bool:
+        """Whether numbers are compared that are not constant, or sums."""
+        return any(
+            isinstance(atom.variable, Quantity)
+            and (atom.variable.kind == "difference" or self._computes(atom.expr))
+            for atom in atoms
+        )
+
     def judge(self, atoms: Sequence[Atom]) -> Judge:
         """A judge of answers to the questions of the atoms, whatever they have in common."""
         return Judge(self._numbering, self._may_be_unused, atoms)

@@ -165,6 +165,10 @@ def test_axioms_count_that_are_related_by_their_numbers_only() -> None:
 def test_rows_that_related_questions_rule_out_cannot_apply() -> None:
     decision = prove("d > e", "d <= e", terminal="d > f and f > e").decision
     assert decision.proved
+    assert decision.satisfiable == (True, False)
+    decision = prove("d + 1 < 3", "not d + 1 < 3", terminal="d > 5").decision
+    assert decision.satisfiable == (False, True)
+    assert not prove("d + 1 < 3", "not d + 1 < 3", terminal="d < e and e < d").decision.possible
 
 
 @pytest.mark.parametrize(
