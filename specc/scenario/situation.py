@@ -76,13 +76,19 @@ class Meaning:
         self.period_s = float(1 / subsystem.rate_hz)
         self.results = {operator.name: operator.result for operator in system.operators}
         self._files = dict(system.files)
+        self._last: tuple[Situation | None, bool, Environment] = (None, False, Environment())
+        """What was asked about last, for its lets and constants."""
 
     def value(self, expr: Expr, at: Situation, *, strictly: bool = False) -> Value:
         """The value of an expression; raises what `evaluate` raises.
 
         `strictly`, an element that is not present has no value.
         """
-        return evaluate(expr, self._environment(at, strictly))
+        known, known_strictly, environment = self._last
+        if known is not at or known_strictly is not strictly:
+            environment = self._environment(at, strictly)
+            self._last = at, strictly, environment
+        return evaluate(expr, environment)
 
     def holds(self, expr: Expr, at: Situation) -> bool | None:
         """Whether a condition holds; None if it has no value."""
