@@ -13,7 +13,7 @@ from dataclasses import replace
 from specc.diagnostics import Diagnostic, Edit
 from specc.source import Place, Sources
 
-_OF_TEXTS = ("E02", "E03")
+_OF_TEXTS = ("E02", "E03", "O02")
 """Names and types: wrong whatever the missing parts say, unless these declare the name."""
 _WORD = re.compile(r"\w+")
 _DEFINED = re.compile(r"[\w.]+(?=[\"']?\s*:)|(?m:^[ -]*[\w.]+)|enum\[[^\]\n]*")

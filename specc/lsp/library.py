@@ -24,7 +24,7 @@ from specc.resolve.library import Library, Loaded
 from specc.resolve.loader import Loader
 from specc.schema.files import AgentDef
 
-_NEEDS_USER = ("E04", "O0", "W04", "W05", "E05")
+_NEEDS_USER = ("E04", "E05", "O04", "O05", "O06", "W04", "W05")
 _OF_TABLES = ("E06", "W06")
 
 

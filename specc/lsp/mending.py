@@ -11,10 +11,12 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic
 from specc.read import Document, read_text
 from specc.schema import ROW_KEYS, shape
-from specc.source import Place
+from specc.source import Place, SourceFile
 
-ROUNDS = 8
+ROUNDS = 6
 """More errors than this are too many to say anything about the rest."""
+_CLOSE = 30
+"""Lines between a quote that opens and the next one, which was meant to open."""
 _KEY = re.compile(r"\s*[\w.]+:(?=\s+[^\s#])")
 _DASH_BEFORE = re.compile(r"-\s+$")
 _NOT_BREAK = re.compile(r"[^\r\n]")
@@ -57,22 +59,26 @@ def _readable(document: Document) -> Document | None:
 
 
 def _suspects(document: Document, wrong: Diagnostic) -> Iterator[tuple[int, int]]:
-    """Values and whole lines: at the error, where its construct begins, and those above."""
+    """Values and whole lines: where quotes open, at the error, where its construct begins."""
     source = document.source
-    seen = set()
     places = [wrong.primary, *(related.place for related in wrong.related)]
     # A quote or bracket that is never closed is noticed far below.
     places.sort(key=lambda place: source.text[place.start or 0 :][:1] not in tuple("\"'[{"))
-    for place in places:
-        at = source.span(place).line
-        above = next((n for n in range(at - 1, 0, -1) if source.line(n).strip()), at)
-        for number in (at, above):
-            if number not in seen and source.line(number).strip():
-                seen.add(number)
-                start, line = source.line_starts[number - 1], source.line(number)
-                if key := _KEY.match(line):
-                    yield start + key.end(), start + len(line)
-                yield start, start + len(line)
+    lines = [source.span(place).line for place in places]
+    above = (next((n for n in range(at - 1, 0, -1) if source.line(n).strip()), at) for at in lines)
+    around = [number for pair in zip(lines, above, strict=True) for number in pair]
+    for number in dict.fromkeys((*_quoting(source, source.span(wrong.primary).line), *around)):
+        start, line = source.line_starts[number - 1], source.line(number)
+        if key := _KEY.match(line):
+            yield start + key.end(), start + len(line)
+        if line.strip():
+            yield start, start + len(line)
+
+
+def _quoting(source: SourceFile, at: int) -> list[int]:
+    """The lines close above an error with a quote that opens or closes in another one."""
+    odd = [n for n in range(at, max(at - _CLOSE, 0), -1) if source.line(n).count('"') % 2]
+    return odd[1::-1]
 
 
 def _shaped(document: Document, wrong: list[Diagnostic]) -> Document | None:

@@ -67,13 +67,13 @@ def test_says_what_it_can_do(client: Client) -> None:
 def test_diagnostics_follow_the_text(client: Client, folder: Path) -> None:
     uri = client.open(folder / "arm.yaml")
     assert codes(client.diagnostics(uri)) == set()
-    wrong = SYSTEM.replace("y.c.X_c: T_c, grip", "y.c.X_c: T_x, grip")
+    wrong = SYSTEM.replace("near(q_p, x.E.q_m, limit)", "near(q_p, x.E.q_m, limti)")
     client.change(uri, wrong)
     (found,) = [d for d in client.diagnostics(uri) if d["severity"] == 1]
     assert found["code"] == "E0201"
     assert found["source"] == "specc"
     assert "did you mean" in found["message"]
-    assert stretch(wrong, found["range"]) == "T_x"
+    assert stretch(wrong, found["range"]) == "limti"
     # Not even YAML, and more than one line of it.
     client.change(uri, wrong.replace("frames: {", "frames: ["))
     assert codes(client.diagnostics(uri)) == {"E0009", "E0201"}
