@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from specc.checks.devices_simulated import without_plant
 from specc.diagnostics import Diagnostic
-from specc.pipeline import Result
 from specc.source import Place
+
+if TYPE_CHECKING:
+    from specc.pipeline import Result
 
 
 def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
