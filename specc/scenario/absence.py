@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from specc.example.search import Goal, came
+from specc.example.situation import Meaning, Situation
 from specc.facts import Facts
 from specc.model.fsm import Transition
 from specc.model.system import System
@@ -14,8 +16,6 @@ from specc.scenario.machine import AbsentError, StrayError, begun, ending, execu
 from specc.scenario.refutations import Refutation
 from specc.scenario.run import Run
 from specc.scenario.script import Script, step_between
-from specc.scenario.search import Goal, came
-from specc.scenario.situation import Meaning, Situation
 from specc.scenario.subject import alone
 
 Reading = Callable[[Situation], object]

@@ -6,12 +6,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from specc.example.freedom import Freedom
+from specc.example.search import Goal, find, present
+from specc.example.situation import Meaning, Situation
+from specc.example.values import alike
 from specc.facts import Facts
 from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName
-from specc.scenario.freedom import Freedom
 from specc.scenario.inputs import Inputs
 from specc.scenario.machine import (
     AbsentError,
@@ -25,9 +28,6 @@ from specc.scenario.machine import (
 from specc.scenario.paths import Path, paths
 from specc.scenario.run import Run, Seen
 from specc.scenario.script import Step, row_words, step_between
-from specc.scenario.search import Goal, find, present
-from specc.scenario.situation import Meaning, Situation
-from specc.scenario.values import alike
 
 MOST_ABSENT = 8
 """Inputs that are asked for one after another."""

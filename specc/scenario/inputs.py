@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
+from specc.example.search import Goal
+from specc.example.situation import Meaning, Situation
+from specc.example.values import Value, first_value
 from specc.facts import Facts
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.scenario.machine import axioms_hold, value_of
-from specc.scenario.search import Goal
-from specc.scenario.situation import Meaning, Situation
-from specc.scenario.values import Value, first_value
 
 
 class Inputs:

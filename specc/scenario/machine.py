@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from specc.example.situation import NO_VALUE, Meaning, Situation
+from specc.example.values import Value
 from specc.model.expr import Expr
 from specc.model.fsm import Cause
 from specc.proof import InputName
-from specc.scenario.situation import NO_VALUE, Meaning, Situation
-from specc.scenario.values import Value
 
 
 @dataclass(frozen=True, slots=True)

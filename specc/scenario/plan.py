@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from specc.example.search import Goal
+from specc.example.situation import Meaning, Situation
+from specc.example.values import Value
 from specc.facts import Facts
 from specc.model.fsm import Cause, Transition
 from specc.model.system import System
@@ -13,10 +16,7 @@ from specc.scenario.machine import StrayError, ending
 from specc.scenario.refutations import Refutation
 from specc.scenario.run import Run
 from specc.scenario.script import Placed, Script, step_between
-from specc.scenario.search import Goal
-from specc.scenario.situation import Meaning, Situation
 from specc.scenario.subject import alone
-from specc.scenario.values import Value
 
 
 class Planner:

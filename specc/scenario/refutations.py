@@ -11,13 +11,13 @@ from specc.checks import (
     presence_in_functions,
     presence_in_memory,
 )
+from specc.example.search import Goal
 from specc.facts import Decided, Facts
 from specc.facts.steps import CAUSES
 from specc.facts.words import ending, situation
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, Witness
-from specc.scenario.search import Goal
 
 CODES = ("E0601", "E0602", "E0603", "W0616", "E0701", "E0702", "E0703", "E0704")
 """Codes of findings that a run can show."""

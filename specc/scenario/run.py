@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from specc.example.situation import Situation
 from specc.scenario.script import Step
-from specc.scenario.situation import Situation
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from specc.example.situation import Answer, Situation
+from specc.example.values import Value
 from specc.model.fsm import Transition
 from specc.proof import InputName
-from specc.scenario.situation import Answer, Situation
-from specc.scenario.values import Value
 
 
 @dataclass(frozen=True, slots=True)

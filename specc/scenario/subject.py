@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.emit import filled
+from specc.example.exact import runnable
 from specc.facts.bounds import surely
 from specc.lower import lower
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Operator, Subsystem, System
 from specc.model.trace import Trace
-from specc.scenario.exact import runnable
 
 OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from textwrap import wrap
 
 from specc.emit import printed
+from specc.example.values import Value, spelled
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.scenario.refutations import Refutation
 from specc.scenario.script import Placed, Script, Step
-from specc.scenario.values import Value, spelled
 
 MARK = "# Written by `specc witness`, which may write it anew; without this line it does not."
 _HELPERS = ("Fields", "Token", "Trial", "translation")

@@ -16,6 +16,7 @@ from types import ModuleType
 from typing import Any
 from unittest import SkipTest
 
+from specc.example.values import MakeArray, Value, alike, first_value, for_run, of_run
 from specc.lower.annotations import TypeNames
 from specc.lower.module import Module, elements
 from specc.lower.named_types import named_types
@@ -23,7 +24,6 @@ from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.scenario.script import row_words
 from specc.scenario.subject import OPERATORS, alone, unproved
-from specc.scenario.values import MakeArray, Value, alike, first_value, for_run, of_run
 from specc.source import Sources
 
 Load = Callable[[Path, Any], Any]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from specc.example.values import Value
 from specc.expr.evaluate_builtins import compose, inverse, position
-from specc.scenario.values import Value
 
 Wanted = Iterator[tuple[int, Value]]
 """Indices of arguments, each with a value that it could have."""

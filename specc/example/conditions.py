@@ -8,14 +8,14 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
+from specc.example.assign import Assigning, Ways, items_of
+from specc.example.freedom import Freedom
+from specc.example.numbers import HOLDS, Thresholds
+from specc.example.situation import NO_VALUE, Meaning, Situation
+from specc.example.values import Value, first_value, others
 from specc.expr.evaluate_builtins import compose, translation
 from specc.model import expr as m
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose
-from specc.scenario.assign import Assigning, Ways, items_of
-from specc.scenario.freedom import Freedom
-from specc.scenario.numbers import HOLDS, Thresholds
-from specc.scenario.situation import NO_VALUE, Meaning, Situation
-from specc.scenario.values import Value, first_value, others
 
 MOST_WAYS = 60
 _OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}

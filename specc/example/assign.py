@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+from specc.example.freedom import Freedom
+from specc.example.inverses import BUILTINS, inverted
+from specc.example.situation import Meaning, Situation
+from specc.example.values import Fields, Value, alike, first_value
 from specc.model import expr as m
 from specc.model.types import ListOf, Vector
-from specc.scenario.freedom import Freedom
-from specc.scenario.inverses import BUILTINS, inverted
-from specc.scenario.situation import Meaning, Situation
-from specc.scenario.values import Fields, Value, alike, first_value
 
 Holding = Callable[[m.Expr, bool, Situation], Iterator[Situation]]
 Ways = Iterator[Situation]

@@ -7,8 +7,8 @@ import operator
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
+from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.model.expr import Builtin, Compare, Expr, Number, walk
-from specc.scenario.situation import NO_VALUE, Meaning, Situation
 
 HOLDS = {
     "<": operator.lt,

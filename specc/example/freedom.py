@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from specc.example.situation import Situation
+from specc.example.values import Value
 from specc.proof import InputName
-from specc.scenario.situation import Situation
-from specc.scenario.values import Value
 
 LONGEST = 100_000
 """Most periods that a scenario waits."""

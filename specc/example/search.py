@@ -5,13 +5,13 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Sequence
 
+from specc.example.conditions import Conditions, conjuncts
+from specc.example.freedom import Freedom
+from specc.example.numbers import Thresholds
+from specc.example.situation import Meaning, Situation
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.types import Bool
 from specc.proof import InputName
-from specc.scenario.conditions import Conditions, conjuncts
-from specc.scenario.freedom import Freedom
-from specc.scenario.numbers import Thresholds
-from specc.scenario.situation import Meaning, Situation
 
 Goal = tuple[Expr, bool]
 """A condition and whether it is to hold."""

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from specc.example.values import Value, alike, first_value
 from specc.expr import Environment, evaluate
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System
 from specc.proof import InputName
-from specc.scenario.values import Value, alike, first_value
 
 Answer = tuple[str, tuple[Value, ...], Value]
 """An operator, its arguments and what it gives for them."""
