@@ -22,7 +22,10 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         if facts.settled(decided.subsystem, ended) is False:
             continue
         words = ending(behaviour, decided.cause)
-        for row, possible in zip(decided.verdict.rows, decision.satisfiable, strict=True):
+        applying = zip(decided.verdict.rows, decision.satisfiable, strict=True)
+        for index, (row, possible) in enumerate(applying):
+            if possible or facts.applies_to_nan(decided, index):
+                continue
             if not decision.possible:
                 yield Diagnostic(
                     "W0604",
@@ -32,7 +35,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     (Related(behaviour.place, f"behaviour `{behaviour.name}`"),),
                     "delete the row, or change the condition",
                 )
-            elif not possible and facts.settled(decided.subsystem, row.condition) is None:
+            elif facts.settled(decided.subsystem, row.condition) is None:
                 yield Diagnostic(
                     "W0605",
                     f"`{row.condition.name}` never holds when state `{state.name}` ends {words}",

@@ -9,7 +9,6 @@ from specc.facts import Facts
 from specc.facts.words import ending
 from specc.model.system import System
 
-
 _WAY_OUT = "the generated code checks it in every run; to have it proved, ask less in one table"
 
 

@@ -16,6 +16,7 @@ from specc.model.expr import Expr, Sure, walk
 from specc.model.fsm import Condition, State
 from specc.model.system import Subsystem, System
 from specc.model.types import OptionalOf
+from specc.proof import Moment
 from specc.source import Place
 
 
@@ -29,7 +30,7 @@ class _Use:
     what: str
     known: tuple[Expr, ...] = ()
     state: str = ""
-    assumed: bool = False
+    moment: Moment = "start"
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -41,20 +42,20 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
     needs, told = Needs(subsystem), set[Place]()
-    prover = facts.prover(subsystem)
+    prover = facts.strict_prover(subsystem)
     for use in _uses(subsystem, facts, needs):
         for need in needs.of(use.expr):
             place = _place(need, use)
             context = (*use.known, *need.guards)
             if place in told or need.fact in context:
                 continue
-            if not prover.implies(with_items(context), need.fact, assumed=use.assumed):
+            if not prover.implies(with_items(context), need.fact, use.moment):
                 told.add(place)
                 yield _finding(need, use, place)
 
 
 def _uses(subsystem: Subsystem, facts: Facts, needs: Needs) -> Iterator[_Use]:
-    prover = facts.prover(subsystem)
+    prover = facts.strict_prover(subsystem)
     wanted = {n.fact for e in expressions(subsystem) for n in needs.of(e)}
 
     def implies(context: Sequence[Expr], fact: Expr) -> bool:
@@ -68,11 +69,11 @@ def _uses(subsystem: Subsystem, facts: Facts, needs: Needs) -> Iterator[_Use]:
         yield _Use(axiom.that, axiom.place, "", f"assumption {index + 1}")
     for state in subsystem.states:
         known = tuple(sorted_(guarding.in_functions(state.name)))
-        assumed = state.name != subsystem.initial_state
+        moment: Moment = "start" if state.name == subsystem.initial_state else "functions"
         for function in state.behaviour.functions:
             for item in function.assignments:
                 what = f"function `{function.name}`"
-                yield _Use(item.value, item.place, "is", what, known, state.name, assumed)
+                yield _Use(item.value, item.place, "is", what, known, state.name, moment)
         yield from _conditions(state, subsystem, guarding)
 
 
@@ -84,7 +85,7 @@ def _conditions(state: State, subsystem: Subsystem, guarding: Guarding) -> Itera
     def use(condition: Condition, *before: Expr) -> _Use:
         what = f"condition `{condition.name}`"
         asked = (*known, *before)
-        return _Use(condition.when, condition.place, "when", what, asked, state.name, True)
+        return _Use(condition.when, condition.place, "when", what, asked, state.name, "conditions")
 
     yield use(error)
     going = negation(error.when)

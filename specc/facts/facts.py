@@ -192,7 +192,17 @@ class Facts:
         parameters = {constant.name for constant in subsystem.constants}
         if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
             return None
-        return self.prover(subsystem).constant(condition.when)
+        value = self.prover(subsystem).constant(condition.when)
+        minding = None if value is None else self._not_numbers.minding(subsystem)
+        return value if minding is None else minding.constant(condition.when)
+
+    def applies_to_nan(self, decided: Decided, index: int) -> bool:
+        """Whether NaN that is known to come up lets a row of a verdict apply."""
+        minding = self._not_numbers.minding(decided.subsystem)
+        if minding is None or decided.subsystem.qualified_name in self.faulty:
+            return False
+        verdict = minding.prove_rows(decided.state.name, decided.cause)
+        return verdict.decision.satisfiable[index]
 
     def verdict(
         self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
@@ -237,14 +247,24 @@ class Facts:
         )
 
     def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
-        """The rows of a subsystem that may be taken, in the order of the file.
+        """The rows of a subsystem that may be taken, NaN included, in the order of the file.
 
         Presence follows from them, so they are found without it.
         """
-        name = subsystem.qualified_name
+        name, prover = subsystem.qualified_name, self.prover(subsystem)
+
+        def prove(state: str, cause: Cause) -> RowVerdict:
+            if prover.compares_reals(state, cause):
+                return self.strict_prover(subsystem).prove_rows(state, cause)
+            return prover.prove_rows(state, cause)
+
         if name not in self._steps:
-            self._steps[name] = find_steps(subsystem, self.prover(subsystem).prove_rows)
+            self._steps[name] = find_steps(subsystem, prove)
         return self._steps[name]
+
+    def strict_prover(self, subsystem: Subsystem) -> Prover:
+        """The prover for what no run checks: any real number may be NaN."""
+        return self._not_numbers.strict(subsystem)
 
     def _sure_steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows that may be taken whatever is unknown."""

@@ -26,6 +26,7 @@ class Guarding:
 
     subsystem: Subsystem
     facts: Known
+    """Those about the clock are not kept, as it starts anew with every state."""
     implies: Implies
     steps: Sequence[Transition]
     """The rows that may be taken."""
@@ -34,6 +35,7 @@ class Guarding:
 
     def __post_init__(self) -> None:
         self._needs = Needs(self.subsystem)
+        self.facts = frozenset(f for f in self.facts if not self._needs.sources(f).clock)
         self._settle()
 
     def in_functions(self, state: str) -> Known:

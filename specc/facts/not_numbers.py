@@ -49,26 +49,35 @@ class NotNumbers:
         self, subsystem: Subsystem, state: str, cause: Cause, without: int | None
     ) -> Witness | None:
         """Where rows that are proved for numbers fail for NaN that is known to come up."""
-        name, verdicts = subsystem.qualified_name, self._verdicts
-        if name not in self._minding:
-            may_be = partial(verdicts.carriers.may_be_unused, subsystem=subsystem)
-            minds = verdicts.carriers.in_conditions(subsystem)
-            self._minding[name] = self._make(subsystem, may_be) if minds else None
-        minding = self._minding[name]
+        verdicts, minding = self._verdicts, self.minding(subsystem)
         if minding is None or not verdicts.verdict(subsystem, state, cause, without=without).proved:
             return None
         present = verdicts.presence(subsystem).in_conditions(state)
         decision = minding.prove_rows(state, cause, present=present, without=without).decision
         return decision.gap or decision.overlap
 
+    def minding(self, subsystem: Subsystem) -> Prover | None:
+        """The prover that minds NaN that is known to come up; None if conditions meet none."""
+        name, carriers = subsystem.qualified_name, self._verdicts.carriers
+        if name not in self._minding:
+            may_be = partial(carriers.may_be_unused, subsystem=subsystem)
+            minds = carriers.in_conditions(subsystem)
+            self._minding[name] = self._make(subsystem, may_be) if minds else None
+        return self._minding[name]
+
+    def strict(self, subsystem: Subsystem) -> Prover:
+        """The prover for which any real number that is not written down may be NaN."""
+        name = subsystem.qualified_name
+        if name not in self._strict:
+            self._strict[name] = self._make(subsystem, is_real)
+        return self._strict[name]
+
     def is_proved(self, subsystem: Subsystem, state: str, cause: Cause) -> bool:
         """Whether exactly one row applies, also if any real number there is may be NaN."""
-        name, verdicts = subsystem.qualified_name, self._verdicts
+        verdicts = self._verdicts
         if not verdicts.verdict(subsystem, state, cause).proved:
             return False
         if not verdicts.prover(subsystem).compares_reals(state, cause):
             return True
-        if name not in self._strict:
-            self._strict[name] = self._make(subsystem, is_real)
         present = verdicts.presence(subsystem).in_conditions(state)
-        return self._strict[name].prove_rows(state, cause, present=present).proved
+        return self.strict(subsystem).prove_rows(state, cause, present=present).proved

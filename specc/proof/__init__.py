@@ -3,7 +3,7 @@
 What the tables are too small for is `unknown`, with a reason; another way to decide goes there.
 """
 
-from specc.proof.prover import Prover
+from specc.proof.prover import Moment, Prover
 from specc.proof.verdict import Decision, InputName, RowVerdict, Witness
 
-__all__ = ["Decision", "InputName", "Prover", "RowVerdict", "Witness"]
+__all__ = ["Decision", "InputName", "Moment", "Prover", "RowVerdict", "Witness"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Literal
 
 from specc.model.expr import Expr
 from specc.model.fsm import Cause, Transition
@@ -15,6 +16,10 @@ from specc.proof.relations import Relations
 from specc.proof.repair import none_of, only
 from specc.proof.translate import Translator, is_of_reals
 from specc.proof.verdict import Decision, InputName, RowVerdict
+
+Moment = Literal["conditions", "functions", "start"]
+"""When something holds. Axioms hold but at the start of a run; `entered` and `elapsed` are known in
+conditions only, since these are not asked in the first period of a state."""
 
 
 class Prover:
@@ -45,7 +50,8 @@ class Prover:
         for row in subsystem.transitions:
             key = row.source, row.cause
             self._rows[key] = (*self._rows.get(key, ()), row)
-        self._axioms = tuple(self._formula(axiom.that) for axiom in subsystem.axioms)
+        self._assumed = tuple(axiom.that for axiom in subsystem.axioms)
+        self._axioms = tuple(map(self._formula, self._assumed))
         self._questions: dict[object, Question] = {}
         self._decisions: dict[object, Decision] = {}
 
@@ -97,19 +103,18 @@ class Prover:
         negated = self._translator.make.negation(formula)
         return True if self._can_hold([negated]) is False else None
 
-    def implies(self, context: Iterable[Expr], fact: Expr, *, assumed: bool = True) -> bool | None:
-        """Whether the fact holds whenever the context does; None if the question is too large.
-
-        Axioms, and what is known of `elapsed`, hold where conditions are evaluated; elsewhere they
-        are not `assumed`.
-        """
-        if assumed:
+    def implies(
+        self, context: Iterable[Expr], fact: Expr, moment: Moment = "conditions"
+    ) -> bool | None:
+        """Whether the fact holds whenever the context does; None if the question is too large."""
+        if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
             possible = self._can_hold([*map(self._formula, context), negated])
-        else:
-            translator, relations = self._anywhere
-            negated = translator.make.negation(translator.formula(fact))
-            possible = can_hold([*map(translator.formula, context), negated], relations)
+            return None if possible is None else not possible
+        translator, relations = self._anywhere
+        said = [*context, *(self._assumed if moment == "functions" else ())]
+        negated = translator.make.negation(translator.formula(fact))
+        possible = can_hold([*map(translator.formula, said), negated], relations)
         return None if possible is None else not possible
 
     def contradiction(self) -> tuple[int, ...]:
