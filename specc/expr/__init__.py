@@ -4,7 +4,7 @@
 Types and operator signatures are read here too. Nothing here executes what a file contains.
 """
 
-from specc.expr.errors import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors
+from specc.expr.errors import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors, or_else
 from specc.expr.evaluate import Environment, evaluate
 from specc.expr.parse import parse
 from specc.expr.parse_types import TypeNames, parse_type
@@ -27,6 +27,7 @@ __all__ = [
     "evaluate",
     "expression",
     "members_of",
+    "or_else",
     "parse",
     "parse_signature",
     "parse_type",

@@ -75,7 +75,8 @@ class ExprError(ExprErrors):
         """This finding, or an open point if the name is no slip: it may be still to come."""
         if not is_slip(name, close):
             self.code, self.message = "O0205", message
-            self.help = f"{help}, or {self.help}" if self.help and self.help != help else help
+            default = self.help in (help, *_WAYS_OUT.values())
+            self.help = help if default else or_else(help, self.help)
         return self
 
     def moved(self, by: int) -> ExprError:
@@ -83,6 +84,12 @@ class ExprError(ExprErrors):
         moved = ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
         moved.repair = self.repair
         return moved.because(self.origins, self.expected)
+
+
+def or_else(way: str, suggestion: str) -> str:
+    """How a part is added, and what may be meant in its place."""
+    joint = ", or " if suggestion.startswith("did you mean") else "; "
+    return f"{way}{joint}{suggestion}" if suggestion else way
 
 
 def one_of(names: Iterable[object]) -> str:

@@ -41,7 +41,7 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
     if node.id in CLOCK_NAMES and ctx.scope.allow_clock:
         which = cast(Literal["elapsed", "entered", "period"], node.id)
         return Clock(which, type=_CLOCK[which], span=span(node))
-    raise _unknown(ctx, node)
+    raise _unknown(ctx, node, hint)
 
 
 def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
@@ -60,7 +60,7 @@ def _member(ctx: Context, node: ast.Name) -> Expr:
     return Member(node.id, type=enums[0], span=span(node))
 
 
-def _unknown(ctx: Context, node: ast.Name) -> ExprError:
+def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
     name, scope = node.id, ctx.scope
     if name == "_":
         help = "`_` is an item of a vector, e.g. `[_, _, 0, _, _, _]`"
@@ -86,7 +86,16 @@ def _unknown(ctx: Context, node: ast.Name) -> ExprError:
         error.repair = _FOREIGN[name]
     if help and not near:
         return error
-    return error.not_there(f"`{name}` is not there yet", "define it", name, near)
+    return error.not_there(f"`{name}` is not there yet", _way_to_declare(hint), name, near)
+
+
+def _way_to_declare(hint: Type | None) -> str:
+    match hint:
+        case File():
+            return "declare it under `files:`"
+        case Enum(members=members):
+            return f"declare it, e.g. under `let:`, or write {one_of(members)}"
+    return "declare it, e.g. under `let:` or `constants:`"
 
 
 def _unknown_help(ctx: Context, name: str) -> str:

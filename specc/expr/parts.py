@@ -102,7 +102,7 @@ def _suggestion(name: str, known: list[str]) -> str:
     close = nearest(name, known)
     if close:
         return f"did you mean {one_of(close)}?"
-    return f"there is {listed(known)}" if known else ""
+    return f"there {'is' if len(known) == 1 else 'are'} {listed(known)}" if known else ""
 
 
 def _whole_buffer(ctx: Context, node: ast.Attribute) -> ExprError:
@@ -118,8 +118,10 @@ def _field(ctx: Context, node: ast.Attribute, value: Expr, record: Record) -> Ex
     type = record.field(node.attr)
     if type is not None:
         return FieldOf(value, node.attr, type=type, span=span(node))
-    error = _no_part(ctx, node, record, tuple(name for name, _ in record.fields))
-    raise error.because(ctx.origins(value))
+    known = [name for name, _ in record.fields]
+    error = _no_part(ctx, node, record, tuple(known)).because(ctx.origins(value))
+    message = f"field `{node.attr}` of `{record}` is not there yet"
+    raise error.not_there(message, "declare it under `fields:`", node.attr, known)
 
 
 def _component_names(type: Type) -> tuple[str, ...]:

@@ -11,7 +11,12 @@ from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, S
 from specc.resolve.buffers import resolve_buffers, resolve_elements
 from specc.resolve.context import Findings, Where, trace_of
 from specc.resolve.definitions import Definitions
-from specc.resolve.ends import peers_of_control, peers_of_virtual, report_strangers
+from specc.resolve.ends import (
+    peers_of_control,
+    peers_of_virtual,
+    report_devices,
+    report_strangers,
+)
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library, Loaded
 from specc.resolve.machine import MachineResolver
@@ -127,6 +132,8 @@ class AgentResolver:
             self.instances.append(used.definitions)
             described, here = used.file.spec.subsystem, used.file.top["subsystem"]
             inside = Setting(used.file, used.definitions, used.given)
+        if kind != "control":
+            report_devices(definition, where, kind, around, self.findings)
         report_strangers(described, here, name, kind, peers, around, self.names, self.findings)
         rate = self._rate(definition, where, described, here)
         resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)

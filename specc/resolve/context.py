@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
-from specc.expr import ExprError, Scope
+from specc.expr import ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Type
@@ -125,12 +125,13 @@ class Findings:
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggestion(name, names)
-        if code in _MAY_COME and not is_slip(name, names):
-            part = f"`{name}`" if what == "target" else f"{what} `{name}`"
-            self.not_there(part, place, f"define it; {help}", lacks)
+        if what in _MAY_COME and not is_slip(name, names):
+            part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
+            way = or_else(_MAY_COME[what], help if names else "")
+            self.not_there(part, place, way, lacks)
             return
         fix = rename(place, surely_meant(name, nearest(name, names)))
-        message = f"unknown {what} `{name}`"
+        message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(Diagnostic(code, message, place, "", (), help, fix, lacks=lacks))
 
     def not_there(self, part: str, place: Place, help: str, lacks: Place | None = None) -> None:
@@ -151,8 +152,24 @@ class Findings:
         self.diagnostics.append(found)
 
 
-_MAY_COME = frozenset(("E0201", "E0209", "E0212", "E0214", "E0215", "E0216", "E0217", "E0218"))
-"""Codes of unknown names that may be those of parts that are not there yet."""
+_TARGETS = ("memory target", "output target")
+_MAY_COME = {
+    "frame": "declare it under `frames:`",
+    "subsystem": "add it under `agents:`",
+    "real effector": "add it under `real_effectors:`",
+    "real receptor": "add it under `real_receptors:`",
+    "peer": "add what is at the other end",
+    "memory element": "declare it under `memory:`",
+    "initial condition": "declare it under `conditions:`",
+    "terminal condition": "declare it under `conditions:`",
+    "error condition": "declare it under `conditions:`",
+    "memory target": "declare it under `memory:`",
+    "output target": "declare it under `y:`",
+    "function": "declare it under `functions:`",
+    "behaviour": "declare it under `behaviours:`",
+    "state": "declare it under `states:`",
+}
+"""What may be still to come where it is referred to, and how it comes."""
 _MOST_RELATED = 4
 
 

@@ -36,6 +36,28 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     return peers
 
 
+def report_devices(
+    definition: SubsystemDef,
+    where: Where,
+    kind: SubsystemKind,
+    around: AgentDef,
+    findings: Findings,
+) -> None:
+    """Report what a virtual effector or receptor uses and is no device of its kind."""
+    is_effector = kind == "virtual_effector"
+    own, others = around.real_effectors, around.real_receptors
+    if not is_effector:
+        own, others = others, own
+    word, other = ("effector", "receptor") if is_effector else ("receptor", "effector")
+    for index, name in enumerate(definition.uses or ()):
+        place = where["uses"][index].place
+        if name in others and name not in own:
+            message = f"`{name}` is a real {other}, which a virtual {word} does not work with"
+            findings.report("E0401", message, place, help=f"let a virtual {other} use it")
+        elif name not in own:
+            findings.unknown("E0218", f"real {word}", name, own, place)
+
+
 def report_strangers(
     definition: SubsystemDef,
     where: Where,

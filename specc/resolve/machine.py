@@ -143,24 +143,23 @@ class MachineResolver:
         """Peer, element and type of `y.peer.element`, or of a memory element."""
         parts = target.split(".")
         if len(parts) == 3 and parts[0] == "y":
-            elements = {
-                (p.peer, e.name): e.type
-                for p in self.ports
-                if p.direction == "y"
-                for e in p.elements
-            }
-            type_ = elements.get((parts[1], parts[2]))
+            type_ = self._outputs().get(target)
             if type_ is None and parts[2] not in self.expressions.broken:
-                known = [f"y.{peer}.{name}" for peer, name in elements]
                 lacks = self.expressions.element(*parts)
-                self.expressions.findings.unknown("E0214", "target", target, known, at.key, lacks)
+                self.expressions.findings.unknown(
+                    "E0214", "output target", target, self._outputs(), at.key, lacks
+                )
             return parts[1], parts[2], type_
         type_ = {m.name: m.type for m in self.memory}.get(target)
         if type_ is None and target not in self.expressions.broken:
-            known = [m.name for m in self.memory]
-            known += [f"y.{p.peer}.{e.name}" for p in self.ports for e in p.elements]
-            self.expressions.findings.unknown("E0214", "target", target, known, at.key)
+            known = [*(m.name for m in self.memory), *self._outputs()]
+            self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)
         return "", target, type_
+
+    def _outputs(self) -> dict[str, Type]:
+        """Types of the elements of output buffers, by `y.peer.element`."""
+        ports = [port for port in self.ports if port.direction == "y"]
+        return {f"y.{port.peer}.{e.name}": e.type for port in ports for e in port.elements}
 
     def _declared(self, peer: str, name: str) -> Place | None:
         """Where the memory element, or the element of the output buffer of a peer, is declared."""

@@ -105,6 +105,11 @@ def _report_names(
     cycle, at = definition.cycle, where["cycle"]
     subsystem = subsystems.get(cycle.of)
     if subsystem is None:
+        if cycle.of in {f"{agent.name}.control" for agent in agents}:
+            help = f"it is called `{cycle.of.removesuffix('control')}c`"
+            message = f"no subsystem is called `{cycle.of}`"
+            findings.report("E0220", message, at["of"].place, help=help)
+            return
         findings.unknown("E0220", "subsystem", cycle.of, subsystems, at["of"].place)
         return
     states = [s.name for s in subsystem.states]

@@ -122,7 +122,8 @@ CODES = (
         "unknown peer",
         "A buffer is named after the subsystem at its other end: `c` for the control subsystem of "
         "the agent, `E` or `R` for the device, in a control subsystem the name of a virtual "
-        "effector, a virtual receptor or another agent. Nothing has this name.",
+        "effector, a virtual receptor or another agent. Under `uses:` stand real effectors or "
+        "receptors of the agent. Nothing has this name.",
         "virtual_effectors: {m: {x: {cc: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
         "virtual_effectors: {m: {x: {c: {n: int}}}}\ncontrol: {y: {m: {n: int}}}\n",
         "agent",

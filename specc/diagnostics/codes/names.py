@@ -119,10 +119,10 @@ CODES = (
     Code(
         "E0234",
         "no such part",
-        "A value has no field or component of that name or number. Records have their fields; "
-        "spatial vectors and vectors of six have x, y, z, ax, ay, az; vectors of three have x, y, "
-        "z; every vector has [0], [1] and so on. Components of a pose are reached through "
-        "position(X).",
+        "A value has no field or component of that name or number. Records have their fields, of "
+        "which the name is a slip; spatial vectors and vectors of six have x, y, z, ax, ay, az; "
+        "vectors of three have x, y, z; every vector has [0], [1] and so on. Components of a pose "
+        "are reached through position(X).",
         _constants('p: "[1[m], 2[m]]", last: "p[2]"'),
         _constants('p: "[1[m], 2[m]]", last: "p[1]"'),
     ),

@@ -61,10 +61,11 @@ CODES = (
         "O0205",
         "part that is referred to and not there yet",
         "Something refers to a part that nothing defines: a name in an expression, a condition, "
-        "function, behaviour or state, a buffer element, a device, a type, a frame. Its name is "
-        "not one letter away from that of another part, so it may well be still to come; that "
-        "would be an error (E02xx). Each part is told once, with the places that need it. As a "
-        "slip cannot be excluded, this is the one open point with which `specc validate` fails.",
+        "function, behaviour or state, a buffer element, a field, a device, a type, a frame. Its "
+        "name is not one letter away from that of another part, so it may well be still to come; "
+        "else it would be an error (E02xx). Each part is told once, with the places that need it. "
+        "As a slip cannot be excluded, this is the one open point with which `specc validate` "
+        "fails.",
         "functions: {sense: {y.c.q: current}}\n",
         'let: {current: "x.E.m_m[0]"}\nfunctions: {sense: {y.c.q: current}}\n',
         "subsystem",

@@ -16,8 +16,8 @@ Every finding has a code. Codes with E are errors: nothing is generated from a s
 has one. Codes with W are warnings, which `# specc: ignore[CODE] reason`, `[tool.specc]` in
 pyproject.toml and the command line can hold back or make errors (see ci.md).
 
-Codes with O are open points: what is not there yet. They fail nothing but `--strict`; `specc build`
-and `specc run` refuse those without which they cannot do their work.
+Codes with O are open points: what is not there yet. But for O0205 they fail nothing but `--strict`;
+`specc build` and `specc run` refuse those without which they cannot do their work.
 
 Every example below is tested. One that does not begin with `specc: 1` is part of a file and says of
 which part: the rest is `tests/diagnostics/host.yaml`. Lines that begin with `$` are commands.
