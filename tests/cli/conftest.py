@@ -17,6 +17,7 @@ from specc.source import Place, Sources
 class FakeResult:
     diagnostics: list[Diagnostic]
     sources: Sources
+    system: None = None
 
     @property
     def ok(self) -> bool:
