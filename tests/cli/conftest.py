@@ -18,6 +18,7 @@ class FakeResult:
     diagnostics: list[Diagnostic]
     sources: Sources
     system: None = None
+    system: None = None
 
     @property
     def ok(self) -> bool:
