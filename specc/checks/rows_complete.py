@@ -8,6 +8,7 @@ from itertools import chain, count
 from specc.diagnostics import Diagnostic, Related
 from specc.expr import show
 from specc.facts import Decided, Facts
+from specc.facts.examples import Examples
 from specc.facts.words import ending, operators_in, situation
 from specc.model.system import System
 from specc.proof import Witness
@@ -15,6 +16,7 @@ from specc.proof import Witness
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0601; a cause without any row is `causes_have_rows`'s matter."""
+    examples = Examples(facts)
     for decided in facts.decided():
         gap = decided.verdict.decision.gap
         if gap and decided.verdict.rows:
@@ -29,6 +31,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     for row in decided.verdict.rows
                 ),
                 _way_out(decided, gap),
+                example=examples.text(decided.subsystem, state, decided.cause, gap),
             )
 
 

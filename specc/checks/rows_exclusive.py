@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic, Related
 from specc.expr import show
 from specc.facts import Decided, Facts
+from specc.facts.examples import Examples
 from specc.facts.words import ending, operators_in, situation
 from specc.model.fsm import Transition
 from specc.model.system import System
@@ -18,6 +19,7 @@ _MOST = 6
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for the first two rows that can apply together; the others are related."""
+    examples = Examples(facts)
     for decided in facts.decided():
         overlap = decided.verdict.decision.overlap
         if overlap:
@@ -30,6 +32,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 f"applies when it ended {ending(state.behaviour, decided.cause)}",
                 (Related(first.place, "and so does this row"), *_others(decided, overlap, facts)),
                 _way_out(overlap, decided.verdict.rows),
+                example=examples.text(decided.subsystem, state, decided.cause, overlap),
             )
 
 

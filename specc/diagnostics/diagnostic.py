@@ -43,6 +43,7 @@ class Diagnostic:
 
     `promoted` makes a warning or an open point count as an error, as `--strict` asks for. `lacks`
     is the place of a part that is not there but should be, if that is what the finding says.
+    `example` has values that show what is refuted, in words.
     """
 
     code: str
@@ -54,6 +55,13 @@ class Diagnostic:
     fix: Fix | None = None
     promoted: bool = False
     lacks: Place | None = None
+    example: str = ""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is said below the message: an example and a way out, where there are any."""
+        example = f"for example: {self.example}" if self.example else ""
+        return tuple(filter(None, (example, self.help)))
 
     @property
     def severity(self) -> Severity:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Sequence
 
-from specc.example.conditions import Conditions, conjuncts
+from specc.example.conditions import MOST_WAYS, Conditions, conjuncts
 from specc.example.freedom import Freedom
 from specc.example.numbers import Thresholds
+from specc.example.patience import Patience
 from specc.example.situation import Meaning, Situation
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.types import Bool
@@ -17,6 +18,7 @@ Goal = tuple[Expr, bool]
 """A condition and whether it is to hold."""
 
 STARTS, REPAIRS = 6, 40
+_ALL = STARTS * REPAIRS * (1 + MOST_WAYS)
 _STRAYING = 0.15
 """How often a repair is taken that is not the best one, which leads out of circles."""
 
@@ -34,19 +36,25 @@ def came(name: InputName) -> Goal:
 
 
 def find(
-    meaning: Meaning, start: Situation, goals: Iterable[Goal], freedom: Freedom
+    meaning: Meaning,
+    start: Situation,
+    goals: Iterable[Goal],
+    freedom: Freedom,
+    patience: Patience | None = None,
 ) -> Situation | None:
     """A situation near `start` that meets all goals; None if none was found.
 
-    The same question always has the same answer.
+    The same question always has the same answer, with the same patience.
     """
+    patience = patience or Patience(_ALL)
     wanted = [part for goal in goals for part in conjuncts(*goal, meaning)]
     if not _unmet(meaning, wanted, start):
         return start
     thresholds = Thresholds([condition for condition, _ in wanted], meaning, start)
     conditions = Conditions(meaning, freedom, thresholds)
     for seed in range(STARTS):
-        found = _repaired(meaning, start, wanted, conditions, random.Random(seed))
+        rng = random.Random(seed)
+        found = _repaired(meaning, start, wanted, conditions, rng, patience)
         if found is not None:
             return found
     return None
@@ -58,6 +66,7 @@ def _repaired(
     wanted: Sequence[Goal],
     conditions: Conditions,
     rng: random.Random,
+    patience: Patience,
 ) -> Situation | None:
     at = start
     for _ in range(REPAIRS):
@@ -65,6 +74,8 @@ def _repaired(
         if not unmet:
             return at
         ways = conditions.some_ways(*rng.choice(unmet), at)
+        if not patience.spend(1 + len(ways)):
+            return None
         if not ways:
             continue
         scores = [len(_unmet(meaning, wanted, way)) for way in ways]

@@ -108,7 +108,7 @@ def _diagnostic(texts: Texts, note: Note) -> lsp.Diagnostic:
     found = note.diagnostic
     return lsp.Diagnostic(
         range=range_of(texts, note.where),
-        message=f"{found.message}\n{found.help}" if found.help else found.message,
+        message="\n".join((found.message, *found.remarks)),
         severity=_SEVERITIES[found.severity],
         code=found.code,
         source="specc",

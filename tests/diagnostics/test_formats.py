@@ -35,6 +35,7 @@ def found() -> Report:
             (Related(value, "r"),),
             "h",
             Fix("write `rate`", (Edit(key, "rate"),)),
+            example="e <f>",
         ),
         Diagnostic("W0001", "a warning", Place(name, ("agents", "irp"))),
         Diagnostic("E9999", "a code without an entry", Place("none.yaml")),
@@ -61,6 +62,7 @@ def test_json_has_every_part_of_a_finding(found: Report) -> None:
         "severity": "error",
         "message": "unknown key, 100%\nof it: <b> \x1b",
         "label": "l",
+        "example": "e <f>",
         "help": "h",
         "route": ["agents", "irp", "rat"],
         "location": {
@@ -117,6 +119,7 @@ def test_sarif_has_what_the_standard_requires(found: Report) -> None:
             assert (1, 1) <= start <= (region["endLine"], region["endColumn"])
     related = run["results"][1]["relatedLocations"][0]
     assert related["message"]["text"] == "r"
+    assert run["results"][1]["message"]["text"].endswith("\nfor example: e <f>\nh")
     assert run["results"][1]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == (
         "specs/a%20b.yaml"
     )
@@ -128,7 +131,8 @@ def test_annotations_are_one_line_each_with_escapes(found: Report) -> None:
     assert lines[2].startswith("::warning file=specs/a b.yaml,line=3,endLine=4,title=specc W0001::")
     assert lines[1] == (
         "::error file=specs/a b.yaml,line=3,endLine=3,col=5,endColumn=8,title=specc E0101"
-        "::unknown key, 100%25%0Aof it: <b> \\x1b%0Aspecs/a b.yaml:4: r%0Ah"
+        "::unknown key, 100%25%0Aof it: <b> \\x1b%0Aspecs/a b.yaml:4: r"
+        "%0Afor example: e <f>%0Ah"
     )
 
 
@@ -149,6 +153,7 @@ def test_junit_counts_files_and_is_xml_whatever_a_message_says(found: Report) ->
     assert failure is not None and output is not None
     assert failure.get("type") == "E0101"
     assert "specs/a b.yaml:3:5: E0101: unknown key, 100%" in (failure.text or "")
+    assert "  for example: e <f>\n  h" in (failure.text or "")
     assert "W0001" in (output.text or "")
     assert len(cases["clean.yaml"]) == 0
 

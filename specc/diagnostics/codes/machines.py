@@ -36,7 +36,8 @@ CODES = (
         "no row applies",
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
         "There is a situation in which none does; the message says which, and leaves out what "
-        "does not matter. `specc witness` writes a test that runs into it.",
+        "does not matter. Values that lead there are an example. `specc witness` writes a test that "
+        "runs into it.",
         f"conditions: {{initial: {{{_FRESH}}}}}\ntransitions:\n  - [S0, terminal, commanded, S0]\n",
         f"conditions: {{initial: {{{_FRESH}}}}}\n"
         "transitions:\n"
@@ -48,8 +49,8 @@ CODES = (
         "E0602",
         "several rows apply",
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
-        "There is a situation in which two do. Rows have no order of precedence. `specc witness` "
-        "writes a test that runs into it.",
+        "There is a situation in which two do; values that lead there are an example. Rows have no "
+        "order of precedence. `specc witness` writes a test that runs into it.",
         _SIZES % "> 1[rad]",
         _SIZES % ">= 2[rad]",
         "subsystem",

@@ -30,5 +30,5 @@ def _command(finding: Finding) -> str:
         f"{key}={visible(str(value)).translate(_PROPERTY)}" for key, value in properties.items()
     )
     lines = [found.message, *(f"{_place(spot)}: {spot.message}" for spot in finding.related)]
-    text = "\n".join([*lines, found.help] if found.help else lines)
+    text = "\n".join([*lines, *found.remarks])
     return f"::{_LEVELS[found.severity]} {pairs}::{visible_lines(text).translate(_DATA)}"

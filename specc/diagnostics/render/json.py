@@ -39,6 +39,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "message": found.message,
         "label": found.label,
         "help": found.help,
+        "example": found.example,
         "route": list(found.primary.route),
         "location": _location(finding.primary.span),
         "related": [

@@ -47,5 +47,5 @@ def _lines(findings: list[Finding]) -> str:
     for item in findings:
         found, span = item.diagnostic, item.primary.span
         lines.append(f"{span.file}:{span.line}:{span.col}: {found.code}: {found.message}")
-        lines += [f"  {line}" for line in found.help.splitlines()]
+        lines += [f"  {line}" for remark in found.remarks for line in remark.splitlines()]
     return escape(visible_lines("\n".join(lines)))

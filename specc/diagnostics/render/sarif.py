@@ -39,7 +39,7 @@ def _rule(code: str) -> dict[str, Any]:
 
 def _result(finding: Finding, rules: list[str]) -> dict[str, Any]:
     found = finding.diagnostic
-    text = f"{found.message}\n{found.help}" if found.help else found.message
+    text = "\n".join((found.message, *found.remarks))
     result: dict[str, Any] = {
         "ruleId": found.code,
         "ruleIndex": rules.index(found.code),

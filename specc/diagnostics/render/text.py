@@ -51,6 +51,8 @@ def _finding(finding: Finding, paint: _Paint, columns: int) -> Iterator[str]:
     yield from paint_spot(finding.primary, "-->", "^", found.severity)
     for spot in finding.related:
         yield from paint_spot(spot, ":::", "-", "note")
+    if found.example:
+        yield f"{' ' * margin} {paint('note', '=')} for example: {visible(found.example)}"
     if found.help:
         first, *more = found.help.split("\n")
         yield f"{' ' * margin} {paint('note', '=')} help: {visible(first)}"

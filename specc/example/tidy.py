@@ -1,0 +1,55 @@
+"""A situation with simpler values that shows the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+from specc.example.situation import Situation
+from specc.example.values import Value
+from specc.model import expr as m
+from specc.proof import InputName
+
+_DIGITS = (1, 2, 3, 4)
+
+
+def tidied(
+    found: Situation, start: Situation, about: Iterable[m.Expr], shows: Callable[[Situation], bool]
+) -> Situation:
+    """The situation with what is `about` as at the start, sooner or rounded, if that `shows` it."""
+    for node in (node for leaf in about for node in m.walk(leaf)):
+        for simpler in _simpler(node, found, start):
+            if shows(simpler):
+                found = simpler
+                break
+    return found
+
+
+def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situation]:
+    match node:
+        case m.Input(peer=peer, element=element):
+            name: InputName = (peer, element)
+            for value in _plainer(at.inputs[name], start.inputs[name]):
+                yield replace(at, inputs={**at.inputs, name: value})
+        case m.MemoryRef(name=memory):
+            for value in _plainer(at.memory[memory], start.memory[memory]):
+                yield replace(at, memory={**at.memory, memory: value})
+        case m.Clock(name="elapsed") if at.periods > 2:
+            yield replace(at, periods=2)
+            yield replace(at, periods=at.periods - 1)
+
+
+def _plainer(value: Value, first: Value) -> Iterator[Value]:
+    if repr(value) != repr(first):
+        yield first
+        for digits in _DIGITS:
+            rounded = _rounded(value, digits)
+            if repr(rounded) != repr(value):
+                yield rounded
+
+
+def _rounded(value: Value, digits: int) -> Value:
+    """A value with so many digits of its real numbers; poses have to stay poses."""
+    if isinstance(value, tuple) and not (value and isinstance(value[0], tuple)):
+        return tuple(_rounded(item, digits) for item in value)
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value

@@ -1,0 +1,32 @@
+"""Values that show what was refuted of rows, for people who read the finding."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from specc.facts.facts import Facts
+from specc.model.fsm import Cause, State
+from specc.model.system import Subsystem
+from specc.proof import Witness
+
+if TYPE_CHECKING:
+    from specc.facts.showing import Finder
+
+
+class Examples:
+    """Examples for the findings of one check; without findings it does nothing."""
+
+    def __init__(self, facts: Facts) -> None:
+        self._facts = facts
+
+    def text(self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness) -> str:
+        """Values of an example of a witness about rows, in words; empty if none were found."""
+        found = self._finder.find(subsystem, state, cause, witness)
+        return found.text if found else ""
+
+    @cached_property
+    def _finder(self) -> Finder:
+        from specc.facts.showing import Finder
+
+        return Finder(self._facts)
