@@ -88,10 +88,10 @@ def shown_path(path: str) -> str:
 def _finding(diagnostic: Diagnostic, sources: Sources) -> Finding:
     primary = _spot(diagnostic.primary, diagnostic.label, sources)
     related = tuple(_spot(item.place, item.message, sources) for item in diagnostic.related)
-    return Finding(diagnostic, primary, related, _repair(diagnostic.fix, sources))
+    return Finding(diagnostic, primary, related, repair(diagnostic.fix, sources))
 
 
-def _repair(fix: Fix | None, sources: Sources) -> Repair | None:
+def repair(fix: Fix | None, sources: Sources) -> Repair | None:
     """A fix with its places resolved; None if it goes beyond one file that was read."""
     files = {edit.place.file for edit in fix.edits} if fix else set()
     source = sources.get(files.pop()) if len(files) == 1 else None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 
 from specc.diagnostics import Diagnostic, Fix
+from specc.diagnostics.report import repair
 from specc.expr import show
 from specc.facts import Decided
 from specc.lsp.cursor import line_break
@@ -52,13 +53,9 @@ def _sentence(words: str) -> str:
 
 
 def _fixed(analysis: Analysis, fix: Fix) -> tuple[Insertion, ...]:
-    changes = []
-    for edit in fix.edits:
-        source = analysis.loader.sources.get(edit.place.file)
-        if source is None:
-            return ()
-        changes.append(Insertion(source.path, *source.offsets(edit.place), edit.text))
-    return tuple(changes)
+    found = repair(fix, analysis.loader.sources)
+    path = fix.edits[0].place.file
+    return tuple(Insertion(path, c.start, c.end, c.text) for c in found.changes) if found else ()
 
 
 def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from specc.diagnostics.sides import settled
 from specc.fmt import LayoutError, formatted
 from specc.lsp.actions import Action, actions
 from specc.lsp.contents import Entry, contents
@@ -29,7 +30,7 @@ def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
     """What can be done about the findings that a stretch of a file touches."""
     found: dict[Action, None] = {}
     for analysis in project.analyses():
-        for diagnostic in analysis.diagnostics:
+        for diagnostic in settled(analysis.diagnostics, analysis.loader.sources):
             source = analysis.loader.sources.get(path)
             if source is None or diagnostic.primary.file != path:
                 continue

@@ -43,6 +43,20 @@ def test_the_one_repair_of_a_finding_is_preferred(tmp_path: Path) -> None:
     assert codes(project, system, edited(text, action)) == expected
 
 
+def test_a_repair_is_of_the_side_that_is_misspelt(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    text = SYSTEM.replace("Joints: vector", "Jionts: vector")
+    (action,) = offered(project, system, text, "m: {x: {q_d: |Joints}")
+    assert edited(text, action) == SYSTEM
+
+
+def test_a_repair_keeps_quotes(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    text = SYSTEM.replace("terminal, going, S1", 'terminal, "goign", S1')
+    (action,) = offered(project, system, text, 'terminal, "|goign"')
+    assert edited(text, action) == SYSTEM.replace("terminal, going, S1", 'terminal, "going", S1')
+
+
 @pytest.mark.parametrize("break_", ["\n", "\r\n"])
 def test_inserts_the_missing_row_and_its_condition(break_: str, tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
