@@ -12,9 +12,10 @@ from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof.decide import Question, can_hold
 from specc.proof.formula import Formula, atoms_of
+from specc.proof.reals import OfReals
 from specc.proof.relations import Relations
 from specc.proof.repair import none_of, only
-from specc.proof.translate import Translator, is_of_reals
+from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
 
 Moment = Literal["conditions", "functions", "start"]
@@ -44,6 +45,7 @@ class Prover:
         self._elsewhere = partial(Translator, *known)
         self._may_be_unused = may_be_unused
         self._relations = Relations(self._translator.numbering, may_be_unused)
+        self._of_reals = OfReals(self._translator.numbering)
         self._formula = self._translator.formula
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
         self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}
@@ -88,7 +90,7 @@ class Prover:
         rows = self._rows.get((state, cause), ())
         asked = [self._formula(row.condition.when) for row in rows]
         return any(
-            map(is_of_reals, atoms_of([*asked, *self._context(state, cause), *self._axioms]))
+            map(self._of_reals, atoms_of([*asked, *self._context(state, cause), *self._axioms]))
         )
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:

@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from specc.model.expr import (
     Among,
+    Binary,
     Bound,
     Builtin,
     Call,
@@ -33,16 +34,14 @@ from specc.model.expr import (
 )
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Text, Vector
 from specc.proof.comparisons import Comparisons
-from specc.proof.formula import Atom, Formula, Formulas, atoms_of
+from specc.proof.formula import Atom, Formula, Formulas
 from specc.proof.numbering import Depths, Numbering
 from specc.proof.variables import (
-    Apart,
     Arrival,
     Collection,
     EnumItem,
     Flag,
     Label,
-    Quantity,
     Variable,
 )
 from specc.proof.verdict import InputName
@@ -132,7 +131,7 @@ class Translator:
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
             case Builtin(name="near") if near := self._comparisons.near(expr, bound):
-                return self._of_numbers("near", self._ask(*near, expr), expr.args[:2], bound)
+                return self._near(expr, self._ask(*near, expr), bound)
             case Builtin(name="near") if apart := self._comparisons.near_pose(expr, bound):
                 return self._ask(*apart, expr)
         number = self._numbering.number(expr, bound)
@@ -202,6 +201,16 @@ class Translator:
         if op == "!=":
             return self.make.disjunction((self.make.negation(numbers), formula))
         return self.make.conjunction((numbers, formula))
+
+    def _near(self, expr: Builtin, formula: Formula, bound: Depths) -> Formula:
+        """Two equal infinities are not near each other: their difference is NaN."""
+        a, b = expr.args[:2]
+        both = self._of_numbers("near", formula, (a, b), bound)
+        if both is formula:
+            return formula
+        pair = self._numbering.pair(*(self._numbering.number(side, bound) for side in (a, b)))
+        asked = _is_number(Binary("-", a, b, type=a.type))
+        return self.make.conjunction((self._ask(Flag(-1 - pair), None, asked), both))
 
     def _may_be_nan(self, side: Expr, bound: Depths) -> bool:
         known = self._numbering.value(self._numbering.number(side, bound))
@@ -291,14 +300,6 @@ class Translator:
 
 def _none(value: Expr) -> Expr:
     return IsNone(value, type=Bool())
-
-
-def is_of_reals(atom: Atom) -> bool:
-    """Whether the answer depends on comparisons of real numbers, which are false for NaN."""
-    variable = atom.variable
-    if isinstance(variable, Collection):
-        return any(map(is_of_reals, atoms_of((atom.test,))))
-    return isinstance(variable, Apart) or (isinstance(variable, Quantity) and not variable.whole)
 
 
 def _is_number(expr: Expr) -> Expr:

@@ -77,16 +77,39 @@ class Conditions(Arithmetic):
             case Choice():
                 term = z3.If(*parts)
             case Compare(op=op, left=left, right=right):
-                term = self._compare(op, left, right)
+                numbers = self._are_numbers((left, right))
+                term = self.of_numbers(expr)
+                term = z3.Or(z3.Not(numbers), term) if op == "!=" else z3.And(numbers, term)
+            case Builtin(name="near", args=(a, b, *_)):
+                term = z3.And(self._are_numbers((a, b), apart=True), self.of_numbers(expr))
             case Quantifier():
                 term = self._quantifier(expr)
-            case Builtin(name="near", args=(x, y, distance, angle)):
-                term = self._near_pose(x, y, self.number(distance), self.number(angle))
-            case Builtin(name="near", args=(a, b, limit)):
-                term = self._near(a, b, self.number(limit))
             case _:
                 term = self._fact(expr)
         return term
+
+    def of_numbers(self, expr: Expr) -> Any:
+        """The term of a comparison whose sides are numbers; for NaN it says nothing."""
+        match expr:
+            case Compare(op=op, left=left, right=right):
+                return self._compare(op, left, right)
+            case Builtin(name="near", args=(x, y, distance, angle)):
+                return self._near_pose(x, y, self.number(distance), self.number(angle))
+            case Builtin(name="near", args=(a, b, limit)):
+                return self._near(a, b, self.number(limit))
+        return self.boolean(expr)
+
+    def _are_numbers(self, sides: tuple[Expr, Expr], *, apart: bool = False) -> Any:
+        """That two sides, and how far they are `apart` if that is asked, are not NaN."""
+        numbers = [self._numbering.number(side) for side in sides]
+        minded = [n for n, side in zip(numbers, sides, strict=True) if self._may_be_nan(side)]
+        if minded and apart:
+            minded.append(self._numbering.pair(*numbers))
+        return z3.And([is_used(-1 - number) for number in minded])
+
+    def _may_be_nan(self, side: Expr) -> bool:
+        known = self._numbering.value(self._numbering.number(side))
+        return known is None and not isinstance(side.type, Int) and self._may_be_unused(side)
 
     def _fact(self, expr: Expr) -> Any:
         match expr:
@@ -186,6 +209,11 @@ def _is_joint(expr: Expr) -> bool:
 def arrived(peer: str, element: str, test: str) -> Any:
     """The term that an input is fresh, or present."""
     return z3.Bool(f"{test} {peer}.{element}")
+
+
+def is_used(of: int) -> Any:
+    """The term of a flag that something is a number, not NaN."""
+    return z3.Bool(f"is used {of}")
 
 
 def _parts(a: Expr, b: Expr, index: int, element: Any) -> tuple[Expr, Expr]:

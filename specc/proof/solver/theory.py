@@ -12,8 +12,8 @@ from specc.model.types import Bool, ListOf
 from specc.proof.formula import Atom
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Answered, UnsureError
-from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived
-from specc.proof.variables import Arrival, EnumItem, Flag
+from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived, is_used
+from specc.proof.variables import Apart, Arrival, EnumItem, Flag, Quantity
 
 MOST_STEPS = 400_000
 """Steps of the solver for one question; steps and not seconds, so that all machines agree."""
@@ -111,10 +111,12 @@ class Theory:
             case EnumItem(expr=item) if item is not None:
                 return self._conditions.boolean(Among(item, atom.test, type=Bool()))
             case Flag(of=of) if of < 0:  # whether something is a number
-                return z3.Bool(f"is used {of}")
+                return is_used(of)
         if atom.expr is None:
             return z3.Bool(f"fact {variable} {atom.test}")
-        term = self._conditions.boolean(atom.expr)
+        is_compared = isinstance(variable, (Apart, Quantity))
+        said = self._conditions.of_numbers if is_compared else self._conditions.boolean
+        term = said(atom.expr)
         return term if atom.text_holds else z3.Not(term)
 
 
