@@ -6,9 +6,11 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Decided, Facts
+from specc.facts.examples import Examples
 from specc.facts.words import ending
 from specc.model.fsm import State
 from specc.model.system import Subsystem, System
+from specc.proof import Witness
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -22,14 +24,16 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
             if decided.subsystem is subsystem and decided.state.name not in sources
         }
         yield from _unfinished(subsystem, [s for s in subsystem.states if s.place in without])
+    examples = Examples(facts)
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
-            yield _no_row(decided)
+            yield _no_row(decided, examples)
 
 
-def _no_row(decided: Decided) -> Diagnostic:
+def _no_row(decided: Decided, examples: Examples) -> Diagnostic:
     state, cause = decided.state, decided.cause
     condition = state.behaviour.terminal if cause == "terminal" else state.behaviour.error
+    ended = Witness((), answers=((condition.when, True),))
     return Diagnostic(
         "E0603",
         f"state `{state.name}` has no row for its {cause} condition",
@@ -37,6 +41,7 @@ def _no_row(decided: Decided) -> Diagnostic:
         f"can end {ending(state.behaviour, cause)}",
         (Related(condition.place, f"the {cause} condition"),),
         f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
+        example=examples.text(decided.subsystem, state, cause, ended),
     )
 
 

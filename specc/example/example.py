@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from specc.example.freedom import Freedom
@@ -14,6 +14,7 @@ from specc.example.tidy import tidied
 from specc.example.words import number, worded
 from specc.expr import show
 from specc.model import expr as m
+from specc.model.types import Bool
 from specc.proof import InputName
 
 
@@ -61,16 +62,13 @@ def _shows(meaning: Meaning, goals: Sequence[Goal], at: Situation) -> bool:
 
 
 def _said(about: Sequence[m.Expr], meaning: Meaning, at: Situation) -> Iterator[str]:
-    asked = {name for leaf in about if isinstance(leaf, m.Fresh) for name in (_name(leaf.input),)}
-    read = {leaf for leaf in about if isinstance(leaf, m.Input)}
-    for leaf in dict.fromkeys(_merged(about, read, at)):
+    read = {_name(leaf): leaf for leaf in about if isinstance(leaf, m.Input)}
+    asked = {_name(leaf.input) for leaf in about if isinstance(leaf, m.Fresh)}
+    for leaf in dict.fromkeys(_element(leaf, read) for leaf in about):
         match leaf:
-            case m.Fresh(input=element):
-                yield f"`{show(element)}` {'' if _name(element) in at.fresh else 'not '}fresh"
-            case m.Present(input=element):
-                yield f"`{show(element)}` {'there' if _name(element) in at.present else 'absent'}"
             case m.Input():
-                yield _input(leaf, at, asked)
+                value = worded(at.inputs[_name(leaf)], leaf.type) if _name(leaf) in read else None
+                yield _input(leaf, value, at, told=_name(leaf) in asked)
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
@@ -78,28 +76,24 @@ def _said(about: Sequence[m.Expr], meaning: Meaning, at: Situation) -> Iterator[
                 yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
 
 
-def _merged(about: Sequence[m.Expr], read: set[m.Input], at: Situation) -> Iterator[m.Expr]:
-    """An input once, where its value and its freshness are told."""
-    values = {_name(element): element for element in read}
-    fresh = {_name(leaf.input) for leaf in about if isinstance(leaf, m.Fresh)} & at.fresh
-    for leaf in about:
-        if isinstance(leaf, m.Present) and _name(leaf.input) in fresh - values.keys():
-            continue
-        if isinstance(leaf, (m.Fresh, m.Present)):
-            yield values.get(_name(leaf.input), leaf)
-        else:
-            yield leaf
+def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:
+    """What is said once: the value of an input and whether it came belong together."""
+    if not isinstance(leaf, (m.Fresh, m.Present)):
+        return leaf
+    name = _name(leaf.input)
+    return read.get(name, m.Input(*name, type=Bool()))
 
 
-def _input(element: m.Input, at: Situation, asked: set[InputName]) -> str:
-    name = _name(element)
+def _input(element: m.Input, value: str | None, at: Situation, *, told: bool) -> str:
+    """An input with its value, if any; that it is not fresh only if that is to be `told`."""
+    name, shown = _name(element), f"`{show(element)}`"
     if name not in at.present:
-        return f"`{show(element)}` absent"
-    text = worded(at.inputs[name], element.type)
-    value = "" if text is None else f" = {text}"
+        return f"{shown} absent"
     if name in at.fresh:
-        return f"`{show(element)}` fresh{value}"
-    return f"`{show(element)}`{value}{' (not fresh)' if name in asked else ''}"
+        return f"{shown} fresh{f' = {value}' if value else ''}"
+    if value:
+        return f"{shown} = {value}{' (not fresh)' if told else ''}"
+    return f"{shown} {'not fresh' if told else 'there'}"
 
 
 def _name(element: m.Input) -> InputName:

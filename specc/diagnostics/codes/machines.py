@@ -36,8 +36,8 @@ CODES = (
         "no row applies",
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
         "There is a situation in which none does; the message says which, and leaves out what "
-        "does not matter. Values that lead there are an example. `specc witness` writes a test that "
-        "runs into it.",
+        "does not matter. Values that lead there are an example. `specc witness` writes a test "
+        "that runs into it.",
         f"conditions: {{initial: {{{_FRESH}}}}}\ntransitions:\n  - [S0, terminal, commanded, S0]\n",
         f"conditions: {{initial: {{{_FRESH}}}}}\n"
         "transitions:\n"
