@@ -96,6 +96,8 @@ class _Composer:
         if self.tree.awaits_key:
             self._key(node)
             return
+        if start == end:
+            self._refuse_cut_text(event)
         data = event.value
         if not node.style:
             try:
@@ -183,6 +185,21 @@ class _Composer:
         if self.tree.awaits_key:
             hint = "a key is a name or a text in quotes"
             self._stop("E0012", "this cannot be a key", event, hint)
+
+    def _refuse_cut_text(self, event: Any) -> None:
+        """Refuse `b)`, which the braces of `{is: min(a, b)}` make a key without a value."""
+        key = self.tree.key_node
+        if key is None or key.style or not key.scalar or not key.scalar.endswith(")"):
+            return
+        if ":" not in self._text[key.end : event.start_mark.index]:
+            self.report(
+                "E0012",
+                f"a comma ends a text inside {{ }}: `{key.scalar}` is read as a key",
+                key.start,
+                key.end,
+                "put the whole text, from before the comma on, in double quotes",
+            )
+            raise _GiveUpError
 
     def _without_anchor(self, event: Any) -> int:
         start: int = event.start_mark.index

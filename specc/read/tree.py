@@ -47,6 +47,11 @@ class Tree:
         top = self._stack[-1]
         return top.key_node is None and isinstance(top.built.data, dict)
 
+    @property
+    def key_node(self) -> Node | None:
+        """The key that the next node is the value of."""
+        return self._stack[-1].key_node if self._stack else None
+
     def open(self, data: dict[str, Any] | list[Any], start: int, anchor: str | None) -> None:
         """Start a collection at an offset of the text."""
         self._stack.append(_Open(Built(data, Node(start, start)), anchor))

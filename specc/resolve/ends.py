@@ -125,7 +125,7 @@ def _broken_rule(
     if peer in devices and kind == "control" and peer not in around.real_receptors:
         return (
             "a control subsystem does not drive real effectors itself",
-            f"let a virtual effector `{peer}` do it",
+            "give the data to a virtual effector, which talks to the device",
         )
     if peer in devices and kind != "control":
         return (

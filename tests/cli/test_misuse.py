@@ -237,6 +237,7 @@ def test_model_that_only_the_simulator_refuses(folder: Path) -> None:
         ("run gate.yaml --cycles 0", ("--cycles", "at least 1")),
         ("run gate.yaml --cycles some", ("--cycles", "'some' is not a whole number")),
         ("run gate.yaml --seed x", ("--seed", "'x' is not a whole number")),
+        ("run gate.yaml --seed -1", ("--seed", "'-1' is not a whole number, 0 or more")),
         ("run gate.yaml --renderer y", ("--renderer", "'y'", "raycast")),
         ("run gate.yaml --duration 1 --cycles 1", ("--cycles", "not allowed", "--duration")),
         ("run gate.yaml --duration -1", ("--duration", "positive number of seconds")),

@@ -105,7 +105,8 @@ CODES = (
         "E0012",
         "not a key",
         "The keys of a mapping are names. A key that is empty, null, a list, a mapping or an "
-        "alias names nothing.",
+        "alias names nothing. Inside braces a comma ends a text unless quotes stand around it, and "
+        "what follows is read as a key.",
         "frames:\n  ~: robot base\n",
         "frames:\n  B: robot base\n",
         "yaml",

@@ -19,7 +19,9 @@ class Viewer:
         displays = ("DISPLAY", "WAYLAND_DISPLAY")
         if sys.platform == "linux" and not any(os.environ.get(name) for name in displays):
             # MuJoCo's window ends the process where it finds no display.
-            raise PlantError("no display for a viewer")
+            raise PlantError(
+                "there is no display for a viewer; `--video FILE.mp4` records the scene without one"
+            )
         import mujoco.viewer
 
         self._window = mujoco.viewer.launch_passive(
