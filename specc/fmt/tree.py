@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -16,14 +17,21 @@ from specc.read.events import (
     events,
 )
 
+_BLANK = re.compile(r"(?:\s+(?:#[^\r\n]*)?)*")
+"""White space and the comments in it."""
+
 
 @dataclass(slots=True)
 class Scalar:
-    """A scalar: its value, its style and its characters in the text."""
+    """A scalar: its value, its style and its characters in the text.
+
+    As of every value, `begin` is where it begins, `start` where what follows its anchor does.
+    """
 
     text: str
     style: str
     raw: str
+    begin: int
     start: int
     end: int
     anchor: str = ""
@@ -34,6 +42,7 @@ class Alias:
     """`*name`."""
 
     name: str
+    begin: int
     start: int
     end: int
     anchor: str = ""
@@ -54,7 +63,7 @@ class Entry:
     @property
     def start(self) -> int:
         """Offset of its first character."""
-        return self.value.start if self.key is None else self.key.start
+        return self.value.begin if self.key is None else self.key.begin
 
 
 @dataclass(slots=True)
@@ -67,6 +76,7 @@ class Collection:
 
     is_mapping: bool
     flow: bool
+    begin: int
     start: int
     end: int
     anchor: str = ""
@@ -100,20 +110,21 @@ def parse(text: str) -> tuple[Value, list[Scalar]]:
 
 
 def _value(event: Event, stream: Iterator[Event], text: str, scalars: list[Scalar]) -> Value | None:
-    start, end = event.start_mark.index, event.end_mark.index
+    begin, end = event.start_mark.index, event.end_mark.index
+    if isinstance(event, AliasEvent):
+        return Alias(event.anchor, begin, begin, end)
+    if not isinstance(event, (ScalarEvent, MappingStartEvent, SequenceStartEvent)):
+        return None
+    anchor = event.anchor or ""
+    start = _behind_anchor(text, begin, anchor)
     if isinstance(event, ScalarEvent):
-        start = _behind_anchor(text, start, event.anchor)
-        scalar = Scalar(
-            event.value, event.style or "", text[start:end], start, end, event.anchor or ""
-        )
+        start = min(start, end)
+        raw = text[start:end]
+        scalar = Scalar(event.value, event.style or "", raw, begin, start, end, anchor)
         scalars.append(scalar)
         return scalar
-    if isinstance(event, AliasEvent):
-        return Alias(event.anchor, start, end)
-    if not isinstance(event, (MappingStartEvent, SequenceStartEvent)):
-        return None
     is_mapping = isinstance(event, MappingStartEvent)
-    whole = Collection(is_mapping, bool(event.flow_style), start, end, event.anchor or "")
+    whole = Collection(is_mapping, bool(event.flow_style), begin, start, end, anchor)
     for inner in stream:
         if isinstance(inner, (MappingEndEvent, SequenceEndEvent)):
             whole.end = inner.end_mark.index
@@ -129,11 +140,9 @@ def _value(event: Event, stream: Iterator[Event], text: str, scalars: list[Scala
     return whole
 
 
-def _behind_anchor(text: str, start: int, anchor: str | None) -> int:
-    """Where a scalar begins; its event begins with its anchor."""
-    if anchor is None:
-        return start
-    start += len(anchor) + 1
-    while text[start : start + 1].isspace():
-        start += 1
-    return start
+def _behind_anchor(text: str, begin: int, anchor: str) -> int:
+    """Where the content of a value begins; its event begins with its anchor."""
+    if not anchor:
+        return begin
+    found = _BLANK.match(text, begin + 1 + len(anchor))
+    return found.end() if found else begin
