@@ -169,8 +169,8 @@ def lets(draw: st.DrawFn) -> tuple[Let, ...]:
 
 @st.composite
 def behaviours(draw: st.DrawFn, name: str) -> Behaviour:
-    targets = draw(st.sets(st.sampled_from(sorted(OUTPUTS)), min_size=1, max_size=3))
-    kept = draw(st.sets(st.sampled_from(sorted(MEMORY)), max_size=3))
+    targets = sorted(draw(st.sets(st.sampled_from(sorted(OUTPUTS)), min_size=1, max_size=3)))
+    kept = sorted(draw(st.sets(st.sampled_from(sorted(MEMORY)), max_size=3)))
     made = [Assignment(*key, draw(expressions(OUTPUTS[key], 2)), NO_TRACE, HERE) for key in targets]
     made += [Assignment("", n, draw(expressions(MEMORY[n], 2)), NO_TRACE, HERE) for n in kept]
     made.sort(key=lambda a: a.target)
