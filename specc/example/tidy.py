@@ -10,6 +10,7 @@ from specc.example.values import Value
 from specc.model import expr as m
 from specc.proof import InputName
 
+_SMALL = (1, -1, 2, -2, 3, -3, 5, -5, 10, -10)
 _DIGITS = (1, 2, 3, 4)
 
 
@@ -29,6 +30,8 @@ def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situatio
     match node:
         case m.Input(peer=peer, element=element):
             name: InputName = (peer, element)
+            if name in at.fresh:
+                yield replace(at, fresh=at.fresh - {name})
             for value in _plainer(at.inputs[name], start.inputs[name]):
                 yield replace(at, inputs={**at.inputs, name: value})
         case m.MemoryRef(name=memory):
@@ -42,6 +45,11 @@ def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situatio
 def _plainer(value: Value, first: Value) -> Iterator[Value]:
     if repr(value) != repr(first):
         yield first
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            if value in _SMALL:
+                yield from (type(value)(small) for small in _SMALL[: _SMALL.index(value)])
+                return
+            yield from map(type(value), _SMALL)
         for digits in _DIGITS:
             rounded = _rounded(value, digits)
             if repr(rounded) != repr(value):

@@ -1,0 +1,171 @@
+"""Examples of findings: their values, evaluated, give no row or the rows that the finding names."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bench.seeding.fault import Seed
+from bench.seeding.score import Bed
+from specc.example.exact import runnable
+from specc.example.example import Example
+from specc.example.leaves import says_all
+from specc.example.patience import Patience
+from specc.example.situation import Meaning
+from specc.facts import Decided, Facts
+from specc.facts.showing import Finder
+from specc.model.expr import Expr
+from specc.pipeline import compile_spec, read_spec
+from specc.proof import Witness
+from tests.witness.runs import CASES as SMALL
+from tests.witness.runs import ROOT
+from tests.witness.test_seeds import CASES, SPECS
+from tests.witness.test_values import OVERLAPS, spec
+
+SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
+CODES = ("E0601", "E0602")
+
+
+def refuted(path: Path) -> Iterator[tuple[Facts, Decided, Witness]]:
+    """The refutations about rows in a specification."""
+    result = read_spec(str(path))
+    assert result.system is not None
+    facts = Facts(result.system, result.broken)
+    for decided in facts.decided():
+        decision = decided.verdict.decision
+        for witness in (decision.gap if decided.verdict.rows else None, decision.overlap):
+            if witness:
+                yield facts, decided, witness
+
+
+def shown(facts: Facts, decided: Decided, witness: Witness) -> Example | None:
+    """The example of a refutation, which really shows it; None if the message says all."""
+    found = Finder(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+    if all(says_all(asked) for asked, _ in witness.answers):
+        assert found is None
+        return None
+    assert found is not None, witness.facts
+    meaning = Meaning(facts.system, decided.subsystem)
+
+    def true(condition: Expr) -> bool:
+        return bool(meaning.value(runnable(condition), found.situation, strictly=True))
+
+    behaviour = decided.state.behaviour
+    assert true(behaviour.error.when) is (decided.cause == "error")
+    assert decided.cause == "error" or true(behaviour.terminal.when)
+    assert all(true(axiom.that) for axiom in decided.subsystem.axioms)
+    assert [true(asked) for asked, _ in witness.answers] == [yes for _, yes in witness.answers]
+    held = tuple(i for i, r in enumerate(decided.verdict.rows) if true(r.condition.when))
+    assert held == witness.holding or (len(witness.holding) > 1 and {*witness.holding} < {*held})
+    said_as_it_is(found, decided)
+    return found
+
+
+def said_as_it_is(found: Example, decided: Decided) -> None:
+    """The text has the values of the situation."""
+    at, period_s = found.situation, float(1 / decided.subsystem.rate_hz)
+    for name, fresh, text in SAID.findall(found.text):
+        if name == "elapsed":
+            assert float(text.removesuffix(" s")) == pytest.approx(at.periods * period_s)
+        elif re.fullmatch(r"x\.\w+\.\w+", name):
+            element = tuple(name.split(".")[1:])
+            assert element in at.present and (element in at.fresh) == bool(fresh)
+            assert plain(at.inputs[element]) in (None, read(text))
+        elif name in at.memory:
+            assert plain(at.memory[name]) in (None, read(text))
+
+
+def read(text: str) -> object:
+    """A value as it is said, without its unit."""
+    if text.startswith("["):
+        inside = text[1 : text.index("]")]
+        return [read(item) for item in inside.split(", ")] if inside else []
+    try:
+        return float(text.split(" ")[0])
+    except ValueError:
+        return text.split(" ")[0]
+
+
+def plain(value: object) -> object:
+    """A value as `read` gives it; None for records and poses."""
+    if isinstance(value, tuple):
+        parts = [plain(item) for item in value]
+        return parts if all(isinstance(part, (str, float)) for part in parts) else None
+    if isinstance(value, (bool, str)):
+        return str(value).lower() if isinstance(value, bool) else value
+    return float(value) if isinstance(value, (int, float)) else None
+
+
+@pytest.mark.parametrize(("bed", "seed"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
+def test_examples_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> None:
+    specs = tmp_path / "specs"
+    shutil.copytree(SPECS, specs, ignore=shutil.ignore_patterns("*.png", "*.ply", "*.npz"))
+    part = specs / Path(bed.sheet.path).relative_to(SPECS)
+    part.write_text(seed.text(bed.sheet), encoding="utf-8")
+    system = specs / Path(bed.system).relative_to(SPECS)
+    for refutation in refuted(system):
+        shown(*refutation)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for code in CODES for p in sorted(SMALL.glob(f"*/{code}-*.yaml"))],
+    ids=lambda path: path.stem,
+)
+def test_examples_of_small_specifications(path: Path) -> None:
+    for refutation in refuted(path):
+        shown(*refutation)
+
+
+@pytest.mark.parametrize("name", OVERLAPS)
+def test_examples_of_every_kind_of_value(name: str, tmp_path: Path) -> None:
+    for refutation in refuted(spec(tmp_path, *OVERLAPS[name])):
+        shown(*refutation)
+
+
+def test_examples_of_the_specification_as_published() -> None:
+    path = ROOT / "specs" / "irp_picking_as_published.yaml"
+    found = [shown(*refutation) for refutation in refuted(path)]
+    assert any(found)
+
+
+def example_of(path: Path) -> str:
+    (finding,) = [d for d in compile_spec(str(path)).diagnostics if d.code in CODES]
+    return finding.example
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "text"),
+    [
+        ("x.c.d > 2", "x.c.d < 2.5", "`x.c.d` = 2.2"),
+        ("n > 2", "n < 6", "`n` = 3"),
+        ("twice > 2 and IS_SAFE(x.c.d)", "x.c.d < 8", "`x.c.d` = 1.5, `IS_SAFE(x.c.d)` = true"),
+        ("fresh(x.c.d)", "x.c.go > 1", "`x.c.d` fresh, `x.c.go` = 2"),
+        ("fresh(x.c.d) and x.c.d > 1", "x.c.d > 0", "`x.c.d` fresh = 2"),
+        ("any(m == s for m in x.c.modes)", "True", "`x.c.modes` = [s, u, u]"),
+        ("len(x.c.items) > 1", "True", "`x.c.items` = [{d: 0 m, mode: u}, {d: 0 m, mode: u}]"),
+        (
+            "near(x.c.X, WHERE(1), 1[m], 1[rad])",
+            "x.c.go > 1",
+            "`x.c.X` = identity(), `WHERE(1.0)` = identity(), `x.c.go` = 2",
+        ),
+        ("norm(v) < 3", "True", "`v` = [0, 0, 0]"),
+        ("fresh(x.c.d)", "fresh(x.c.go)", ""),
+        ("n ** 3 < 0", "n > 0 and n ** 3 < 5", ""),
+    ],
+)
+def test_how_examples_are_said(one: str, two: str, text: str, tmp_path: Path) -> None:
+    assert example_of(spec(tmp_path, one, two)) == text
+
+
+def test_patience_ends_and_is_shared() -> None:
+    whole = Patience(3)
+    with whole.some(2) as part:
+        assert part.spend(1) and part.spend(5) and not part.spend(1)
+    assert whole.left < 0 and not whole.spend(1)
+    with whole.some(2) as part:
+        assert not part.spend(1)
