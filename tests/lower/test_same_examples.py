@@ -1,4 +1,4 @@
-"""Random examples depend on nothing that differs from process to process, such as hashes of texts."""
+"""Random examples depend on nothing that differs between processes, such as hashes of texts."""
 
 import os
 import subprocess
@@ -27,7 +27,7 @@ def of_system(system):
     return [a.target for b in whole.behaviours for a in b.assignments], [*map(show, parts)]
 
 drawn(conditions(), show, 30)
-drawn(environments(), lambda env: (env.inputs, env.memory, sorted(env.fresh), sorted(env.present)), 10)
+drawn(environments(), lambda e: (e.inputs, e.memory, sorted(e.fresh), sorted(e.present)), 10)
 drawn(systems(decided=False), of_system, 8)
 """
 
