@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import z3
@@ -40,20 +40,21 @@ class Conditions(Arithmetic):
     """Terms of conditions.
 
     A quantifier is said of each component of a vector. Of a list it is said of as many items as
-    there are quantifiers over it, since more are never needed to show what holds of some item.
+    there are quantifiers over it, since more are never needed to show what holds of some item. A
+    quantifier within another one may need some for each: of longer lists nothing is known of it.
     """
 
     def __init__(
         self,
         numbering: Numbering,
         may_be_unused: Callable[[Expr], bool],
-        items: Mapping[int, int],
+        quantified: Mapping[int, Collection[int]],
         *,
         exact: bool,
     ) -> None:
-        """`items`: numbers of lists -> how many of their items are told apart."""
+        """`quantified`: numbers of lists -> numbers of the quantifiers that are said of items."""
         super().__init__(numbering, may_be_unused, exact=exact)
-        self._items = items
+        self._quantified = quantified
         self._booleans: dict[int, Any] = {}
 
     def boolean(self, expr: Expr) -> Any:
@@ -179,26 +180,33 @@ class Conditions(Arithmetic):
 
     def _quantifier(self, expr: Quantifier) -> Any:
         over = self._numbering.looked_through(expr.over)
-        parts: list[Any]
-        if isinstance(over.type, Vector) or isinstance(over, Items):
-            size = over.type.size if isinstance(over.type, Vector) else len(over.items)  # type: ignore[union-attr]  # one of the two
-            if size > MOST_ITEMS:
-                raise TooManyItemsError
-            parts = [(z3.BoolVal(True), self._of_item(expr, over, i)) for i in range(size)]
-        else:
-            count = self._items.get(self._numbering.number(over), 0)
-            if not count or not isinstance(over.type, ListOf):
-                return self.unknown(expr)
-            length = self.number(Builtin("len", (over,), type=Int()))
-            parts = [(length > i, self._of_item(expr, over, -1 - i)) for i in range(count)]
-        if expr.kind == "any":
-            return z3.Or([z3.And(there, holds) for there, holds in parts])
-        return z3.And([z3.Implies(there, holds) for there, holds in parts])
+        if isinstance(over.type, ListOf) and not isinstance(over, Items):
+            return self._over_list(expr, over)
+        size = len(over.items) if isinstance(over, Items) else getattr(over.type, "size", 0)
+        if size > MOST_ITEMS:
+            raise TooManyItemsError
+        return _joined(expr, [self._of_item(expr, over, index) for index in range(size)])
+
+    def _over_list(self, expr: Quantifier, over: Expr) -> Any:
+        quantifiers = self._quantified.get(self._numbering.number(over), ())
+        length = self.number(Builtin("len", (over,), type=Int()))
+        parts = []
+        for index in range(len(quantifiers)):
+            there, holds = length > index, self._of_item(expr, over, -1 - index)
+            parts.append(z3.And(there, holds) if expr.kind == "any" else z3.Implies(there, holds))
+        said = _joined(expr, parts)
+        if self._numbering.number(expr) in quantifiers:
+            return said
+        return z3.If(length <= len(quantifiers), said, self.unknown(expr))
 
     def _of_item(self, expr: Quantifier, over: Expr, index: int) -> Any:
         assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
         item = Component(over, index, type=over.type.element)
         return self.boolean(substituted(expr.body, expr.variable, item))
+
+
+def _joined(quantifier: Quantifier, parts: list[Any]) -> Any:
+    return z3.Or(parts) if quantifier.kind == "any" else z3.And(parts)
 
 
 def _is_joint(expr: Expr) -> bool:

@@ -129,8 +129,8 @@ def _arrival(variable: Any) -> Any:
     return present if variable.always_present else z3.Implies(fresh, present)
 
 
-def _quantified(atoms: Iterable[Atom], numbering: Numbering) -> dict[int, int]:
-    """Numbers of lists, and how many quantifiers go over each that are in no other quantifier."""
+def _quantified(atoms: Iterable[Atom], numbering: Numbering) -> dict[int, set[int]]:
+    """Numbers of lists, and of the quantifiers over each that are in no other quantifier."""
     found: dict[int, set[int]] = {}
     seen: set[int] = set()
     open_ = [atom.expr for atom in atoms if atom.expr is not None]
@@ -150,4 +150,4 @@ def _quantified(atoms: Iterable[Atom], numbering: Numbering) -> dict[int, int]:
             open_.append(expr.over)
         else:
             open_ += children(expr)
-    return {over: len(several) for over, several in found.items()}
+    return found
