@@ -114,7 +114,7 @@ def _finding(need: Need, use: _Use, place: Place) -> Diagnostic:
     related: tuple[Related, ...] = ()
     if need.let is not None:
         related = (Related(use.part, f"{use.what} refers to it{where}"),)
-    test = f"{text} is not None" if optional else f"len({text}) > 0"
+    test = show(need.fact) if optional else f"len({text}) > 0"
     enter = f"enter `{use.state}` only by rows whose conditions imply `{test}`, or " * bool(
         use.state
     )
