@@ -56,6 +56,7 @@ class Prover:
         self._axioms = tuple(map(self._formula, self._assumed))
         self._questions: dict[object, Question] = {}
         self._decisions: dict[object, Decision] = {}
+        self._possible: dict[tuple[Formula, ...], bool | None] = {}
 
     def prove_rows(
         self,
@@ -146,7 +147,10 @@ class Prover:
         return translator, Relations(translator.numbering, self._may_be_unused)
 
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
-        return can_hold([*formulas, *self._axioms], self._relations)
+        key = tuple(formulas)
+        if key not in self._possible:
+            self._possible[key] = can_hold([*formulas, *self._axioms], self._relations)
+        return self._possible[key]
 
 
 def _with_repairs(decision: Decision, rows: tuple[Transition, ...]) -> Decision:

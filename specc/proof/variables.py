@@ -92,7 +92,7 @@ class Quantity:
     """Whether it is an integer."""
     least: float | None = None
     """A lower bound by its nature, as of a length."""
-    step: Fraction | None = None
+    step: Fraction | None = field(hash=False, default=None)  # the hash of a fraction takes long
     """It is a whole multiple of this, as the time in a state is of the period."""
 
     def answers(self, tests: Sequence[Bound]) -> list[Answers]:
