@@ -93,7 +93,8 @@ PythonPath = Annotated[
 class Strict(BaseModel):
     """A mapping with known keys only."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=False)
+    # Only files are validated: what validates their parts is not built for each part as well.
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=False, defer_build=True)
 
 
 class Traced(Strict):
