@@ -6,7 +6,8 @@ functions of the next state. After that it stays true of memory that the behavio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from specc.facts.needs import Needs, negation
@@ -66,30 +67,35 @@ class Guarding:
         self._in_functions = {state.name: self.facts for state in self.subsystem.states}
         if self.subsystem.initial_state in self._in_functions:
             self._in_functions[self.subsystem.initial_state] = self._at_start()
-        changed = True
-        while changed:
-            changed = False
-            for target, known in self._ways():
-                kept = self._in_functions[target] & known
-                changed |= kept != self._in_functions[target]
-                self._in_functions[target] = kept
+        ways = self._ways()
+        open_ = deque(ways)
+        while open_:
+            name = open_.popleft()
+            for target, conditions in ways[name]:
+                before = self._in_functions[target]
+                kept = self._kept(before, self.subsystem.state(name), conditions)
+                if kept != before:
+                    self._in_functions[target] = kept
+                    open_.append(target)
 
-    def _ways(self) -> Iterator[tuple[str, Known]]:
-        """States with what is known when they are entered, or go on."""
-        by_name = {state.name: state for state in self.subsystem.states}
-        for row in self.steps:
-            source = by_name[row.source]
-            conditions = (*self.ended(source, row.cause), *self.timeless(row.condition.when))
-            yield row.target, self._follow(source, conditions)
+    def _ways(self) -> dict[str, list[tuple[str, Sequence[Expr]]]]:
+        """State -> the states that it enters, or goes on as, and what is true when it does."""
+        found: dict[str, list[tuple[str, Sequence[Expr]]]] = {}
         for state in self.subsystem.states:
             ends = (state.behaviour.terminal.when, state.behaviour.error.when)
             going = [part for end in ends for part in self.timeless(negation(end))]
-            yield state.name, self._follow(state, going)
+            found[state.name] = [(state.name, going)]
+        for row in self.steps:
+            ended = self.ended(self.subsystem.state(row.source), row.cause)
+            conditions = (*ended, *self.timeless(row.condition.when))
+            found[row.source].append((row.target, conditions))
+        return found
 
-    def _follow(self, source: State, conditions: Sequence[Expr]) -> Known:
+    def _kept(self, facts: Known, source: State, conditions: Sequence[Expr]) -> Known:
+        """Those of some facts that hold after a state in which the conditions held."""
         known = self.in_conditions(source)
-        found = {f for f in self.facts - known if self.implies((*conditions, *sorted_(known)), f)}
-        return known | found
+        told = (*conditions, *sorted_(known))
+        return frozenset(f for f in facts if f in known or self.implies(told, f))
 
     def _outlives(self, fact: Expr, state: State) -> bool:
         sources = self._needs.sources(fact)

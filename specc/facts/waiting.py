@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
@@ -37,18 +37,30 @@ class Waiting:
         self._conditions: dict[str, Conditions] = {}
         self._known: dict[tuple[object, ...], Ways] = {}
         self._leaving: dict[str, dict[str, list[Step]]] = {}
+        self._entering: dict[str, dict[str, list[Step]]] = {}
+        self._waits: dict[tuple[str, str, frozenset[Way]], _Wait] = {}
 
     def in_vain(self, reader: Subsystem, state: State) -> Iterator[tuple[Way, Rest]]:
         """Of every sender that all ways out need: what is needed of it, and where it may rest."""
         found = self._ways_out(reader, state)
         for port in reader.ports if found and all(found) else ():
-            sender = self._facts.connections.subsystems.get(port.other_end)
-            end = self._facts.connections.other_port(reader, port)
-            needs = [frozenset(n for n in way if n[0] == port.peer) for way in found]
-            if port.direction == "x" and sender and end and all(needs):
-                rest = self._rest(_Wait(reader, state, sender, end, port, needs))
+            needs = frozenset(frozenset(n for n in way if n[0] == port.peer) for way in found)
+            if port.direction == "x" and all(needs):
+                wait = self._wait(reader, port, needs)
+                rest = self._rest(wait, state) if wait else None
                 if rest is not None:
                     yield frozenset().union(*needs), rest
+
+    def _wait(self, reader: Subsystem, port: Port, needs: frozenset[Way]) -> _Wait | None:
+        """What many states may wait for, which is looked into once."""
+        key = reader.qualified_name, port.peer, needs
+        if key not in self._waits:
+            sender = self._facts.connections.subsystems.get(port.other_end)
+            end = self._facts.connections.other_port(reader, port)
+            if sender is None or end is None:
+                return None
+            self._waits[key] = _Wait(self._facts, reader, sender, end, port, needs)
+        return self._waits[key]
 
     def _ways_out(self, subsystem: Subsystem, state: State) -> Ways:
         """The ways out of a state to others, or to itself if there is no other."""
@@ -69,6 +81,14 @@ class Waiting:
                 found.setdefault(step.row.source, []).append(step)
         return self._leaving[name].get(state, [])
 
+    def _steps_to(self, subsystem: Subsystem, state: str) -> list[Step]:
+        name = subsystem.qualified_name
+        if name not in self._entering:
+            found = self._entering.setdefault(name, {})
+            for step in self._facts.steps(subsystem):
+                found.setdefault(step.row.target, []).append(step)
+        return self._entering[name].get(state, [])
+
     def _asked(self, subsystem: Subsystem, step: Step) -> Ways:
         behaviour = subsystem.state(step.row.source).behaviour
         cause = behaviour.terminal if step.row.cause == "terminal" else behaviour.error
@@ -80,68 +100,85 @@ class Waiting:
             self._known[key] = all_of(conditions.ways(c.when) for c in asked)
         return self._known[key]
 
-    def _rest(self, wait: _Wait) -> Rest | None:
-        reached = self._facts.reached(wait.sender)
-        if not wait.served & reached:
+    def _rest(self, wait: _Wait, state: State) -> Rest | None:
+        if wait.served.isdisjoint(wait.reached):
             return None  # said of the element, or of the state that would send it
-        steps = self._facts.steps(wait.sender)
-        resting = _resting(wait, steps) & reached
-        if resting and self._returns(wait.reader, wait.state):
-            name = next(s.name for s in wait.sender.states if s.name in resting)
-            if not _is_trap(resting, reached, steps):
-                return Rest(wait.sender, wait.sender.state(name), None)
-        return self._unanswered(wait)
+        if wait.rest is not None and self._returns(wait.reader, state):
+            return wait.rest
+        still = _sent(state, wait.back, wait.end)
+        spent = self._sent_before(wait, state) - still
+        if (spent, still) not in wait.unanswered:
+            wait.unanswered[spent, still] = self._unanswered(wait, spent, still)
+        return wait.unanswered[spent, still]
 
-    def _unanswered(self, wait: _Wait) -> Rest | None:
-        """Where the sender may rest after it has taken up what was sent before this state."""
-        sent, still = self._sent_before(wait), _sent(wait.state, wait.back, wait.end)
+    def _unanswered(self, wait: _Wait, spent: Way, still: Way) -> Rest | None:
+        """Where the sender may rest after it has taken up what was sent before this state.
+
+        `spent` is sent no more, and `still` is.
+        """
         free: list[Step] = []
         taking: list[Step] = []
-        for step in self._facts.steps(wait.sender) if sent - still else ():
+        for step in wait.steps if spent else ():
             found = self._asked(wait.sender, step)
             bound = all(any(n[0] == wait.end.peer and n not in still for n in way) for way in found)
             if not bound:
                 free.append(step)
-            elif any(way & (sent - still) for way in found):
+            elif any(way & spent for way in found):
                 taking.append(step)
         resting = _resting(wait, free) if taking else frozenset()
         silent = [s for s in free if not {s.row.source, s.row.target} & wait.served]
-        for step in taking:
-            for state in wait.sender.states if step.row.target not in wait.served else ():
-                if state.name in resting & reached_from(step.row.target, silent):
-                    return Rest(wait.sender, state, step.row)
+        for step in taking if resting else ():
+            if step.row.target not in wait.served:
+                here = resting & reached_from(step.row.target, silent)
+                for state in wait.sender.states if here else ():
+                    if state.name in here:
+                        return Rest(wait.sender, state, step.row)
         return None
 
-    def _sent_before(self, wait: _Wait) -> Way:
+    def _sent_before(self, wait: _Wait, state: State) -> Way:
         """What the states before the waiting one send to the one that is waited for."""
-        before = {
-            step.row.source
-            for step in self._facts.steps(wait.reader)
-            if step.row.target == wait.state.name != step.row.source
-        }
-        sent = (_sent(wait.reader.state(name), wait.back, wait.end) for name in sorted(before))
+        before = {step.row.source for step in self._steps_to(wait.reader, state.name)}
+        sent = (
+            _sent(wait.reader.state(name), wait.back, wait.end) for name in before - {state.name}
+        )
         return frozenset().union(*sent)
 
     def _returns(self, subsystem: Subsystem, state: State) -> bool:
         """Whether a state can be entered again after it was left."""
-        steps = self._facts.steps(subsystem)
-        targets = {s.row.target for s in self._steps_from(subsystem, state.name)}
-        return any(state.name in reached_from(target, steps) for target in targets)
+        met: set[str] = set()
+        open_ = [state.name]
+        while open_ and state.name not in met:
+            new = {s.row.target for s in self._steps_from(subsystem, open_.pop())} - met
+            met |= new
+            open_ += new
+        return state.name in met
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Wait:
-    """A state of `reader` that needs, on each of its ways out, something of `sender`.
+    """States of `reader` that need, on each of their ways out, something of `sender`.
 
-    `port` is where the reader receives it, `end` where the sender has it.
+    `port` is where the reader receives it, `end` where the sender has it. `unanswered` keeps where
+    the sender may rest for what such a state sends no more, and still sends.
     """
 
+    facts: Facts
     reader: Subsystem
-    state: State
     sender: Subsystem
     end: Port
     port: Port
-    needs: Sequence[Way]
+    needs: frozenset[Way]
+    unanswered: dict[tuple[Way, Way], Rest | None] = field(default_factory=dict)
+
+    @cached_property
+    def steps(self) -> tuple[Step, ...]:
+        """The rows that the sender may take."""
+        return self.facts.steps(self.sender)
+
+    @cached_property
+    def reached(self) -> frozenset[str]:
+        """The states that the sender can enter."""
+        return self.facts.reached(self.sender)
 
     @cached_property
     def served(self) -> frozenset[str]:
@@ -151,6 +188,14 @@ class _Wait:
             for s in self.sender.states
             if any(need <= _sent(s, self.end, self.port) for need in self.needs)
         )
+
+    @cached_property
+    def rest(self) -> Rest | None:
+        """Where the sender may come to rest whatever is sent to it."""
+        resting = _resting(self, self.steps) & self.reached
+        if not resting or _is_trap(resting, self.reached, self.steps):
+            return None
+        return Rest(self.sender, next(s for s in self.sender.states if s.name in resting), None)
 
     @property
     def back(self) -> Port:
