@@ -43,13 +43,13 @@ def example(
     wanted: Wanted, meaning: Meaning, start: Situation, freedom: Freedom, patience: Patience
 ) -> Example | None:
     """An example near `start`; None if none was found, or if the witness says all values itself."""
-    if all(map(says_all, wanted.about)):
+    if patience.left <= 0 or all(map(says_all, wanted.about)):
         return None
     found = find(meaning, start, wanted.goals, freedom, patience)
     if found is None or not _shows(meaning, wanted.goals, found):
         return None
     about = list(leaves(wanted.about, meaning.lets))
-    found = tidied(found, start, about, lambda at: _shows(meaning, wanted.goals, at))
+    found = tidied(found, start, about, meaning, lambda at: _shows(meaning, wanted.goals, at))
     return Example(found, ", ".join(_said(about, meaning, found)))
 
 
@@ -72,8 +72,16 @@ def _said(about: Sequence[m.Expr], meaning: Meaning, at: Situation) -> Iterator[
             case m.Clock():
                 yield f"`elapsed` = {number(float(f'{at.periods * meaning.period_s:.9g}'))} s"
             case _:
-                text = worded(meaning.value(leaf, at), leaf.type)
-                yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
+                yield from _other(leaf, meaning, at)
+
+
+def _other(leaf: m.Expr, meaning: Meaning, at: Situation) -> Iterator[str]:
+    """What memory or an operator gives; nothing where it has no value, and so does not matter."""
+    try:
+        text = worded(meaning.value(leaf, at), leaf.type)
+    except NO_VALUE:
+        return
+    yield f"`{show(leaf)}` = {text}" if text is not None else f"some `{show(leaf)}`"
 
 
 def _element(leaf: m.Expr, read: Mapping[InputName, m.Input]) -> m.Expr:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import sys
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
@@ -34,7 +35,7 @@ class Thresholds:
                 elif isinstance(node, Builtin) and node.name == "near":
                     known |= _numbers(node.args, meaning, at)
                 elif isinstance(node, Number):
-                    known.add(float(node.value))
+                    known |= _numbers((node,), meaning, at)
         self._known = sorted(known)
 
     def below_or_above(self, op: str, limit: float, *, whole: bool) -> Iterator[float]:
@@ -66,6 +67,6 @@ def _numbers(parts: Iterable[Expr], meaning: Meaning, at: Situation) -> set[floa
             value = meaning.value(part, at)
         except NO_VALUE:
             continue
-        if isinstance(value, (int, float)) and math.isfinite(value):
+        if isinstance(value, (int, float)) and abs(value) <= sys.float_info.max:
             found.add(float(value))
     return found

@@ -2,28 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from specc.example.situation import Situation
+from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.example.values import Value
 from specc.model import expr as m
 from specc.proof import InputName
 
 _SMALL = (1, -1, 2, -2, 3, -3, 5, -5, 10, -10)
-_DIGITS = (1, 2, 3, 4)
+_DIGITS = range(1, 10)
 
 
 def tidied(
-    found: Situation, start: Situation, about: Iterable[m.Expr], shows: Callable[[Situation], bool]
+    found: Situation,
+    start: Situation,
+    about: Sequence[m.Expr],
+    meaning: Meaning,
+    shows: Callable[[Situation], bool],
 ) -> Situation:
-    """The situation with what is `about` as at the start, sooner or rounded, if that `shows` it."""
+    """The situation with what is `about` as at the start, sooner or rounded, if that `shows` it.
+
+    Operators give the same for other arguments then.
+    """
+    calls = [leaf for leaf in about if isinstance(leaf, m.Call)]
     for node in (node for leaf in about for node in m.walk(leaf)):
         for simpler in _simpler(node, found, start):
-            if shows(simpler):
-                found = simpler
+            answered = _answered(calls, simpler, found, meaning)
+            if shows(answered):
+                found = answered
                 break
     return found
+
+
+def _answered(
+    calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Meaning
+) -> Situation:
+    """A situation in which operators give what they gave before."""
+    for call in calls:
+        try:
+            args = tuple(meaning.value(arg, at) for arg in call.args)
+            answer = call.operator, args, meaning.value(call, before)
+        except NO_VALUE:
+            continue
+        if at.answer(*answer[:2]) is None:
+            at = replace(at, answers=(*at.answers, answer))
+    return at
 
 
 def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situation]:

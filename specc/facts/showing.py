@@ -14,17 +14,21 @@ from specc.example.search import Goal
 from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.example.values import Value, first_value
 from specc.facts.partial import is_vague, sure, unmet
-from specc.model.expr import Expr
+from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
-from specc.model.types import Type
+from specc.model.types import Type, Vector
 from specc.proof import InputName, Witness
 
 if TYPE_CHECKING:
     from specc.facts.facts import Facts
 
-MOST, MOST_IN_ALL = 300, 20_000
-"""Situations that are looked at for one finding, and for all."""
+MOST, MOST_AGAIN = 160, 40
+"""Situations that are looked at for one finding, and then from other starts."""
+EACH, MOST_IN_ALL = 10, 5000
+"""What a finding takes in any case, and what all of them may take."""
+LARGE = 200
+"""Parts of conditions that take twice the time; then half as many situations are looked at."""
 
 
 class Finder:
@@ -38,17 +42,23 @@ class Finder:
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
     ) -> Example | None:
         """An example of a witness: no row applies, or those that it names and, best, no other."""
+        if self._left.left <= 0:
+            return None
+        self._left.spend(EACH)
         seen = _seen(subsystem, state, cause, witness)
         meaning = Meaning(self._facts.system, seen)
         freedom = self._freedom(subsystem, state.name)
         about = tuple(expr for expr, _ in witness.answers)
+        most = MOST
         for goals in _goals(seen, state.name, cause, witness):
+            size = 1 + sum(map(_size, (expr for expr, _ in goals))) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
                 start = _start(meaning, number)
-                with self._left.some(MOST) as patience:
+                with self._left.some(most // size) as patience:
                     found = example(Wanted(goals, about), meaning, start, freedom, patience)
                 if found:
                     return found
+                most = MOST_AGAIN
         return None
 
     def _freedom(self, subsystem: Subsystem, state: str) -> Freedom:
@@ -85,6 +95,16 @@ def _goals(
 
 def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
     return tuple((runnable(condition), yes) for condition, yes in goals)
+
+
+def _size(expr: Expr) -> int:
+    """The parts of an expression; what is asked of all items counts once for each of them."""
+    size = 0
+    for node in walk(expr):
+        size += 1
+        if isinstance(node.type, Vector):
+            size += node.type.size
+    return size
 
 
 def _start(meaning: Meaning, number: float) -> Situation:

@@ -143,7 +143,7 @@ def example_of(path: Path) -> str:
     [
         ("x.c.d > 2", "x.c.d < 2.5", "`x.c.d` = 2.2"),
         ("n > 2", "n < 6", "`n` = 3"),
-        ("twice > 2 and IS_SAFE(x.c.d)", "x.c.d < 8", "`x.c.d` = 1.5, `IS_SAFE(x.c.d)` = true"),
+        ("twice > 2 and IS_SAFE(x.c.d)", "x.c.d < 8", "`x.c.d` = 2, `IS_SAFE(x.c.d)` = true"),
         ("fresh(x.c.d)", "x.c.go > 1", "`x.c.d` fresh, `x.c.go` = 2"),
         ("fresh(x.c.d) and x.c.d > 1", "x.c.d > 0", "`x.c.d` fresh = 2"),
         ("any(m == s for m in x.c.modes)", "True", "`x.c.modes` = [s, u, u]"),
