@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int, ListOf
@@ -59,7 +61,7 @@ class Comparisons:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
         else:
-            quantity = Quantity("value", (a,), whole, *self._range(left))
+            quantity = Quantity("value", (a,), whole, *self._range(left, bound))
         asked, holds = _QUESTIONS[op]
         return quantity, (asked, y), holds
 
@@ -88,13 +90,13 @@ class Comparisons:
             return None
         return Apart((x, y)), (distance, angle)
 
-    def _range(self, expr: Expr) -> tuple[float | None, Fraction | None]:
+    def _range(self, expr: Expr, bound: Depths) -> tuple[float | None, Fraction | None]:
         """The least value of a number by what it is, and the step between its values."""
         period = self._numbering.period_s
         if isinstance(expr, Clock) and expr.name == "elapsed" and period is not None:
             # Conditions are asked from the second period of a state on.
             return period, self._numbering.exact_period_s
-        return least(expr), None
+        return least(expr, partial(self._numbering.number, bound=bound)), None
 
 
 def _as_number(value: Scalar | None) -> float | None:
@@ -105,8 +107,8 @@ def _negative(expr: Expr) -> Expr:
     return Unary("-", expr, type=expr.type)
 
 
-def least(expr: Expr) -> float | None:
-    """A lower bound of a number by what it is."""
+def least(expr: Expr, number: Callable[[Expr], int]) -> float | None:
+    """A lower bound of a number by what it is; equal value numbers are equal values."""
     match expr:
         case Builtin(name="len", args=(several,)):
             return float(isinstance(several.type, ListOf) and several.type.nonempty)
@@ -116,13 +118,16 @@ def least(expr: Expr) -> float | None:
             return 0.0
         case Binary(op="**", right=Number(value=power)) if power > 0 and power % 2 == 0:
             return 0.0
+        case Binary(op="*", left=left, right=right) if number(left) == number(right):
+            return 0.0
         case Builtin(name="max", args=args):
-            return max((n for arg in args if (n := _least_or_known(arg)) is not None), default=None)
+            known = [_least_or_known(arg, number) for arg in args]
+            return max((n for n in known if n is not None), default=None)
         case Builtin(name="min", args=args):
-            known = [_least_or_known(arg) for arg in args]
+            known = [_least_or_known(arg, number) for arg in args]
             return None if None in known else min(n for n in known if n is not None)
     return None
 
 
-def _least_or_known(expr: Expr) -> float | None:
-    return expr.value if isinstance(expr, Number) else least(expr)
+def _least_or_known(expr: Expr, number: Callable[[Expr], int]) -> float | None:
+    return expr.value if isinstance(expr, Number) else least(expr, number)

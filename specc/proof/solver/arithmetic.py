@@ -129,7 +129,8 @@ class Arithmetic(Values):
         term = self.unknown(expr)
         if not isinstance(expr.type, Int):
             self.rounding.float(term)
-        bound = self._numbering.period_s if isinstance(expr, Clock) else least(expr)
+        is_clock = isinstance(expr, Clock)
+        bound = self._numbering.period_s if is_clock else least(expr, self._numbering.number)
         if bound is not None:
             self.laws.append(term >= exact(bound))
         return term
