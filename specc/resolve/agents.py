@@ -11,18 +11,14 @@ from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, S
 from specc.resolve.buffers import resolve_buffers, resolve_elements
 from specc.resolve.context import Findings, Where, trace_of
 from specc.resolve.definitions import Definitions
-from specc.resolve.ends import (
-    peers_of_control,
-    peers_of_virtual,
-    report_devices,
-    report_strangers,
-)
+from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library, Loaded
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
+from specc.source import Route
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,9 +128,13 @@ class AgentResolver:
             self.instances.append(used.definitions)
             described, here = used.file.spec.subsystem, used.file.top["subsystem"]
             inside = Setting(used.file, used.definitions, used.given)
-        if kind != "control":
-            report_devices(definition, where, kind, around, self.findings)
-        report_strangers(described, here, name, kind, peers, around, self.names, self.findings)
+        neighbours = Neighbours(name, kind, around, self.names, self.findings)
+        devices = neighbours.missing_devices(definition, where)
+        missing = neighbours.missing_peers(described, here, peers, devices)
+        # An end that is not there yet may be anything, as one with errors may.
+        absent = {peer: f"{agent}.{peer}" for peer in missing}
+        self.broken |= set(absent.values())
+        peers = {**peers, **absent}
         rate = self._rate(definition, where, described, here)
         resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
         if found := self.findings.diagnostics[before:]:
@@ -253,7 +253,14 @@ def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:
         return False
     part = place.route[depth] if len(place.route) > depth else ""
+    if finding.code == "O0205" and (part == "uses" or _is_buffer(place.route[depth:])):
+        return True
     return part in _INNER or (part == "transitions" and place.route[-1] in (2, "when"))
+
+
+def _is_buffer(route: Route) -> bool:
+    """Whether a route inside a subsystem leads to a whole buffer, so that its peer is meant."""
+    return len(route) == 2 and route[0] in ("x", "y")
 
 
 def _unstarted(definition: SubsystemDef) -> tuple[str, str, str]:

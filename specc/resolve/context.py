@@ -118,10 +118,11 @@ class Findings:
         known: object,
         place: Place,
         lacks: Place | None = None,
-    ) -> None:
+    ) -> bool:
         """Report an unknown name with the nearest known ones, or all of them if they are few.
 
-        `lacks` is where an element of that name would have to be declared.
+        `lacks` is where an element of that name would have to be declared. Returns whether the
+        name may be that of something to come.
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggestion(name, names)
@@ -129,10 +130,11 @@ class Findings:
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
             way = or_else(_MAY_COME[what], help if names else "")
             self.not_there(part, place, way, lacks)
-            return
+            return True
         fix = rename(place, surely_meant(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(Diagnostic(code, message, place, "", (), help, fix, lacks=lacks))
+        return False
 
     def not_there(self, part: str, place: Place, help: str, lacks: Place | None = None) -> None:
         """Report a part that something refers to and that may still come."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 
 from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, Where
@@ -36,51 +37,70 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     return peers
 
 
-def report_devices(
-    definition: SubsystemDef,
-    where: Where,
-    kind: SubsystemKind,
-    around: AgentDef,
-    findings: Findings,
-) -> None:
-    """Report what a virtual effector or receptor uses and is no device of its kind."""
-    is_effector = kind == "virtual_effector"
-    own, others = around.real_effectors, around.real_receptors
-    if not is_effector:
-        own, others = others, own
-    word, other = ("effector", "receptor") if is_effector else ("receptor", "effector")
-    for index, name in enumerate(definition.uses or ()):
-        place = where["uses"][index].place
-        if name in others and name not in own:
-            message = f"`{name}` is a real {other}, which a virtual {word} does not work with"
-            findings.report("E0401", message, place, help=f"let a virtual {other} use it")
-        elif name not in own:
-            findings.unknown("E0218", f"real {word}", name, own, place)
+@dataclass(frozen=True, slots=True)
+class Neighbours:
+    """Who may be at the other ends of the buffers of a subsystem: `around` it is its agent."""
 
+    name: str
+    kind: SubsystemKind
+    around: AgentDef
+    agents: Collection[str]
+    findings: Findings
 
-def report_strangers(
-    definition: SubsystemDef,
-    where: Where,
-    name: str,
-    kind: SubsystemKind,
-    peers: Mapping[str, str],
-    around: AgentDef,
-    agents: Collection[str],
-    findings: Findings,
-) -> None:
-    """Report buffers of a subsystem whose peer does not exist or may not be talked to."""
-    for direction, buffers in (("x", definition.x), ("y", definition.y)):
-        for peer, elements in buffers.items():
-            if peer in peers:
+    def missing_devices(self, definition: SubsystemDef, where: Where) -> list[str]:
+        """Devices that a subsystem uses and that are not there yet, after reporting.
+
+        What is no device of its kind is reported as well.
+        """
+        own, others = self.around.real_effectors, self.around.real_receptors
+        word, other = "effector", "receptor"
+        if self.kind == "virtual_receptor":
+            own, others, word, other = others, own, other, word
+        found = []
+        for index, name in enumerate(definition.uses or ()):
+            place = where["uses"][index].place
+            if name in own or self.kind == "control":
                 continue
-            place = where[direction][peer].key
-            rule = _broken_rule(kind, peer, around, agents)
-            if part := _absent(kind, name, peer, elements, around):
-                findings.not_there(part, place, "add it to the agent")
-            elif rule:
-                findings.report("E0401", *rule[:1], place, help=rule[1])
-            else:
-                findings.unknown("E0218", "peer", peer, peers, place)
+            if name in others:
+                message = f"`{name}` is a real {other}, which a virtual {word} does not work with"
+                hint = f"let a virtual {other} use it"
+                self.findings.report("E0401", message, place, help=hint)
+            elif self.findings.unknown("E0218", f"real {word}", name, own, place):
+                found.append(name)
+        return found
+
+    def missing_peers(
+        self,
+        definition: SubsystemDef,
+        where: Where,
+        peers: Mapping[str, str],
+        devices: Collection[str],
+    ) -> Iterator[str]:
+        """Peers that are not there yet, after reporting; `devices` that miss are reported already.
+
+        Peers that may not be talked to are reported as well.
+        """
+        letter = self.kind.removeprefix("virtual_")[0].upper()
+        reported = {*devices, *(letter for _ in devices)}
+        for direction, buffers in (("x", definition.x), ("y", definition.y)):
+            for peer, elements in buffers.items():
+                if peer not in peers and (
+                    peer in reported or self._may_come(peer, elements, where[direction], peers)
+                ):
+                    yield peer
+
+    def _may_come(
+        self, peer: str, elements: Collection[str], where: Where, peers: Mapping[str, str]
+    ) -> bool:
+        """Whether a peer that does not exist may be to come; reports it in any case."""
+        place = where[peer].key
+        if part := _absent(self.kind, self.name, peer, elements, self.around):
+            self.findings.not_there(part, place, "add it to the agent")
+            return True
+        if rule := _broken_rule(self.kind, peer, self.around, self.agents):
+            self.findings.report("E0401", *rule[:1], place, help=rule[1])
+            return False
+        return self.findings.unknown("E0218", "peer", peer, peers, place)
 
 
 def _is_configured(name: str, around: AgentDef) -> bool:

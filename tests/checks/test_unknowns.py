@@ -220,3 +220,30 @@ def test_a_known_way_into_a_state_is_followed_beside_an_unknown_one(tmp_path: Pa
 
 def test_a_condition_of_another_kind_is_no_part_to_come(tmp_path: Path) -> None:
     assert codes(tmp_path, ("[S0, terminal, go, S1]", "[S0, terminal, told, S1]")) == ["E0212"]
+
+
+AWAITED = {
+    "buffer of a subsystem": [("y: {c: {d:", "y: {gripper: {closed: bool}, c: {d:")],
+    "input that is read": [
+        ("x: {c: {go:", "x: {gripper: {closed: bool}, c: {go:"),
+        ("told: fresh(x.c.go)", "told: x.gripper.closed or fresh(x.c.go)"),
+    ],
+    "device": [("rate: 10 Hz\n        x:", "rate: 10 Hz\n        uses: [gripper]\n        x:")],
+    "device with a buffer": [
+        (
+            "rate: 10 Hz\n        x: {c:",
+            "rate: 10 Hz\n        uses: [t]\n        x: {E: {d: int}, c:",
+        )
+    ],
+    "agent": [("x: {m: {d:", "x: {conveyor: {v: int}, m: {d:")],
+}
+"""Other ends that are not there yet."""
+
+
+@pytest.mark.parametrize("case", AWAITED)
+def test_an_end_that_is_not_there_yet_hides_nothing_else(case: str, tmp_path: Path) -> None:
+    gap = ("moving: not fresh(x.c.stop)", "moving: not fresh(x.c.stop) and x.c.go")
+    end = ("stop: bool}}", "stop: bool}, stranger: {go: bool}}")
+    assert codes(tmp_path, *AWAITED[case]) == ["O0205"]
+    assert codes(tmp_path, *AWAITED[case], gap) == ["E0601", "O0205"]
+    assert codes(tmp_path, *AWAITED[case], end) == ["O0205", "O0205"]
