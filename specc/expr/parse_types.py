@@ -40,6 +40,16 @@ _USAGE = {
 }
 
 
+_FOREIGN = {
+    **dict.fromkeys(("float", "double", "float32", "float64", "number"), "real"),
+    **dict.fromkeys(("string", "str"), "text"),
+    **dict.fromkeys(("integer", "int32", "int64", "uint8"), "int"),
+    "boolean": "bool",
+    "array": "vector",
+}
+"""What other languages call the types."""
+
+
 @dataclass(frozen=True)
 class TypeNames:
     """Frames and named types that type texts may use."""
@@ -200,7 +210,8 @@ class _Reader:
                 node, f"`{name}` is not complete", f"it is spelt like `{_USAGE[name]}`"
             )
         close = nearest(name, [*self.names.types, *_PLAIN, *_USAGE])
-        help = f"did you mean {one_of(close)}?" if close else "declare it under `types:`"
+        meant = close or [ours for word, ours in _FOREIGN.items() if word == name.lower()]
+        help = f"did you mean {one_of(meant)}?" if meant else "declare it under `types:`"
         start = span(node)[0]
         error = ExprError(f"unknown type `{name}`", start, start + len(name), help, "E0233")
         return error.meant(name, close).not_there(

@@ -7,11 +7,24 @@ from specc.expr.errors import ExprError, one_of
 from specc.model.units import UNITS, UnitError
 
 _LONG_ENOUGH = 3
+_WRITTEN_OUT = {
+    "sec": "s",
+    "second": "s",
+    "meter": "m",
+    "metre": "m",
+    "degree": "deg",
+    "radian": "rad",
+    "newton": "N",
+    "hertz": "Hz",
+    "rpm": "turn/min",
+}
 
 
 def unit_error(error: UnitError, end: int, example: str) -> ExprError:
     """The finding about a unit, whose last character stands before `end` if it does not say."""
-    close = nearest(error.name, UNITS) if error.name else []
+    word = error.name.casefold()
+    meant = _WRITTEN_OUT.get(word) or _WRITTEN_OUT.get(word.removesuffix("s"))
+    close = [meant] if meant else nearest(error.name, UNITS) if error.name else []
     help = f"did you mean {one_of(close)}?" if close else f"for example {example}"
     end = end if error.end is None else error.end
     found = ExprError(error.message, error.start, end, help, "E0304")

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
-from specc.schema.location import Location, keys_of, locate
+from specc.schema.location import Location, keys_of, locate, needed_keys_of
 from specc.schema.wording import expected_kind, invalid_value, kind_of, way_to
 from specc.source import Place, Route
 
@@ -117,7 +117,8 @@ def _diagnostic(item: _Error, file: str) -> Diagnostic:
     place = Place(file, item.route, "key" if item.where.is_key else "value")
     if item.expected is not None:
         message = f"expected {item.expected}, found {kind_of(item.value)}"
-        hint = way_to(item.expected, item.value)
+        needed = needed_keys_of(item.where.wanted) if item.where.wanted else []
+        hint = way_to(item.expected, item.value, needed)
         return Diagnostic("E0103", f"{_name(item.route)}{message}", place, help=hint)
     message, hint = invalid_value(item.type, item.message, item.context, item.value)
     where = "" if item.where.is_key else _name(item.route)

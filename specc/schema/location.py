@@ -20,13 +20,15 @@ class Location:
     """Where an error is.
 
     `choices` are the union members that pydantic tried on the way, each with the route of its
-    union; `owner` is the model whose keys stand at the last step of the route, if known.
+    union; `owner` is the model whose keys stand at the last step of the route, if known, and
+    `wanted` the one that describes the value there.
     """
 
     route: Route
     is_key: bool
     choices: tuple[tuple[Route, str], ...]
     owner: type[BaseModel] | None
+    wanted: type[BaseModel] | None = None
 
 
 def locate(loc: tuple[str | int, ...], model: Any) -> Location:
@@ -49,7 +51,15 @@ def locate(loc: tuple[str | int, ...], model: Any) -> Location:
         owner = annotation if _is_model(annotation) else None
         route.append(step)
         annotation = _below(annotation, step)
-    return Location(tuple(route), False, tuple(choices), owner)
+    last = _bare(annotation)
+    wanted = last if _is_model(last) else None
+    return Location(tuple(route), False, tuple(choices), owner, wanted)
+
+
+def needed_keys_of(model: type[BaseModel]) -> list[str]:
+    """The keys that a mapping of this model cannot do without, as the file spells them."""
+    fields = model.model_fields.items()
+    return [field.alias or name for name, field in fields if field.is_required()]
 
 
 def keys_of(model: type[BaseModel]) -> list[str]:

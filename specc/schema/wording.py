@@ -1,5 +1,7 @@
 """Words for pydantic's types of error, in terms of YAML instead of Python."""
 
+import re
+from collections.abc import Sequence
 from typing import Any
 
 from specc.diagnostics import nearest
@@ -53,6 +55,7 @@ _NAMES = {
     ),
     "word_of_expressions": ("{} is a word of the expression language", "choose another name"),
 }
+_PLAIN = re.compile(r"[\w./-]+")
 _SHOWN = 60
 
 
@@ -69,13 +72,20 @@ def kind_of(value: Any) -> str:
     return "nothing"
 
 
-def way_to(expected: str, value: Any) -> str:
-    """How a value of the expected kind is written; `value` stands there now."""
+def way_to(expected: str, value: Any, needed: Sequence[str] = ()) -> str:
+    """How a value of the expected kind is written; `value` stands there now.
+
+    `needed` are the keys that an expected mapping cannot do without.
+    """
     if value is None:
         return "write what belongs here, or delete the key"
     kind = expected.partition(" or ")[0]
     if kind == "text" and isinstance(value, (bool, int, float)):
         return f'a value in quotes is text: `"{str(value).lower()}"`'
+    if kind == "a mapping" and needed:
+        return f"write `{{{', '.join(f'{key}: ...' for key in needed)}}}`"
+    if kind == "a list" and isinstance(value, str) and _PLAIN.fullmatch(value):
+        return f"write `[{value}]`"
     return _WRITTEN.get(kind, "")
 
 

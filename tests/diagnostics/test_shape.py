@@ -132,6 +132,12 @@ def test_a_missing_key_points_at_the_key_of_its_mapping() -> None:
     )
 
 
+def test_a_way_out_is_written_for_what_stands_there() -> None:
+    assert findings(open={"m": "x"})[0][-1] == "write `{type: ...}`"
+    assert findings(rows="a")[0][-1] == "write `[a]`"
+    assert findings(rows="a, b")[0][-1].startswith("a list is written `[a, b]`")
+
+
 def test_a_mistyped_key_is_not_missing_as_well() -> None:
     assert [item[0] for item in findings(open={"m": {"tipe": "x"}})] == ["E0101"]
     codes = [item[0] for item in findings(open={"m": {"zzz": "x"}})]

@@ -92,6 +92,13 @@ def test_spellings(text: str, type: Type) -> None:
     [
         ("vectr[6]", "E0233", "vectr", "unknown type `vectr`", "did you mean `vector`?"),
         ("Motor", "E0233", "Motor", "unknown type `Motor`", "did you mean `Motors`?"),
+        (
+            "float",
+            "O0205",
+            "float",
+            "type `float` is not there yet",
+            "declare it under `types:`, or did you mean `real`?",
+        ),
         ("zzz", "O0205", "zzz", "type `zzz` is not there yet", "declare it under `types:`"),
         (
             "vector",
@@ -125,7 +132,7 @@ def test_spellings(text: str, type: Type) -> None:
             "a type has SI units; only literals have others",
             "write `rad`",
         ),
-        ("real[m/sec]", "E0304", "sec", "unknown unit `sec`", "for example `m/s` or `kg*m**2`"),
+        ("real[m/sec]", "E0304", "sec", "unknown unit `sec`", "did you mean `s`?"),
         ("real[Rad]", "E0304", "Rad", "unknown unit `Rad`", "did you mean `rad` or `mrad`?"),
         (
             "vector[0]",

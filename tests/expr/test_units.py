@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from specc.expr.unit_names import unit_error
 from specc.model.units import (
     DIMENSIONLESS,
     KILOGRAM,
@@ -134,3 +135,14 @@ def test_random_texts_are_units_or_unit_errors(text: str) -> None:
         assert parse_unit(text).is_reasonable
     except UnitError as error:
         assert 0 <= error.start <= (len(text) if error.end is None else error.end) <= len(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [("sec", "s"), ("Meters", "m"), ("degrees", "deg"), ("rpm", "turn/min"), ("foos", "")],
+)
+def test_a_unit_that_is_written_out_is_known(name: str, meant: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        parse_unit(name)
+    help = f"did you mean `{meant}`?" if meant else "for example `m`"
+    assert unit_error(caught.value, len(name), "`m`").help == help
