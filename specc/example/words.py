@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 from specc.example.values import Value
@@ -22,7 +23,7 @@ from specc.model.types import (
 )
 from specc.model.units import DIMENSIONLESS, Unit
 
-MOST_ITEMS = 8
+MOST_ITEMS, MOST_OTHERS = 8, 3
 
 
 def worded(value: Value, type_: Type) -> str | None:
@@ -74,11 +75,14 @@ def _items(items: Sequence[str | None]) -> str | None:
 
 
 def _listed(items: Sequence[str]) -> str:
-    if len(items) > MOST_ITEMS and len(set(items)) > 1:
-        return f"[{', '.join(items[:MOST_ITEMS])}, ...]"
-    if len(items) > MOST_ITEMS:
-        return f"[{items[0]}, {items[1]}, ...]"
-    return f"[{', '.join(items)}]"
+    """All items; of very many the usual one and those that differ, or the first ones."""
+    if len(items) <= MOST_ITEMS:
+        return f"[{', '.join(items)}]"
+    usual = Counter(items).most_common(1)[0][0]
+    others = [f"[{index}] = {item}" for index, item in enumerate(items) if item != usual]
+    if len(others) <= MOST_OTHERS:
+        return " and ".join([f"[{usual}, {usual}, ...]", *others])
+    return f"[{', '.join(items[:MOST_ITEMS])}, ...]"
 
 
 def _record(fields: Sequence[tuple[str, str | None]]) -> str | None:

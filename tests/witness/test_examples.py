@@ -16,9 +16,12 @@ from specc.example.example import Example
 from specc.example.leaves import says_all
 from specc.example.patience import Patience
 from specc.example.situation import Meaning
+from specc.example.words import worded
 from specc.facts import Decided, Facts
 from specc.facts.showing import Finder
 from specc.model.expr import Expr
+from specc.model.types import Real, Vector
+from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
 from tests.witness.runs import CASES as SMALL
@@ -169,3 +172,16 @@ def test_patience_ends_and_is_shared() -> None:
     assert whole.left < 0 and not whole.spend(1)
     with whole.some(2) as part:
         assert not part.spend(1)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ((0.0,) * 20, "[0, 0, ...] m"),
+        ((0.0,) * 15 + (1.0,) + (0.0,) * 4, "[0, 0, ...] and [15] = 1 m"),
+        (tuple(map(float, range(20))), "[0, 1, 2, 3, 4, 5, 6, 7, ...] m"),
+        ((0.25, float("nan"), 1e-9), "[0.25, NaN, 1e-09] m"),
+    ],
+)
+def test_vectors_in_words(value: tuple[float, ...], text: str) -> None:
+    assert worded(value, Vector(len(value), Real(METRE))) == text
