@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, Phase, given, settings
 
 from bench.seeding.fault import Seed
 from bench.seeding.score import Bed
@@ -20,10 +22,12 @@ from specc.example.words import worded
 from specc.facts import Decided, Facts
 from specc.facts.showing import Finder
 from specc.model.expr import Expr
+from specc.model.system import System
 from specc.model.types import Real, Vector
 from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
+from tests.lower.test_law import systems
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT
 from tests.witness.test_seeds import CASES, SPECS
@@ -31,13 +35,17 @@ from tests.witness.test_values import OVERLAPS, spec
 
 SAID = re.compile(r"`([^`]+)`( fresh)? = (\[.*?\]|[^,]*)")
 CODES = ("E0601", "E0602")
+outcomes: Counter[str] = Counter()
 
 
 def refuted(path: Path) -> Iterator[tuple[Facts, Decided, Witness]]:
     """The refutations about rows in a specification."""
     result = read_spec(str(path))
     assert result.system is not None
-    facts = Facts(result.system, result.broken)
+    yield from refuted_of(Facts(result.system, result.broken))
+
+
+def refuted_of(facts: Facts) -> Iterator[tuple[Facts, Decided, Witness]]:
     for decided in facts.decided():
         decision = decided.verdict.decision
         for witness in (decision.gap if decided.verdict.rows else None, decision.overlap):
@@ -52,6 +60,12 @@ def shown(facts: Facts, decided: Decided, witness: Witness) -> Example | None:
         assert found is None
         return None
     assert found is not None, witness.facts
+    shows(found, facts, decided, witness)
+    return found
+
+
+def shows(found: Example, facts: Facts, decided: Decided, witness: Witness) -> None:
+    """The values give no row, or the rows of the witness, and are those that are said."""
     meaning = Meaning(facts.system, decided.subsystem)
 
     def true(condition: Expr) -> bool:
@@ -65,7 +79,6 @@ def shown(facts: Facts, decided: Decided, witness: Witness) -> Example | None:
     held = tuple(i for i, r in enumerate(decided.verdict.rows) if true(r.condition.when))
     assert held == witness.holding or (len(witness.holding) > 1 and {*witness.holding} < {*held})
     said_as_it_is(found, decided)
-    return found
 
 
 def said_as_it_is(found: Example, decided: Decided) -> None:
@@ -185,3 +198,28 @@ def test_patience_ends_and_is_shared() -> None:
 )
 def test_vectors_in_words(value: tuple[float, ...], text: str) -> None:
     assert worded(value, Vector(len(value), Real(METRE))) == text
+
+
+@settings(
+    max_examples=60,
+    deadline=None,
+    derandomize=True,
+    phases=(Phase.generate,),
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+@given(systems(decided=False))
+def check_random(system: System) -> None:
+    facts = Facts(system)
+    for refutation in refuted_of(facts):
+        _, decided, witness = refutation
+        found = Finder(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+        outcomes["found" if found else "none"] += 1
+        if found:
+            shows(found, *refutation)
+            again = Finder(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+            assert again == found
+
+
+def test_examples_of_random_machines() -> None:
+    check_random()
+    assert outcomes["found"]
