@@ -254,9 +254,13 @@ class Facts:
         name, prover = subsystem.qualified_name, self.prover(subsystem)
 
         def prove(state: str, cause: Cause) -> RowVerdict:
+            verdict = prover.prove_rows(state, cause)
+            decision = verdict.decision
+            if all(decision.satisfiable) and not any(decision.ensures):
+                return verdict  # NaN can only add rows, and take away what they ensure
             if prover.compares_reals(state, cause):
                 return self.strict_prover(subsystem).prove_rows(state, cause)
-            return prover.prove_rows(state, cause)
+            return verdict
 
         if name not in self._steps:
             self._steps[name] = find_steps(subsystem, prove)

@@ -7,7 +7,7 @@ from typing import Any
 
 import z3
 
-MOST_ORDERED = 4000
+MOST_ORDERED = 3000
 """Pairs of numbers whose order is kept; beyond them a question is too large."""
 _HALF_ULP = Fraction(1, 2**53)
 _HALF_SMALLEST = Fraction(1, 2**1075)

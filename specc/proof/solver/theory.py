@@ -50,7 +50,7 @@ class Theory:
         self.context = z3.Context()
         self._solver = z3.Solver(ctx=self.context)
         self._solver.set("rlimit", MOST_STEPS)
-        self._solver.add(*(fact.translate(self.context) for fact in facts))
+        self._solver.add(z3.And(facts).translate(self.context))
         self._answers = {
             atom: z3.Bool(f"answer {index}", self.context) for index, atom in enumerate(atoms)
         }
