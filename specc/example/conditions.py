@@ -15,7 +15,7 @@ from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.example.values import Value, first_value, others
 from specc.expr.evaluate_builtins import compose, translation
 from specc.model import expr as m
-from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text
 
 MOST_WAYS = 60
 _OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
@@ -115,7 +115,9 @@ class Conditions:
             return [time for time in near if HOLDS[op](time, other)]
         if isinstance(other, (int, float)):
             return self._thresholds.below_or_above(op, other, whole=isinstance(kind, Int))
-        return (other,) if op == "==" else (_OTHER_TEXT,)
+        if isinstance(kind, Text):
+            return (other,) if op == "==" else (_OTHER_TEXT,)
+        return (other,) if op == "==" else others(other, kind)
 
     def _among(self, expr: m.Among, wanted: bool, at: Situation) -> Ways:
         assert isinstance(expr.item.type, Enum)  # typing guarantees it

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from specc.model import expr as m
-from specc.model.types import Bool, Pose, Real, Spatial, Vector
+from specc.model.types import Bool, Pose, Real, Spatial, Type, Vector
 
 
 def runnable(expr: m.Expr) -> m.Expr:
@@ -19,9 +19,15 @@ def runnable(expr: m.Expr) -> m.Expr:
         elif isinstance(part, tuple):
             changed[name] = tuple(runnable(p) if isinstance(p, m.Node) else p for p in part)  # type: ignore[arg-type]  # as above
     same = replace(expr, **changed)
-    if isinstance(same, m.Compare) and isinstance(same.left.type, (Pose, Spatial, Vector)):
+    if isinstance(same, m.Compare) and _is_array(same.left.type):
         return _near(same)
     return same
+
+
+def _is_array(type_: Type) -> bool:
+    return isinstance(type_, (Pose, Spatial)) or (
+        isinstance(type_, Vector) and isinstance(type_.element, Real)
+    )
 
 
 def _near(compared: m.Compare) -> m.Expr:

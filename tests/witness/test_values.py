@@ -57,6 +57,7 @@ OVERLAPS = {
     "an operator of an operator": ("SIZE(x.c.items) > 3", "IS_SAFE(SIZE(x.c.items))"),
     "some and all": ("any(m == s for m in x.c.modes)", "any(m == c for m in x.c.modes)"),
     "components": ("x.c.modes[0] == s", "x.c.modes[2] in {u, c}"),
+    "vectors of members": ("x.c.modes == [u, c, x.c.modes[0]]", "x.c.modes != [u, u, u]"),
     "lists": ("len(x.c.items) > 1", "all(i.mode == s and i.d > 2[m] for i in x.c.items)"),
     "poses": ("near(x.c.X, WHERE(1), 0.1[m], 0.1[rad])", "not near(x.c.X, WHERE(2), 1[m], 1[rad])"),
     "memory": ("n > 2", "n < 6"),
