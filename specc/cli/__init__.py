@@ -1,5 +1,8 @@
 """The `specc` command."""
 
-from specc.cli.main import main
+from specc.cli.interruption import loading
+
+with loading():
+    from specc.cli.main import main
 
 __all__ = ["main"]

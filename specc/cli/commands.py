@@ -29,7 +29,12 @@ def validate(options: Namespace) -> int:
     from specc.cli import inspect
 
     look = inspect.inspect_and_mend if options.fix else inspect.inspect_all
-    return _publish(look(options.specs, _overrides(options)), options.format)
+    try:
+        found = look(options.specs, _overrides(options))
+    except inspect.InspectionInterrupted as interrupted:
+        _publish(interrupted.report, options.format)
+        raise
+    return _publish(found, options.format)
 
 
 def build(options: Namespace) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from specc.cli.interruption import held
 from specc.cli.rewrite import refusal
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
@@ -33,6 +34,14 @@ class Outcome:
     read: frozenset[str]
 
 
+class InspectionInterrupted(KeyboardInterrupt):
+    """Ctrl-C, with the report about the files that were done."""
+
+    def __init__(self, report: Report) -> None:
+        super().__init__()
+        self.report = report
+
+
 def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
     """Like `inspect_all`, after the repairs that findings carry were made in the files named."""
     from specc.cli.mend import ROUNDS, mend, report_left
@@ -52,18 +61,37 @@ def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
 
 
 def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
-    """The report about everything that the arguments mean, each file once."""
+    """The report about everything that the arguments mean, each file once.
+
+    Raises:
+        InspectionInterrupted: by Ctrl-C.
+    """
     meant = targets(arguments)
-    outcomes = _outcomes(meant.systems, overrides)
-    read = frozenset().union(*(outcome.read for outcome in outcomes))
-    alone = [path for path in meant.parts if os.path.realpath(path) not in read]
-    outcomes += _outcomes(alone, overrides)
+    outcomes: list[Outcome] = []
+    faults = resolve(meant.faults, Sources())
+    try:
+        _inspect_into(outcomes, meant.systems, overrides)
+        read = frozenset().union(*(outcome.read for outcome in outcomes))
+        alone = [path for path in meant.parts if os.path.realpath(path) not in read]
+        _inspect_into(outcomes, alone, overrides)
+    except KeyboardInterrupt:
+        done = [outcome.path for outcome in outcomes]
+        if not done:
+            raise
+        raise InspectionInterrupted(_summed(faults, outcomes, done, whole=False)) from None
+    return _summed(faults, outcomes, [*meant.systems, *meant.parts], whole=True)
+
+
+def _summed(
+    faults: list[Finding], outcomes: Sequence[Outcome], paths: Sequence[str], whole: bool
+) -> Report:
+    """The report about all outcomes; if some are missing, what they might use is not judged."""
     used = frozenset().union(*(outcome.used for outcome in outcomes))
-    findings = resolve(meant.faults, Sources())
+    findings = list(faults)
     for outcome in outcomes:
-        findings += [item for item in outcome.findings if not _used_elsewhere(item, used)]
-    whole = report(findings, [*meant.systems, *meant.parts])
-    return replace(whole, ignored=sum(outcome.ignored for outcome in outcomes))
+        findings += [item for item in outcome.findings if not _used_elsewhere(item, used, whole)]
+    ignored = sum(outcome.ignored for outcome in outcomes)
+    return replace(report(findings, paths), ignored=ignored)
 
 
 def inspect(path: str, overrides: Overrides) -> Outcome:
@@ -94,27 +122,43 @@ def _judged(
     return known, found.diagnostics, judge(diagnostics, known, overrides.over(found.settings))
 
 
-def _outcomes(paths: Sequence[str], overrides: Overrides) -> list[Outcome]:
+def _inspect_into(outcomes: list[Outcome], paths: Sequence[str], overrides: Overrides) -> None:
+    """Add the outcomes of files, in their order; those that are done also if interrupted."""
     job = partial(inspect, overrides=overrides)
     workers = min(len(paths), len(os.sched_getaffinity(0)))
     if len(paths) < PARALLEL_FROM or workers < 2:
-        return [job(path) for path in paths]
-    return _in_processes(job, paths, workers)
+        for path in paths:
+            outcomes.append(job(path))
+    else:
+        _in_processes(outcomes, job, paths, workers)
 
 
-def _in_processes(job: partial[Outcome], paths: Sequence[str], workers: int) -> list[Outcome]:
+def _in_processes(
+    outcomes: list[Outcome], job: partial[Outcome], paths: Sequence[str], workers: int
+) -> None:
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
     # What is imported before the fork is shared; every other way each process imports it again.
     from specc import pipeline  # noqa: F401  # imported for the processes that inherit it
 
-    context = multiprocessing.get_context("fork")
-    chunk = max(1, len(paths) // (4 * workers))
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        return list(pool.map(job, paths, chunksize=chunk))
+    found: list[Outcome] = []
+    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("fork"))
+    with pool:
+        with held():
+            jobs = [pool.submit(job, path) for path in paths]
+        try:
+            found = [one.result() for one in jobs]
+        except KeyboardInterrupt:
+            found = [one.result() for one in jobs if one.done() and one.exception() is None]
+            for process in multiprocessing.active_children():
+                process.terminate()
+            pool.shutdown(cancel_futures=True)
+            raise
+        finally:
+            outcomes += found
 
 
-def _used_elsewhere(item: Finding, used: Iterable[Place]) -> bool:
-    """Whether a comment that was of no use here was so for another specification."""
-    return item.diagnostic.code == "W0901" and item.diagnostic.primary in used
+def _used_elsewhere(item: Finding, used: Iterable[Place], whole: bool) -> bool:
+    """Whether a comment that was of no use here was so, or may be, for another specification."""
+    return item.diagnostic.code == "W0901" and (not whole or item.diagnostic.primary in used)

@@ -12,14 +12,14 @@ import sys
 from collections.abc import Sequence
 
 from specc import __version__
-from specc.cli import streams
+from specc.cli import interruption, streams
 from specc.cli.ages import add_ages
 from specc.cli.differing import add_diff
 from specc.cli.importing import add_import
 from specc.cli.witness import add_witness
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
-UNWRITTEN, FAULT, INTERRUPTED, BROKEN_PIPE = 2, 70, 130, 141
+UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,14 +28,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: the arguments are wrong, ask for help, or the runtime ended the process.
     """
-    streams.prepare()
+    whole_process = arguments is None
+    if whole_process:
+        interruption.raise_again()
     try:
+        return _guarded(arguments)
+    except KeyboardInterrupt:
+        if whole_process:
+            interruption.no_more()
+        streams.say(interruption.MESSAGE)
+        return interruption.INTERRUPTED
+    finally:
+        if whole_process:
+            interruption.no_more()
+
+
+def _guarded(arguments: Sequence[str] | None) -> int:
+    """The exit code; faults become messages."""
+    try:
+        streams.prepare()
         code = _dispatch(_parsed(arguments))
         sys.stdout.flush()
         sys.stderr.flush()
-    except KeyboardInterrupt:
-        streams.say("specc: interrupted")
-        return INTERRUPTED
     except BrokenPipeError:
         streams.abandon(sys.stdout)
         streams.abandon(sys.stderr)

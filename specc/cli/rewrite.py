@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from specc.cli.interruption import held
 from specc.diagnostics import Diagnostic
 from specc.source import Place
 
@@ -18,7 +19,8 @@ def rewrite(path: str, text: str) -> None:
         OSError: the system refuses, or nobody may write the file; it is as it was.
     """
     try:
-        _rewrite(Path(os.path.realpath(path)), text.encode())
+        with held():
+            _rewrite(Path(os.path.realpath(path)), text.encode())
     except OSError as error:
         # Not the name of the new file beside it, which nobody knows.
         raise OSError(error.errno, error.strerror, path) from error
@@ -30,7 +32,7 @@ def create(path: str, text: str) -> None:
     Raises:
         OSError: the system refuses, or there is something at the path.
     """
-    with open(path, "xb") as file:
+    with held(), open(path, "xb") as file:
         try:
             file.write(text.encode())
             file.flush()

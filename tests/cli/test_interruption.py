@@ -1,0 +1,118 @@
+"""Ctrl-C at any time: exit code 130, one line, and every file as it was or as it was to be."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from specc.fmt import formatted
+
+GOOD = """specc: 1
+system: alone
+title: Counts
+agents:
+  counter:
+    control:
+      rate: 10 Hz
+      y: {listener: {n: int}}
+      memory: {k: {type: int, init: 0}}
+      functions: {count: {k: k + 1, y.listener.n: k}}
+      behaviours: {count: {functions: [count], terminal: never}}
+      states: {S0: count}
+      initial_state: S0
+  listener:
+    control:
+      rate: 10 Hz
+      x: {counter: {n: int}}
+      memory: {last: {type: int, init: 0}}
+      functions: {listen: {last: x.counter.n if present(x.counter.n) else last}}
+      behaviours: {listen: {functions: [listen], terminal: never}}
+      states: {S0: listen}
+      initial_state: S0
+"""
+CLEAN = "1 file checked: 0 errors, 0 warnings\n"
+WRONG = GOOD.replace("specc: 1", "specc: 1\nwrong: 1", 1)
+LINE = "specc: interrupted\n"
+# From the first import of the command on: what Python does before is not ours.
+START = """
+import os, sys
+def told(event, args, open_=[True]):
+    if open_ and event == "import" and args[0] == "specc.cli.main":
+        open_.clear()
+        os.write(1, b"up\\n")
+sys.addaudithook(told)
+from specc.cli import main
+sys.exit(main())
+"""
+FEW_MS = [0, 2, 5, 10, 20, 35, 50, 80, 120, 180, 250, 350, 500]
+
+
+def interrupted(arguments: list[str], where: Path, delay_ms: float) -> tuple[int, str, str]:
+    """Exit code and outputs of the command after SIGINT to its whole group, as a terminal does."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", START, *arguments],
+        cwd=where,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "up\n"
+    time.sleep(delay_ms / 1000)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    return process.returncode, out, err
+
+
+@pytest.mark.parametrize("delay_ms", FEW_MS)
+def test_one_line_at_most(tmp_path: Path, delay_ms: float) -> None:
+    (tmp_path / "a.yaml").write_text(GOOD)
+    code, _, err = interrupted(["validate", "a.yaml"], tmp_path, delay_ms)
+    assert (code, err) in ((130, LINE), (0, CLEAN), (130, CLEAN + LINE))
+
+
+def test_an_interrupt_while_loading_is_one_line(tmp_path: Path) -> None:
+    assert interrupted(["explain"], tmp_path, 0) == (130, "", LINE)
+
+
+@pytest.mark.parametrize("delay_ms", [60, 130, 200, 300, 450, 700])
+def test_formatted_files_stay_whole(tmp_path: Path, delay_ms: float) -> None:
+    odd = GOOD.replace("specc: 1", "specc:    1", 1)
+    new = formatted(odd)
+    files = [tmp_path / f"{number:02}.yaml" for number in range(40)]
+    for file in files:
+        file.write_text(odd)
+    code, _, err = interrupted(["fmt", "."], tmp_path, delay_ms)
+    assert (code, err) == (130, LINE) or (code == 0 and "40 of 40" in err)
+    assert sorted(tmp_path.iterdir()) == files
+    texts = [file.read_text() for file in files]
+    done = texts.count(new)
+    assert texts == [new] * done + [odd] * (len(files) - done)
+
+
+@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="nothing runs side by side")
+def test_what_was_found_side_by_side_is_told(tmp_path: Path) -> None:
+    count = 300
+    for number in range(count):
+        (tmp_path / f"{number:03}.yaml").write_text(WRONG)
+    # How fast files are checked differs; once in a while some are done and some are not.
+    for delay_ms in range(300, 3000, 100):
+        code, _, err = interrupted(["validate", "."], tmp_path, delay_ms)
+        if code != 130:
+            break
+        assert err.endswith(LINE)
+        assert "Traceback" not in err
+        summary = re.search(r"^(\d+) files? checked: (\d+) errors?", err, re.MULTILINE)
+        told = summary.groups() if summary else ("0", "0")
+        assert told[0] == told[1] == str(err.count("error["))
+        if 0 < int(told[0]) < count:
+            return
+    raise AssertionError("never were some files done and some not")
