@@ -12,7 +12,7 @@ from specc.facts.guarding import Guarding, sorted_
 from specc.facts.needs import Need, Needs, negation, with_items
 from specc.facts.places import text_place
 from specc.facts.references import expressions
-from specc.model.expr import Expr, Sure, walk
+from specc.model.expr import Expr, Sure, Truth, walk
 from specc.model.fsm import Condition, State
 from specc.model.system import Subsystem, System
 from specc.model.types import OptionalOf
@@ -29,7 +29,7 @@ class _Use:
     key: str
     what: str
     known: tuple[Expr, ...] = ()
-    state: str = ""
+    state: State | None = None
     moment: Moment = "start"
 
 
@@ -43,7 +43,8 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
 def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
     needs, told = Needs(subsystem), set[Place]()
     prover = facts.strict_prover(subsystem)
-    for use in _uses(subsystem, facts, needs):
+    guarding = _guarding(subsystem, facts, needs)
+    for use in _uses(subsystem, guarding):
         for need in needs.of(use.expr):
             place = _place(need, use)
             context = (*use.known, *need.guards)
@@ -51,10 +52,11 @@ def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
                 continue
             if not prover.implies(with_items(context), need.fact, use.moment):
                 told.add(place)
-                yield _finding(need, use, place)
+                yield _finding(need, use, place, guarding)
 
 
-def _uses(subsystem: Subsystem, facts: Facts, needs: Needs) -> Iterator[_Use]:
+def _guarding(subsystem: Subsystem, facts: Facts, needs: Needs) -> Guarding:
+    """What is known in the states of a subsystem of all that its expressions need."""
     prover = facts.strict_prover(subsystem)
     wanted = {n.fact for e in expressions(subsystem) for n in needs.of(e)}
 
@@ -62,7 +64,10 @@ def _uses(subsystem: Subsystem, facts: Facts, needs: Needs) -> Iterator[_Use]:
         return prover.implies(with_items(context), fact) is True
 
     rows = [step.row for step in facts.steps(subsystem)]
-    guarding = Guarding(subsystem, frozenset(wanted), implies, rows)
+    return Guarding(subsystem, frozenset(wanted), implies, rows)
+
+
+def _uses(subsystem: Subsystem, guarding: Guarding) -> Iterator[_Use]:
     for memory in subsystem.memory:
         yield _Use(memory.init, memory.place, "init", f"memory element `{memory.name}`")
     for index, axiom in enumerate(subsystem.axioms):
@@ -73,7 +78,7 @@ def _uses(subsystem: Subsystem, facts: Facts, needs: Needs) -> Iterator[_Use]:
         for function in state.behaviour.functions:
             for item in function.assignments:
                 what = f"function `{function.name}`"
-                yield _Use(item.value, item.place, "is", what, known, state.name, moment)
+                yield _Use(item.value, item.place, "is", what, known, state, moment)
         yield from _conditions(state, subsystem, guarding)
 
 
@@ -85,7 +90,7 @@ def _conditions(state: State, subsystem: Subsystem, guarding: Guarding) -> Itera
     def use(condition: Condition, *before: Expr) -> _Use:
         what = f"condition `{condition.name}`"
         asked = (*known, *before)
-        return _Use(condition.when, condition.place, "when", what, asked, state.name, "conditions")
+        return _Use(condition.when, condition.place, "when", what, asked, state, "conditions")
 
     yield use(error)
     going = negation(error.when)
@@ -106,18 +111,18 @@ def _place(need: Need, use: _Use) -> Place:
     return text_place(use.part, use.key, need.sure)
 
 
-def _finding(need: Need, use: _Use, place: Place) -> Diagnostic:
+def _finding(need: Need, use: _Use, place: Place, guarding: Guarding) -> Diagnostic:
     text = show(need.sure.value)
     optional = isinstance(need.sure.value.type, OptionalOf)
     lacking = "may be None" if optional else "may be empty"
-    where = f" in state `{use.state}`" if use.state else ""
+    where = f" in state `{use.state.name}`" if use.state else ""
     related: tuple[Related, ...] = ()
     if need.let is not None:
         related = (Related(use.part, f"{use.what} refers to it{where}"),)
     test = show(need.fact) if optional else f"len({text}) > 0"
-    enter = f"enter `{use.state}` only by rows whose conditions imply `{test}`, or " * bool(
-        use.state
-    )
+    enter = ""
+    if use.state and _tells(need.fact, use.state, use.moment, guarding):
+        enter = f"enter `{use.state.name}` only by rows whose conditions imply `{test}`, or "
     return Diagnostic(
         "E0705",
         f"`{text}` {lacking}{where}, where {use.what} takes it for granted",
@@ -126,3 +131,12 @@ def _finding(need: Need, use: _Use, place: Place) -> Diagnostic:
         related,
         f"{enter}write `... if {test} else ...`",
     )
+
+
+def _tells(fact: Expr, state: State, moment: Moment, guarding: Guarding) -> bool:
+    """Whether tests on the ways into a state would say enough of a value that it uses."""
+    if state.name == guarding.subsystem.initial_state:
+        return False
+    terminal = state.behaviour.terminal.when
+    once = isinstance(terminal, Truth) and terminal.value
+    return guarding.outlives(fact, state) or (moment == "functions" and once)

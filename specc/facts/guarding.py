@@ -45,7 +45,7 @@ class Guarding:
 
     def in_conditions(self, state: State) -> Known:
         """Facts that hold when the conditions that end a state are asked."""
-        lasting = {fact for fact in self._in_functions[state.name] if self._outlives(fact, state)}
+        lasting = {fact for fact in self._in_functions[state.name] if self.outlives(fact, state)}
         return frozenset(lasting) | self._made(state)
 
     def ended(self, state: State, cause: Cause) -> tuple[Expr, ...]:
@@ -97,7 +97,8 @@ class Guarding:
         told = (*conditions, *sorted_(known))
         return frozenset(f for f in facts if f in known or self.implies(told, f))
 
-    def _outlives(self, fact: Expr, state: State) -> bool:
+    def outlives(self, fact: Expr, state: State) -> bool:
+        """Whether what is true when a state is entered is so in all its periods."""
         sources = self._needs.sources(fact)
         return sources.lasts and not sources.memory & set(_written(state))
 

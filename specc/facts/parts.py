@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from specc.expr import RESERVED
 from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.system import Let, Memory, Subsystem
@@ -21,6 +22,9 @@ class Parts:
         self._started |= {_label(row.condition) for row in subsystem.transitions}
         self._started |= {label for axiom in subsystem.axioms for label in _read(axiom.that)}
         self._started |= {f"memory element {name}" for name in watched}
+        # Nothing can name these in an expression, which is an error of its own.
+        readable = [p for p in self.known.values() if isinstance(p, Let | Memory)]
+        self._started |= {_label(part) for part in readable if part.name in RESERVED}
 
     def unused(self) -> list[str]:
         """The parts that no other one names, in the order of their kinds and of the file."""
