@@ -104,7 +104,11 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     close = nearest(ctx.quote(node), enum.members)
     help = f"did you mean {one_of(close)}?" if close else f"members are {listed(enum.members)}"
     name = ctx.quote(node)
-    raise ctx.error(node, f"`{name}` is no member of `{enum}`", help, "E0320").meant(name, close)
+    error = ctx.error(node, f"`{name}` is no member of `{enum}`", help, "E0320").meant(name, close)
+    if isinstance(node, ast.Name):
+        message = f"member `{name}` of `{enum}` is not there yet"
+        raise error.not_there(message, "add it to the type", name, close)
+    raise error
 
 
 def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
