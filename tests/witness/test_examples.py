@@ -178,6 +178,31 @@ def test_how_examples_are_said(one: str, two: str, text: str, tmp_path: Path) ->
     assert example_of(spec(tmp_path, one, two)) == text
 
 
+def example_in(case: str, code: str, old: str, new: str, tmp_path: Path) -> str:
+    """The example of the finding in a case with other text."""
+    path = tmp_path / "case.yaml"
+    path.write_text((SMALL / "machines" / case).read_text("utf-8").replace(old, new), "utf-8")
+    (finding,) = [d for d in compile_spec(str(path)).diagnostics if d.code == code]
+    return finding.example
+
+
+def test_what_is_not_a_number_is_said(tmp_path: Path) -> None:
+    case = "W0616-unused-component.yaml"
+    text = example_in(case, "W0616", "fresh(x.c.go)", "x.c.d > 3", tmp_path)
+    assert text == "`k` = [0, NaN], `x.c.d` = 5"
+
+
+def test_when_a_cause_without_rows_occurs_is_said(tmp_path: Path) -> None:
+    case = "E0603-no-row-for-an-error.yaml"
+    assert example_in(case, "E0603", "elapsed > 2", "elapsed > 3", tmp_path) == "`elapsed` = 3.1 s"
+
+
+def test_what_is_unknown_does_not_matter(tmp_path: Path) -> None:
+    """The first condition is refused, and so may or may not hold."""
+    unknown = spec(tmp_path, "x.c.d > 2 or x.c.nothing", "x.c.d > 1 and n < 3")
+    assert example_of(unknown) == "`x.c.d` = 3, `n` = 0"
+
+
 def test_patience_ends_and_is_shared() -> None:
     whole = Patience(3)
     with whole.some(2) as part:
