@@ -81,6 +81,13 @@ def test_diagnostics_follow_the_text(client: Client, folder: Path) -> None:
     assert codes(client.diagnostics(uri)) == set()
 
 
+def test_values_that_show_a_refutation_are_in_the_message(client: Client, folder: Path) -> None:
+    case = ROOT / "tests/cases/machines/E0602-thresholds.yaml"
+    uri = client.open(folder / "case.yaml", case.read_text("utf-8"))
+    (found,) = [d for d in client.diagnostics(uri) if d["code"] == "E0602"]
+    assert "\nfor example: `x.c.d` = 1.5\n" in found["message"]
+
+
 def test_columns_are_utf_16(client: Client, folder: Path) -> None:
     text = SYSTEM.replace('"end-effector 🦾"}', '"🦾🦾", H: 1}')
     uri = client.open(folder / "arm.yaml", text)
