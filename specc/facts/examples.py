@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from specc.example.leaves import says_all
 from specc.facts.facts import Facts
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
@@ -21,7 +22,12 @@ class Examples:
         self._facts = facts
 
     def text(self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness) -> str:
-        """Values of an example of a witness about rows, in words; empty if none were found."""
+        """Values of an example of a witness about rows, in words.
+
+        Empty if none were found, or if the answers of the witness are all there is to say.
+        """
+        if all(says_all(asked) for asked, _ in witness.answers):
+            return ""
         found = self._finder.find(subsystem, state, cause, witness)
         return found.text if found else ""
 
