@@ -129,7 +129,10 @@ class AgentResolver:
             described, here = used.file.spec.subsystem, used.file.top["subsystem"]
             inside = Setting(used.file, used.definitions, used.given)
         neighbours = Neighbours(name, kind, around, self.names, self.findings)
-        devices = neighbours.missing_devices(definition, where)
+        device_user, at_uses = (described, here) if definition.uses is None else (definition, where)
+        if definition.uses is None and described.uses is not None and kind != "control":
+            peers = peers_of_virtual(agent, name, kind, described, around)
+        devices = neighbours.missing_devices(device_user, at_uses)
         missing = neighbours.missing_peers(described, here, peers, devices)
         # An end that is not there yet may be anything, as one with errors may.
         absent = {peer: f"{agent}.{peer}" for peer in missing}

@@ -147,7 +147,8 @@ class Findings:
             for index, earlier in enumerate(self.diagnostics):
                 if _same_part(found, earlier):
                     more = (Related(found.primary, "needed here as well"),)
-                    if len(earlier.related) < _MOST_RELATED:
+                    known = {earlier.primary, *(other.place for other in earlier.related)}
+                    if len(earlier.related) < _MOST_RELATED and found.primary not in known:
                         self.diagnostics[index] = replace(earlier, related=earlier.related + more)
                     self.withheld += 1
                     return
@@ -179,7 +180,19 @@ def _same_part(one: Diagnostic, other: Diagnostic) -> bool:
     """Whether two findings miss one part, of one subsystem or of the whole file."""
     here, there = one.primary, other.primary
     same = (one.code, one.message, here.file) == (other.code, other.message, there.file)
-    return same and here.route[:4] == there.route[:4]
+    of_file = one.message.startswith(_OF_A_FILE)
+    return same and (of_file or _owner(here.route) == _owner(there.route))
+
+
+_OF_A_FILE = ("frame ", "type ", "field ", "member ", "operator ")
+"""How findings begin that miss what is one for a whole file."""
+
+
+def _owner(route: Route) -> Route:
+    """The subsystem that a route leads into, or the section of the file."""
+    above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
+    depth = 1 if not above or route[above : above + 1] == ("control",) else 2
+    return route[: above + depth]
 
 
 def rename(place: Place, name: str) -> Fix | None:

@@ -48,25 +48,28 @@ class Neighbours:
     findings: Findings
 
     def missing_devices(self, definition: SubsystemDef, where: Where) -> list[str]:
-        """Devices that a subsystem uses and that are not there yet, after reporting.
-
-        What is no device of its kind is reported as well.
-        """
+        """Devices that a subsystem uses and that are not there or not for it, after reporting."""
         own, others = self.around.real_effectors, self.around.real_receptors
         word, other = "effector", "receptor"
         if self.kind == "virtual_receptor":
             own, others, word, other = others, own, other, word
-        found = []
+        found: list[str] = []
+        if self.kind == "control" and definition.uses is not None:
+            message = "a control subsystem works with no devices itself"
+            hint = "name them under `uses:` of a virtual effector or receptor"
+            self.findings.report("E0401", message, where["uses"].key, help=hint)
+            return found
         for index, name in enumerate(definition.uses or ()):
             place = where["uses"][index].place
-            if name in own or self.kind == "control":
+            if name in own:
                 continue
             if name in others:
                 message = f"`{name}` is a real {other}, which a virtual {word} does not work with"
                 hint = f"let a virtual {other} use it"
                 self.findings.report("E0401", message, place, help=hint)
-            elif self.findings.unknown("E0218", f"real {word}", name, own, place):
-                found.append(name)
+            else:
+                self.findings.unknown("E0218", f"real {word}", name, own, place)
+            found.append(name)
         return found
 
     def missing_peers(
@@ -76,7 +79,7 @@ class Neighbours:
         peers: Mapping[str, str],
         devices: Collection[str],
     ) -> Iterator[str]:
-        """Peers that are not there yet, after reporting; `devices` that miss are reported already.
+        """Peers that are not there yet, after reporting; of `devices` this is done already.
 
         Peers that may not be talked to are reported as well.
         """
