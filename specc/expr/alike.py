@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from functools import partial
 
 from specc.expr.context import Context
-from specc.expr.errors import ExprError
+from specc.expr.errors import ExprError, one_of
 from specc.expr.mismatch import scalar_unit
 from specc.expr.parse import span
 from specc.expr.scope import Scope
-from specc.model.expr import Expr, Number
+from specc.model.expr import Expr, Number, TextLiteral
 from specc.model.types import Enum, Pose, Real, Spatial, Type
 
 Side = tuple[ast.expr, Expr]
@@ -87,9 +87,17 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
         help = _unit_help(ctx, left, b) or _unit_help(ctx, right, a)
     elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
         code, help = "E0312", "express both in the same frames first"
+    else:
+        help = _member_help(left[1], b) or _member_help(right[1], a)
     start, end = span(left[0])[0], span(right[0])[1]
     error = ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
     return error.because(ctx.origins(left[1], right[1]))
+
+
+def _member_help(side: Expr, other: Type) -> str:
+    if isinstance(side, TextLiteral) and isinstance(other, Enum):
+        return f"members are written without quotes: {one_of(other.members)}"
+    return ""
 
 
 def _unit_help(ctx: Context, side: Side, other: Type) -> str:

@@ -15,7 +15,7 @@ from specc.lsp.project import Analysis
 from specc.lsp.symbols import node_at
 from specc.source import Node, Place, Route, SourceFile
 
-_NO_ROW_APPLIES, _NO_ROW = "E0601", "E0603"
+_NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET = "E0601", "E0603", "O0605"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ def actions(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
         changes = _fixed(analysis, diagnostic.fix)
         if changes:
             yield Action(_sentence(diagnostic.fix.title), diagnostic, changes, preferred=True)
-    if diagnostic.code in (_NO_ROW_APPLIES, _NO_ROW):
+    if diagnostic.code in (_NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET):
         yield from _rows(analysis, diagnostic)
 
 
@@ -62,7 +62,7 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
     """A row for each cause that the table forgets; where it leads is for somebody to edit."""
     for decided in analysis.proofs.facts.decided() if analysis.proofs else ():
         rows = decided.verdict.rows
-        wanted = diagnostic.code == (_NO_ROW_APPLIES if rows else _NO_ROW)
+        wanted = diagnostic.code in ((_NO_ROW_APPLIES,) if rows else (_NO_ROW, _NO_ROW_YET))
         decision = decided.verdict.decision
         open_ = decision.gap if rows else decision.possible
         if decided.state.place == diagnostic.primary and wanted and open_:

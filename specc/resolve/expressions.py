@@ -129,6 +129,7 @@ class Expressions:
 _ELEMENT = re.compile(r"\bx(?:\s*\.\s*\w+){1,2}$")
 # A Fraction of `1e999999999` is computed digit by digit.
 _NUMBER = re.compile(r"\d{1,12}(?:\.\d{0,12}|/\d{1,12})?(?:[eE][+-]?\d{1,2})?", re.ASCII)
+_RATE_SLIP = re.compile(r"(\d{1,12}(?:\.\d{1,12})?)\s*(?:hz)?", re.ASCII | re.IGNORECASE)
 
 
 def _fraction(text: str) -> Fraction:
@@ -150,10 +151,12 @@ def rate_of(text: str, where: Where, findings: Findings) -> Fraction | None:
         return scaled
     if unit and unit.same_kind(parse_unit("s")) and scaled > 0:
         return 1 / scaled
+    plain = _RATE_SLIP.fullmatch(text.strip())
+    meant = f"`{plain[1]} Hz`" if plain and float(plain[1]) > 0 else "`500 Hz`"
     findings.report(
         "E0106",
         f"`{text}` is not a rate",
         where.place,
-        help="write periods per second, e.g. `500 Hz`, or the period, e.g. `10 ms`",
+        help=f"write periods per second, e.g. {meant}, or the period, e.g. `10 ms`",
     )
     return None

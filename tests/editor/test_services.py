@@ -89,6 +89,18 @@ def test_inserts_the_row_of_a_cause_without_any(tmp_path: Path) -> None:
     assert "E0603" not in codes(project, system, mended)
 
 
+def test_inserts_the_first_row_of_a_state(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    row = "          - {from: S1, cause: terminal, when: always, to: S0}\n"
+    assert row in SYSTEM
+    text = SYSTEM.replace(row, "")
+    assert "O0605" in codes(project, system, text)
+    (action,) = offered(project, system, text, "idle, S1|: motion")
+    mended = edited(text, action)
+    assert "- [S1, terminal, always, S1]" in mended
+    assert "O0605" not in codes(project, system, mended)
+
+
 def test_inserts_into_a_table_on_one_line(tmp_path: Path) -> None:
     project, _, library = opened(tmp_path)
     text = Path(library).read_text().replace(", [S0, terminal, still, S0]]", "]")
