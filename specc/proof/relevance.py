@@ -29,23 +29,42 @@ def related(
 
     A constant is connected with everything.
     """
-    reached = set(things(seeds))
-    left = [(part, things((part,))) for part in parts]
-    found = [part for part, names in left if not names]
-    while True:
-        near = [(part, names) for part, names in left if names & reached]
-        if not near:
-            return found
-        left = [item for item in left if item not in near]
-        for part, names in near:
-            found.append(part)
-            reached |= names
+    places = _Places(things((part,)) for part in parts)
+    return [parts[place] for place in places.taken(things(seeds))]
 
 
 def components(parts: Sequence[Formula], things: Things = variables_of) -> Iterator[list[Formula]]:
     """The parts in groups that have nothing to do with each other."""
-    left = list(parts)
-    while left:
-        group = [left[0], *related(left[1:], left[:1], things)]
-        yield group
-        left = [part for part in left if part not in group]
+    places = _Places(things((part,)) for part in parts)
+    for place, part in enumerate(parts):
+        if place in places.left:
+            places.left.remove(place)
+            yield [part, *(parts[other] for other in places.taken(places.about[place]))]
+
+
+class _Places:
+    """Where parts stand in their sequence, found by what they are about; each is taken once."""
+
+    def __init__(self, about: Iterable[Set[object]]) -> None:
+        self.about = list(about)
+        self.left = set(range(len(self.about)))
+        self._constants = [place for place, names in enumerate(self.about) if not names]
+        self._found: dict[object, list[int]] = {}
+        for place, names in enumerate(self.about):
+            for name in names:
+                self._found.setdefault(name, []).append(place)
+
+    def taken(self, things: Set[object]) -> list[int]:
+        """The constants that are left, and then what is connected with some things."""
+        taken = [place for place in self._constants if place in self.left]
+        self._constants = []
+        self.left.difference_update(taken)
+        reached, open_ = set[object](), set(things)
+        while open_:
+            places = {place for thing in open_ for place in self._found.get(thing, ())}
+            near = sorted(places & self.left)
+            self.left.difference_update(near)
+            taken += near
+            reached |= open_
+            open_ = {thing for place in near for thing in self.about[place]} - reached
+        return taken
