@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,10 +10,9 @@ from specc.example.exact import runnable
 from specc.example.example import Example, Wanted, example
 from specc.example.freedom import Freedom
 from specc.example.patience import Patience
-from specc.example.search import Goal
 from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.example.values import Value, first_value
-from specc.facts.partial import is_vague, sure, unmet
+from specc.facts.goals import goals_of
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
@@ -37,64 +36,55 @@ class Finder:
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
         self._left = Patience(MOST_IN_ALL)
+        self._meanings: dict[str, Meaning] = {}
+        self._changing: dict[str, frozenset[str]] = {}
+        self._known: dict[object, Example | None] = {}
 
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
     ) -> Example | None:
-        """An example of a witness: no row applies, or those that it names and, best, no other."""
+        """An example of a witness: no row applies, or those that it names and, best, no other.
+
+        The same question of several states has one answer.
+        """
+        name = subsystem.qualified_name
+        if name not in self._meanings:
+            self._meanings[name] = Meaning(self._facts.system, _runnable_lets(subsystem))
+            self._changing[name] = frozenset(
+                a.name for b in subsystem.behaviours for a in b.assignments if not a.peer
+            )
+        about = tuple(expr for expr, _ in witness.answers)
+        every = tuple(Wanted(goals, about) for goals in goals_of(subsystem, state, cause, witness))
+        always = self._facts.connections.always_present(subsystem)
+        there = self._facts.presence(subsystem).in_conditions(state.name) | always
+        key = name, every, there
+        if key not in self._known:
+            freedom = Freedom(self._changing[name], True, True, frozenset(), there)
+            self._known[key] = self._searched(every, self._meanings[name], freedom)
+        return self._known[key]
+
+    def _searched(
+        self, every: Sequence[Wanted], meaning: Meaning, freedom: Freedom
+    ) -> Example | None:
         if self._left.left <= 0:
             return None
         self._left.spend(EACH)
-        seen = _seen(subsystem, state, cause, witness)
-        meaning = Meaning(self._facts.system, seen)
-        freedom = self._freedom(subsystem, state.name)
-        about = tuple(expr for expr, _ in witness.answers)
         most = MOST
-        for goals in _goals(seen, state.name, cause, witness):
-            size = 1 + sum(map(_size, (expr for expr, _ in goals))) // LARGE
+        for wanted in every:
+            size = 1 + sum(map(_size, (expr for expr, _ in wanted.goals))) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
                 start = _start(meaning, number)
                 with self._left.some(most // size) as patience:
-                    found = example(Wanted(goals, about), meaning, start, freedom, patience)
+                    found = example(wanted, meaning, start, freedom, patience)
                 if found:
                     return found
                 most = MOST_AGAIN
         return None
 
-    def _freedom(self, subsystem: Subsystem, state: str) -> Freedom:
-        changing = (a.name for b in subsystem.behaviours for a in b.assignments if not a.peer)
-        always = self._facts.connections.always_present(subsystem)
-        there = self._facts.presence(subsystem).in_conditions(state) | always
-        return Freedom(frozenset(changing), True, True, frozenset(), there)
 
-
-def _seen(subsystem: Subsystem, state: State, cause: Cause, witness: Witness) -> Subsystem:
-    """The subsystem without unknowns, as the witness takes it."""
-    if is_vague(subsystem, state, cause):
-        subsystem = (sure if witness.holding else unmet)(cause).of(subsystem)
+def _runnable_lets(subsystem: Subsystem) -> Subsystem:
     lets = (replace(let, value=runnable(let.value)) for let in subsystem.lets)
     return replace(subsystem, lets=tuple(lets))
-
-
-def _goals(
-    subsystem: Subsystem, state: str, cause: Cause, witness: Witness
-) -> Iterator[tuple[Goal, ...]]:
-    """The state ends by the cause, the assumptions hold, and of its rows those of the witness."""
-    behaviour = subsystem.state(state).behaviour
-    given = [(behaviour.error.when, cause == "error")]
-    if cause == "terminal":
-        given.append((behaviour.terminal.when, True))
-    given += [(axiom.that, True) for axiom in subsystem.axioms]
-    given += witness.answers
-    rows = [row.condition.when for _, row in subsystem.rows(state, cause)]
-    held = [(when, index in witness.holding) for index, when in enumerate(rows)]
-    yield _runnable([*given, *held])
-    if len(rows) > len(witness.holding) > 0:
-        yield _runnable([*given, *(goal for goal in held if goal[1])])
-
-
-def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
-    return tuple((runnable(condition), yes) for condition, yes in goals)
 
 
 def _size(expr: Expr) -> int:
