@@ -1,4 +1,4 @@
-"""Assumptions, which are watched from the first period on, read only what has a value then."""
+"""Assumptions, which are watched from the second period on, read only what has a value then."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 def absences(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
     """Inputs that assumptions read although they may have no value."""
-    present = facts.presence(subsystem).in_first_period
+    present = facts.presence(subsystem).in_later_periods
     for axiom in subsystem.axioms:
         for reading in facts.readings(subsystem).unguarded(axiom.that, present):
-            yield Absence(reading, axiom.place, "", "an assumption", "")
+            yield Absence(reading, axiom.place, "", "an assumption", "", "the second period")

@@ -12,6 +12,8 @@ from specc.facts.reading import Reading
 from specc.model.system import Subsystem
 from specc.source import Place
 
+FIRST_PERIOD = "the first period"
+
 
 @dataclass(frozen=True, slots=True)
 class Absence:
@@ -23,7 +25,14 @@ class Absence:
     what: str
     """The part in words."""
     state: str
-    """The state in which it happens; empty for the first period of all."""
+    """The state in which it happens; empty for a period of its own."""
+    period: str = FIRST_PERIOD
+    """Without a state: the first one in which it happens."""
+
+    @property
+    def where(self) -> str:
+        """When it happens, in words."""
+        return f"in state `{self.state}`" if self.state else f"in {self.period}"
 
     @property
     def place(self) -> Place:
@@ -58,10 +67,9 @@ def _finding(code: str, absence: Absence, subsystem: Subsystem, facts: Facts) ->
     declared = port.element(element) if port else None
     if declared is not None:
         related.append(Related(declared.place, "has no initial value"))
-    where = f"in state `{absence.state}`" if absence.state else "in the first period"
     return Diagnostic(
         code,
-        f"`{name}` may have no value {where}, where {absence.what} reads it",
+        f"`{name}` may have no value {absence.where}, where {absence.what} reads it",
         absence.place,
         _why(absence, subsystem, facts),
         tuple(related),
@@ -71,7 +79,8 @@ def _finding(code: str, absence: Absence, subsystem: Subsystem, facts: Facts) ->
 
 def _why(absence: Absence, subsystem: Subsystem, facts: Facts) -> str:
     if not absence.state:
-        return "nothing has been sent yet"
+        first = absence.period == FIRST_PERIOD
+        return "nothing has been sent yet" if first else "nothing need have been sent by then"
     way = facts.presence(subsystem).way_without(absence.state, absence.reading.name)
     if len(way) == 1:
         return f"nothing need have been sent when the system starts in `{way[0]}`"

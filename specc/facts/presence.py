@@ -31,6 +31,11 @@ class Presence:
         """In the first period of all."""
         return self.arrivals.close(self.arrivals.always)
 
+    @property
+    def in_later_periods(self) -> frozenset[InputName]:
+        """In every period but the first, in whatever state: those in which conditions are asked."""
+        return self.arrivals.close(self.arrivals.always | self.arrivals.later)
+
     def in_conditions(self, state: str) -> frozenset[InputName]:
         """In the conditions that end a state; they are first asked one period after it began."""
         return self.arrivals.close(self.in_functions[state] | self.arrivals.later)

@@ -108,9 +108,8 @@ def _of_absence(subsystem: Subsystem, facts: Facts) -> Iterator[Refutation]:
             name = absence.reading.name
             if (code, state, name) not in told:
                 told.add((code, state, name))
-                where = f"in state `{state}`" if absence.state else "in the first period"
                 input_ = f"`x.{name[0]}.{name[1]}`"
-                words = f"{input_} may have no value {where}, where {absence.what} reads it"
+                words = f"{input_} may have no value {absence.where}, where {absence.what} reads it"
                 yield Refutation(code, subsystem.qualified_name, state, None, words, absent=name)
 
 

@@ -57,8 +57,8 @@ CODES = (
     Code(
         "E0704",
         "assumption reads what may have no value",
-        "Assumptions are watched in every period, the first one included, so they read only what "
-        "has a value then.",
+        "Assumptions are watched in every period in which conditions are evaluated, all but the "
+        "first, so they read only what has a value from the second period on.",
         _ASSUME % "x.c.v < 5[rad/s]",
         _ASSUME % "not present(x.c.v) or x.c.v < 5[rad/s]",
         "subsystem",
@@ -71,8 +71,7 @@ CODES = (
         "entered only by rows whose conditions imply it, as long as its behaviour does not write "
         "what was tested.",
         _SPEEDS + "functions: {remember: {v_p: argmax(v for v in speeds)}}\n",
-        _SPEEDS
-        + "functions:\n"
+        _SPEEDS + "functions:\n"
         '  remember: {v_p: "argmax(v for v in speeds) if len(speeds) > 0 else v_p"}\n',
         "subsystem",
     ),
