@@ -123,6 +123,7 @@ class Phrases:
             "vector[2]": ["real"] * 2,
             "vector[2, Mode]": ["Mode"] * 2,
             "list[real[m]]": ["real[m]"] * self.rng.randrange(3),
+            "nonempty[real[m]]": ["real[m]"] * self.rng.randrange(1, 3),
         }
         if type_ == "wrench[E]":
             force, torque = f"{self.one(EIGHTHS)}[N]", f"{self.one(EIGHTHS)}[N*m]"
@@ -227,12 +228,13 @@ class Phrases:
 
     def largest(self) -> str:
         """The greatest or least item of a list, if it has any."""
-        named = self.name("list[real[m]]")
+        kept = self.name("nonempty[real[m]]")
+        named = kept or self.name("list[real[m]]")
         if not named or self.depth_of_loops:
             return ""
         kind, body = self.one(("argmax", "argmin")), self.one(("v", "abs(v)", "-v"))
         found = f"{kind}({body} for v in {named})"
-        if self.chance(self.trusting):
+        if kept or self.chance(self.trusting):
             return found
         return (
             f"({found} if {self.one(('len({}) > 0', 'len({}) != 0')).format(named)} else 0.25[m])"
@@ -285,6 +287,9 @@ class Phrases:
         limit = self.literal(type_, 0)
         if type_ == "real[s]" and self.scope.clock:
             left, limit = "elapsed", f"0.{self.rng.randrange(1, 4)}[s]"
+        if self.chance(20):
+            least = "0" if type_ == "int" else f"0{UNIT[type_]}"
+            return f"({least} {self.one(('<', '<='))} {left} {self.one(('<', '<='))} {limit})"
         if type_ == "int" and self.chance(30):
             op = self.one(("==", "!="))
         return f"({left} {op} {limit})"
@@ -333,7 +338,9 @@ class Phrases:
     def missing(self) -> str:
         """Whether something optional is there, and what it is."""
         mode, length = self.name("optional[Mode]"), self.name("optional[real[m]]")
-        ways = []
+        ways, found = [], self.largest()
+        if found:
+            ways += [f"({found} {self.one(('<', '>='))} 0.5[m])"] * 2
         if mode:
             ways += [f"({mode} is None)", f"({mode} is not None and {mode} == {self.one(MODES)})"]
         if length:

@@ -10,6 +10,7 @@ from typing import Any
 
 from tests.soundness.operators import SIGNATURES
 from tests.soundness.phrases import MODES, SIDES, TYPES, UNIT, Phrases, Scope
+from tests.soundness.reliance import Held
 
 PERIODS_MS = (10, 20, 30, 40, 50, 100)
 MORE_MEMORY = ("int", "real[m]", "Mode", "bool", "optional[real[m]]", "list[real[m]]")
@@ -176,6 +177,8 @@ class Machine:
         self.timeless = self._scope(clock=False)
         self.bold = bool(self.scope.absent) and self.rng.randrange(3) == 0
         """Whether behaviours but the first trust the rows to see to it that inputs have values."""
+        self.held = Held(self.rng) if self.rng.randrange(3) == 0 else None
+        """What behaviours but the first trust the rows to see to."""
         self.memory = self._memory()
         self.lets = self._lets()
 
@@ -236,9 +239,10 @@ class Machine:
             if inputs and self.rng.randrange(2):
                 init = self.rng.choice(inputs)
             found[f"k{index}"] = {"type": type_, "init": init}
-        for index, item in enumerate(found.values()):
+        found |= self.held.memory() if self.held else {}
+        for name, item in found.items():
             for scope in (self.scope, self.timeless):
-                scope.add(item["type"], f"k{index}")
+                scope.add(item["type"], name)
         asked = [text for text, _ in self.scope.inputs][:6]
         found["seen"] = {
             "type": f"vector[{2 * len(asked) + 1}, bool]",
@@ -261,7 +265,7 @@ class Machine:
     def _behaviours(self) -> tuple[Tree, Tree]:
         behaviours: Tree = {}
         functions: Tree = {"probe": self._probe()}
-        for index in range(self.rng.randrange(1 + self.bold, 4)):
+        for index in range(self.rng.randrange(1 + (self.bold or self.held is not None), 4)):
             targets: Tree = {}
             phrases = self._phrases(careless=60 if self.bold and index else 0)
             for peer, name, type_ in self.draft.outputs:
@@ -270,6 +274,10 @@ class Machine:
             for name, item in self.memory.items():
                 if name.startswith("k") and self.rng.randrange(100) < 50:
                     targets[name] = _bounded(item["type"], phrases.value(item["type"]))
+            if self.held and (index == 0 or self.rng.randrange(5) == 0):
+                targets["held"] = phrases.value(self.held.type)
+            if self.held and index:
+                targets |= self.held.targets()
             used = ["probe"]
             if targets:
                 functions[f"f{index}"] = targets
@@ -294,7 +302,7 @@ class Machine:
         way = self.rng.randrange(10)
         if self.bold and way < 5:
             return f"fresh({self.rng.choice(self.scope.absent)[0]})"
-        if way < 2:
+        if way < 2 + 3 * (self.held is not None):
             return "always"
         if way == 2:
             return "never"
@@ -320,8 +328,15 @@ class Machine:
                 continue
             ended = self.conditions.get(cause, {}).get(behaviour[cause], "")
             for text in self._partition(ended):
-                target = self.rng.choice(list(states))
+                target = self.rng.choice(self._targets(text, states))
                 yield [state, cause, self._named("initial", text), target]
+
+    def _targets(self, row: str, states: Tree) -> list[str]:
+        """States that a row may lead to: most of the time those that can rely on it."""
+        first = [state for state in states if states[state] == "b0"]
+        if self.held is None or self.held.is_asked(row):
+            return list(states)
+        return list(states) if self.rng.randrange(100) < 3 + self.author.trusting else first
 
     def _partition(self, ended: str) -> list[str]:
         """Conditions of which one holds whenever `ended` does, most of the time."""
@@ -330,6 +345,8 @@ class Machine:
             return [phrases.condition(1) for _ in range(rng.randrange(1, 4))]
         if self.bold and rng.randrange(10) < 7:
             return self._arrivals()
+        if self.held and rng.randrange(10) < 7:
+            return self.held.rows()
         way = rng.randrange(8)
         if way == 0:
             return ["always"]

@@ -48,7 +48,7 @@ def test_the_flagship_goes_through_most_of_its_states() -> None:
 
 def test_random_specifications(tmp_path: Path) -> None:
     findings = Findings()
-    for seed in range(10):
+    for seed in range(20):
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok and result.system is not None:
             tried(result, str(seed), 150, findings, odd=NASTY)
