@@ -100,8 +100,11 @@ def status(options: Namespace) -> int:
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         return _publish(report(resolve(result.diagnostics, result.sources), [options.spec]), "text")
-    shown = as_json if options.format == "json" else as_text
-    sys.stdout.write(shown(result.system.name, progress(result.system, result.diagnostics)))
+    name, found = result.system.name, progress(result.system, result.diagnostics)
+    as_asked = (
+        as_json(name, found) if options.format == "json" else as_text(name or options.spec, found)
+    )
+    sys.stdout.write(as_asked)
     return 0
 
 

@@ -129,7 +129,13 @@ def _parser() -> argparse.ArgumentParser:
     status.add_argument("--format", choices=("text", "json"), default="text")
 
     init = commands.add_parser("init", help="start a specification that runs at once")
-    init.add_argument("directory", metavar="DIRECTORY", nargs="?", default=".")
+    init.add_argument(
+        "directory",
+        metavar="DIRECTORY",
+        nargs="?",
+        default=".",
+        help="where the files go; made if need be (default: here)",
+    )
     init.add_argument(
         "--skeleton", metavar="NAME", default="joint", help="joint (default), sense-act, two-agents"
     )

@@ -117,7 +117,8 @@ def _diagnostic(item: _Error, file: str) -> Diagnostic:
     place = Place(file, item.route, "key" if item.where.is_key else "value")
     if item.expected is not None:
         message = f"expected {item.expected}, found {kind_of(item.value)}"
-        needed = needed_keys_of(item.where.wanted) if item.where.wanted else []
+        wanted = item.where.wanted if item.route else None
+        needed = needed_keys_of(wanted) if wanted else []
         hint = way_to(item.expected, item.value, needed)
         return Diagnostic("E0103", f"{_name(item.route)}{message}", place, help=hint)
     message, hint = invalid_value(item.type, item.message, item.context, item.value)

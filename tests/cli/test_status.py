@@ -71,6 +71,14 @@ def test_text_says_what_comes_next(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "  a.c, role: add e.g. `rate: 100 Hz`" in lines
 
 
+def test_a_part_is_called_by_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    part = tmp_path / "part.yaml"
+    part.write_text("specc: 1\nsubsystem:\n  title: a part\n")
+    assert main(["status", str(part)]) == 0
+    shown = capsys.readouterr().out
+    assert f"\n{part}  " in shown and f"  {part}, definitions: the file has no `system:`" in shown
+
+
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
     assert main(["status", str(tmp_path / "none.yaml")]) == 2
 

@@ -138,6 +138,16 @@ def test_a_way_out_is_written_for_what_stands_there() -> None:
     assert findings(rows="a, b")[0][-1].startswith("a list is written `[a, b]`")
 
 
+def test_a_file_that_is_no_mapping_is_told_what_one_is() -> None:
+    class Needy(Strict):
+        specc: int
+
+    with pytest.raises(ValidationError) as caught:
+        Needy.model_validate("<xml>")
+    (found,) = shape_diagnostics(caught.value, "a.yaml", Needy)
+    assert found.help.startswith("a mapping is written `{key: value}`")
+
+
 def test_a_mistyped_key_is_not_missing_as_well() -> None:
     assert [item[0] for item in findings(open={"m": {"tipe": "x"}})] == ["E0101"]
     codes = [item[0] for item in findings(open={"m": {"zzz": "x"}})]

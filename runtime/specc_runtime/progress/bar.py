@@ -86,7 +86,8 @@ def progress(clock: WallClock) -> Companion:
 
 def _what(view: View) -> str:
     if view.cycles is None:
-        return f"{len(view.fulfilled)} cycles" if view.fulfilled else "running"
+        done = len(view.fulfilled)
+        return f"{done} cycle{'s' * (done > 1)}" if done else "running"
     return f"cycle {min(len(view.fulfilled) + 1, view.cycles)}/{view.cycles}"
 
 
