@@ -53,6 +53,7 @@ class Notes:
         groups: dict[tuple[str, str], list[Element]] = {}
         for element, attribute in root.untaken():
             groups.setdefault((element.tag, attribute), []).append(element)
+        self._texts(root)
         for (tag, attribute), elements in groups.items():
             first = elements[0]
             what = f"attribute `{attribute}` of <{tag}>" if attribute else f"<{tag}>"
@@ -60,6 +61,16 @@ class Notes:
             reason = reasons.get((tag, attribute), "it has no counterpart that is known")
             place = first.value_place(attribute) if attribute else first.place
             self.lost(f"{what} is not carried over{times}: {reason}", place)
+
+    def _texts(self, root: Element) -> None:
+        """Report characters between tags: the formats that are imported give them no meaning."""
+        groups: dict[str, list[Element]] = {}
+        for element in root.with_text():
+            groups.setdefault(element.tag, []).append(element)
+        for tag, elements in groups.items():
+            times = f" ({len(elements)} times, first here)" if len(elements) > 1 else ""
+            words = f"the text in <{tag}> is not carried over{times}: it has no meaning there"
+            self.lost(words, elements[0].place)
 
 
 def document(

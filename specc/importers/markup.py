@@ -88,6 +88,14 @@ class Element:
         for child in self.children:
             yield from child.untaken()
 
+    def with_text(self) -> Iterator[Element]:
+        """Elements that somebody has looked at and that have characters beside their children."""
+        if self.seen:
+            if self.text.strip():
+                yield self
+            for child in self.children:
+                yield from child.with_text()
+
 
 def parse_markup(path: str, text: str) -> Element:
     """The root element of an XML text; `path` only names it.

@@ -78,6 +78,17 @@ def test_what_is_not_carried_over_is_told() -> None:
     assert {d.code for d in made.diagnostics} == {"W0801", "W0802"}
 
 
+def test_texts_between_tags_are_told(workshop: Workshop) -> None:
+    states = (
+        '<state id="a">one<transition event="e" target="b"/></state>\n<state id="b"> two </state>'
+    )
+    made = workshop.scxml(f"<scxml>{states}</scxml>")
+    told = [d.message for d in made.diagnostics if "text" in d.message]
+    assert told == [
+        "the text in <state> is not carried over (2 times, first here): it has no meaning there"
+    ]
+
+
 def test_period_and_name_can_be_given(workshop: Workshop) -> None:
     made = import_scxml(DOOR, name="gate", period=Fraction("0.02"))
     found = workshop.compile(made)
