@@ -42,7 +42,8 @@ WRONG = GOOD.replace("specc: 1", "specc: 1\nwrong: 1", 1)
 LINE = "specc: interrupted\n"
 # From the first import of the command on: what Python does before is not ours.
 START = """
-import os, sys
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
 def told(event, args, open_=[True]):
     if open_ and event == "import" and args[0] == "specc.cli.main":
         open_.clear()
