@@ -150,6 +150,11 @@ class MachineResolver:
                     "E0214", "output target", target, self._outputs(), at.key, lacks
                 )
             return parts[1], parts[2], type_
+        if target.startswith("x."):
+            message = f"`{target}` is an input: it cannot be assigned"
+            help = "assign an output, `y.peer.element`, or a memory element"
+            self.expressions.findings.report("E0214", message, at.key, help=help)
+            return "", target, None
         type_ = {m.name: m.type for m in self.memory}.get(target)
         if type_ is None and target not in self.expressions.broken:
             known = [*(m.name for m in self.memory), *self._outputs()]

@@ -12,6 +12,7 @@ from specc.schema.wording import expected_kind, invalid_value, kind_of, way_to
 from specc.source import Place, Route
 
 _LISTED_KEYS = 24
+_NUMBERED = ("eq", "table", "fig")
 _VERSION: Route = ("specc",)
 
 
@@ -120,6 +121,8 @@ def _diagnostic(item: _Error, file: str) -> Diagnostic:
         wanted = item.where.wanted if item.route else None
         needed = needed_keys_of(wanted) if wanted else []
         hint = way_to(item.expected, item.value, needed)
+        if item.route and item.route[-1] in _NUMBERED:
+            hint = "write a number or a list of numbers, e.g. `[4, 5]`"
         return Diagnostic("E0103", f"{_name(item.route)}{message}", place, help=hint)
     message, hint = invalid_value(item.type, item.message, item.context, item.value)
     where = "" if item.where.is_key else _name(item.route)

@@ -135,6 +135,7 @@ def test_a_missing_key_points_at_the_key_of_its_mapping() -> None:
 def test_a_way_out_is_written_for_what_stands_there() -> None:
     assert findings(open={"m": "x"})[0][-1] == "write `{type: ...}`"
     assert findings(rows="a")[0][-1] == "write `[a]`"
+    assert findings(open={"eq": "a"})[0][-1] == "write a number or a list of numbers, e.g. `[4, 5]`"
     assert findings(rows="a, b")[0][-1].startswith("a list is written `[a, b]`")
 
 
