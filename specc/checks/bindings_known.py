@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, is_slip, nearest
+from specc.expr import or_else
 from specc.facts import Facts
+from specc.facts.words import listed
 from specc.model.system import Binding, System
+
+_LISTED = 8
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -25,13 +29,22 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _unknown(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
-    close = nearest(name, known) or known[:8]
-    words = "did you mean" if nearest(name, known) else "there are"
-    listed = ", ".join(f"`{n}`" for n in close)
-    mark = "?" if words == "did you mean" else ""
-    hint = f"{words} {listed}{mark}" if close else "an element is named `agent.E.device.element`"
+    hint = _suggestion(name, known)
     # A real effector called a real receptor, or the other way round, is no other device.
     if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"
-    return Diagnostic("O0205", absent, binding.place, message, help=f"add it; {hint}")
+    help = or_else("add it to the agent", hint)
+    return Diagnostic("O0205", absent, binding.place, message, help=help)
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    if close := nearest(name, known):
+        return f"did you mean {listed(_quoted(close), 'or')}?"
+    if known:
+        return f"known: {', '.join(_quoted(known[:_LISTED]))}"
+    return "an element is named `agent.E.device.element`"
+
+
+def _quoted(names: list[str]) -> list[str]:
+    return [f"`{name}`" for name in names]

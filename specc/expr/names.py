@@ -46,9 +46,16 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
 
 def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
     if kind in ("memory", "lets") and not ctx.scope.allow_memory:
-        message = f"`{node.id}` has no value here: memory starts after this is evaluated"
-        raise ctx.error(node, message, "refer to constants and operators only", "E0230")
+        raise _too_early(ctx, node)
     return _NODES[kind](node.id, type=type, span=span(node))
+
+
+def _too_early(ctx: Context, node: ast.Name) -> ExprError:
+    message = f"`{node.id}` has no value here: memory starts after this is evaluated"
+    known = (
+        "inputs, constants and operators" if ctx.scope.inputs else "constants and operators only"
+    )
+    return ctx.error(node, message, f"refer to {known}", "E0230")
 
 
 def _member(ctx: Context, node: ast.Name) -> Expr:
@@ -79,6 +86,8 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         return ctx.error(
             node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0202"
         )
+    if name in scope.later:
+        raise _too_early(ctx, node)
     help = _unknown_help(ctx, name)
     near = nearest(name, scope.names()) if help.startswith("did you mean") else ()
     error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)

@@ -46,6 +46,8 @@ class Scope:
     """Peers in x whose buffer has no elements; the others follow from `inputs`."""
     declared: Mapping[str, Declared] = field(default_factory=dict)
     """Declarations of memory, lets, constants and inputs, these as `x.peer.element`."""
+    later: Collection[str] = ()
+    """Memory and lets, which have no value yet where the expression is evaluated."""
     allow_inputs: bool = True
     allow_memory: bool = True
     """Memory and lets, which may depend on memory."""

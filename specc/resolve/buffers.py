@@ -41,12 +41,12 @@ def resolve_buffers(
     expressions.broken |= _twice(definition, expressions)
     constants = _without(constant_scope(expressions.definitions), expressions.broken)
     declared = {**constants.declared, **_declared_inputs(ports)}
-    outside = replace(constants, inputs=inputs, declared=declared)
+    outside = replace(constants, inputs=inputs, declared=declared, later=expressions.later)
     memory = _memory(definition, where, outside, expressions)
     known = _without(outside, expressions.broken)
     declared = {**declared, **{m.name: Declared(m.place) for m in memory}}
     types = {m.name: m.type for m in memory if _is_clear(m.name, expressions)}
-    inside = replace(known, memory=types, declared=declared, allow_clock=True)
+    inside = replace(known, memory=types, declared=declared, later=(), allow_clock=True)
     lets = _Lets(definition, where["let"], inside, expressions).resolve()
     scope = _with_lets(inside, [item for item in lets if _is_clear(item.name, expressions)])
     return Buffers(ports, memory, lets, scope)
@@ -112,7 +112,7 @@ def resolve_elements(
             continue
         init = None
         if definition.init is not None:
-            scope = constant_scope(expressions.definitions)
+            scope = replace(constant_scope(expressions.definitions), later=expressions.later)
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         age = _max_age(definition, at, expressions)

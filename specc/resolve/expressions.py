@@ -98,7 +98,7 @@ class Expressions:
             for error in errors.errors:
                 meant = declared is not None and error.expected == expected
                 target = (
-                    Related(declared, f"declared as {expected}") if declared and meant else None
+                    Related(declared, f"declared as `{expected}`") if declared and meant else None
                 )
                 self._report(where, text, error, target)
             return errors.expr
@@ -119,6 +119,14 @@ class Expressions:
         if self.home is None or error.code not in ("E0203", "E0204", "O0205") or dotted is None:
             return None
         return self.element(*re.split(r"\s*\.\s*", dotted[0]))
+
+    @property
+    def later(self) -> frozenset[str]:
+        """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
+        parts = self.home.raw if self.home else None
+        if not isinstance(parts, dict):
+            return frozenset()
+        return frozenset().union(*(parts.get(key) or () for key in ("memory", "let")))
 
     def element(self, *steps: str) -> Place | None:
         """Where an element of a buffer is declared: direction, peer and element."""
