@@ -129,6 +129,8 @@ class Findings:
         if what in _MAY_COME and not is_slip(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
             way = or_else(_MAY_COME[what], help if names else "")
+            if what.endswith("condition") and not name.isidentifier():
+                way = "give it a name under `conditions:`, and write that name here"
             self.not_there(part, place, way, lacks)
             return True
         fix = rename(place, surely_meant(name, nearest(name, names)))
