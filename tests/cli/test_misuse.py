@@ -100,7 +100,7 @@ TEXTS = {
         edit(SPEC, "kind: CET", "kind: [C]"), REFUSED, ("E0103", "expected text, found a list")
     ),
     "rate without unit": Misuse(
-        edit(SPEC, "rate: 100 Hz", "rate: 100"), REFUSED, ("E0106", "`100`", "`500 Hz`")
+        edit(SPEC, "rate: 100 Hz", "rate: 100"), REFUSED, ("E0106", "`100`", "`100 Hz`")
     ),
     "rate beyond reason": Misuse(
         edit(SPEC, "rate: 100 Hz", "rate: 1e999999999 Hz"), REFUSED, ("E0106", "`1e999999999 Hz`")
