@@ -11,6 +11,7 @@ from pathlib import Path
 
 from specc.diagnostics import Diagnostic
 from specc.policy import settings_for
+from specc.read.load import MAX_BYTES
 from specc.source import Place
 
 _SUFFIXES = (".yaml", ".yml")
@@ -41,8 +42,10 @@ def targets(arguments: Iterable[str], systems_only: bool = True) -> Targets:
     files: dict[str, str] = {}
     faults = []
     for argument in arguments:
-        found = list(_files(argument, systems_only))
-        if not found:
+        refused: list[OSError] = []
+        found = list(_files(argument, systems_only, refused))
+        faults += [_unread(error) for error in refused]
+        if not found and not refused:
             what = "directory has no specification" if os.path.isdir(argument) else ""
             message = f"this {what}" if what else "no specification matches this pattern"
             hint = "a specification is a .yaml file that begins with `specc: 1` and has `system:`"
@@ -56,7 +59,7 @@ def targets(arguments: Iterable[str], systems_only: bool = True) -> Targets:
 
 def is_part(path: str) -> bool:
     """Whether a file describes a part that other files use, and no system."""
-    text = _content(path)
+    text = _content(path) or b""
     return _PART.search(text) is not None and _SYSTEM.search(text) is None
 
 
@@ -78,9 +81,10 @@ def _names(argument: str, path: str) -> bool:
     return any(os.path.realpath(m) == real for m in glob.iglob(argument, recursive=True))
 
 
-def _files(argument: str, systems_only: bool) -> Iterator[str]:
+def _files(argument: str, systems_only: bool, refused: list[OSError]) -> Iterator[str]:
     if os.path.isdir(argument):
-        yield from _specifications(_below(argument), argument, systems_only)
+        below = _below(argument, refused)
+        yield from _specifications(below, argument, systems_only)
     elif not os.path.lexists(argument) and _MAGIC.search(argument):
         matches = map(Path, glob.iglob(argument, recursive=True))
         yield from _specifications(matches, _fixed_part(argument), systems_only)
@@ -88,9 +92,9 @@ def _files(argument: str, systems_only: bool) -> Iterator[str]:
         yield argument
 
 
-def _below(directory: str) -> Iterator[Path]:
-    """Files in a directory, at any depth, without what is hidden."""
-    for folder, names, files in os.walk(directory):
+def _below(directory: str, refused: list[OSError]) -> Iterator[Path]:
+    """Files in a directory, at any depth, without what is hidden; `refused` are folders."""
+    for folder, names, files in os.walk(directory, onerror=refused.append):
         names[:] = [name for name in names if not name.startswith(".")]
         yield from (Path(folder, file) for file in files if not file.startswith("."))
 
@@ -101,7 +105,7 @@ def _specifications(paths: Iterable[Path], root: str, systems_only: bool) -> Ite
         if path.suffix not in _SUFFIXES or settings.excludes(path):
             continue
         text = _content(str(path))
-        if _VERSION.search(text) and (_SYSTEM.search(text) or not systems_only):
+        if text is None or (_VERSION.search(text) and (_SYSTEM.search(text) or not systems_only)):
             yield str(path)
 
 
@@ -111,8 +115,20 @@ def _fixed_part(pattern: str) -> str:
     return os.path.dirname(head) or "."
 
 
-def _content(path: str) -> bytes:
+def _unread(error: OSError) -> Diagnostic:
+    """The finding about a folder that cannot be looked into."""
+    message = f"the directory cannot be read: {(error.strerror or 'refused').lower()}"
+    return Diagnostic("E0003", message, Place(str(error.filename)), help="check its permissions")
+
+
+def _content(path: str) -> bytes | None:
+    """As much of a file as a specification may have; None if permission to read it is missing."""
     try:
-        return Path(path).read_bytes() if os.path.isfile(path) else b""
+        if not os.path.isfile(path):
+            return b""
+        with open(path, "rb") as file:
+            return file.read(MAX_BYTES)
+    except PermissionError:
+        return None
     except (OSError, ValueError):
         return b""
