@@ -48,6 +48,12 @@ def raise_again() -> None:
     sys.unraisablehook = _unraisable
 
 
+def is_behind(error: BaseException) -> bool:
+    """Whether Ctrl-C is what an error comes from: Python wraps what is raised in `__set_name__`."""
+    cause = error.__cause__
+    return isinstance(cause, KeyboardInterrupt) or (cause is not None and is_behind(cause))
+
+
 def no_more() -> None:
     """Ignore Ctrl-C from now on: the process is about to end with a code that is known."""
     with suppress(ValueError):

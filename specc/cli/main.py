@@ -55,6 +55,8 @@ def _guarded(arguments: Sequence[str] | None) -> int:
         streams.abandon(sys.stderr)
         return BROKEN_PIPE
     except Exception as error:
+        if interruption.is_behind(error):
+            raise KeyboardInterrupt from None
         if "SPECC_TRACEBACK" in os.environ:
             raise
         if isinstance(error, OSError) and error.filename is None:

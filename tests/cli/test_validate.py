@@ -144,6 +144,13 @@ def test_an_interrupt_is_one_line(pipeline: Any, capsys: pytest.CaptureFixture[s
     assert capsys.readouterr().err == "specc: interrupted\n"
 
 
+def test_an_interrupt_that_python_wraps(pipeline: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    pipeline.fault = RuntimeError("Error calling __set_name__")
+    pipeline.fault.__cause__ = KeyboardInterrupt()
+    assert main(["validate", "good.yaml"]) == 130
+    assert capsys.readouterr().err == "specc: interrupted\n"
+
+
 def test_a_fault_of_specc_is_no_traceback(
     pipeline: Any,
     capsys: pytest.CaptureFixture[str],
