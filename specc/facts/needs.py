@@ -138,8 +138,8 @@ def with_items(conditions: Iterable[Expr]) -> list[Expr]:
         match condition:
             case Logic(op="and", operands=operands):
                 pending += operands
-            case Quantifier(kind="any", over=over) | Unary(
-                operand=Quantifier(kind="all", over=over)
+            case (
+                Quantifier(kind="any", over=over) | Unary(operand=Quantifier(kind="all", over=over))
             ) if isinstance(over.type, ListOf):
                 found.append(there(Sure(over, type=over.type)))
     return found
