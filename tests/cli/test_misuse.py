@@ -296,7 +296,7 @@ def test_operator_that_does_not_serve(
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("of: gate.c", "of: gate.d", ("E0220", "gate.d", "gate.c")),
+        ("of: gate.c", "of: gate.d", ("O0205", "gate.d", "gate.c")),
         ("from: closing", "from: closed_", ("E0217", "closed_")),
     ],
 )
