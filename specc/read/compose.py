@@ -23,7 +23,8 @@ from specc.source import Node, Place
 MAX_DEPTH = 64
 MAX_NODES = 400_000
 
-_ANCHOR = re.compile(r"&[^\s,\[\]{}]+\s*")
+_ANCHOR = re.compile(r"&[^\s,\[\]{}]+(?:\s+(?:#[^\r\n]*)?)*")
+"""An anchor with the white space and comments behind it."""
 
 
 def compose(path: str, text: str) -> tuple[Any, Node | None, tuple[Diagnostic, ...]]:
@@ -204,7 +205,8 @@ class _Composer:
     def _without_anchor(self, event: Any) -> int:
         start: int = event.start_mark.index
         anchor = _ANCHOR.match(self._text, start) if event.anchor is not None else None
-        return anchor.end() if anchor else start
+        # An empty value ends with its anchor.
+        return min(anchor.end(), max(start, event.end_mark.index)) if anchor else start
 
     def _stop(self, code: str, message: str, event: Any, hint: str) -> NoReturn:
         self.report(code, message, event.start_mark.index, event.end_mark.index, hint)

@@ -46,6 +46,9 @@ def test_laws_hold_for_every_committed_file(text: str) -> None:
         "a: &a\n  x: 1\nb:\n  - *a\n  - &b [*a]\n",
         "transitions:\n  - &r [S0, terminal, &c go, S1]\n  - *r\n  - [S1, terminal, *c, S1]\n",
         "a: &e []\nb: *e\nc: &t 'x: y'\nd: *t\n",
+        "a: &a\n  x: 1\n  b: &b\n    - 1\n    # below\nc: 2\n",
+        "a: &a # beside\n  x\nb:\n  - &b # beside\n    y: 1\n  - &c\n    # above\n    z: 1\n",
+        "a: &a # beside\nb: *a\n",
     ],
 )
 def test_anchors_are_written_once(text: str) -> None:
