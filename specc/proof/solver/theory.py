@@ -50,6 +50,8 @@ class Theory:
         self.context = z3.Context()
         self._solver = z3.Solver(ctx=self.context)
         self._solver.set("rlimit", MOST_STEPS)
+        # Python minds Ctrl-C itself; the solver would only say that it found no answer.
+        self._solver.set("ctrl_c", False)
         self._solver.add(z3.And(facts).translate(self.context))
         self._answers = {
             atom: z3.Bool(f"answer {index}", self.context) for index, atom in enumerate(atoms)
