@@ -17,7 +17,7 @@ from specc.model.system import System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0410, with the whole way of the oldest value."""
-    if facts.broken or facts.faulty or facts.clash or facts.misfits:
+    if facts.broken or facts.faulty or facts.rates.clash or facts.rates.misfits:
         return
     for node, element in bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s

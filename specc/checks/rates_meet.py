@@ -13,7 +13,7 @@ from specc.model.system import Subsystem, System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0409, at the subsystem whose rate does not go with those of the others."""
-    clash = facts.clash
+    clash = facts.rates.clash
     if clash is None:
         return
     related = [Related(below(s.place, "rate"), _rated(s)) for s in clash.others]

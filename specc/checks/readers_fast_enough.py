@@ -15,7 +15,7 @@ from specc.source import Place
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """W0414, for values that are sent on occasion; a value of every period is a measurement."""
-    for subsystem in facts.timed_subsystems:
+    for subsystem in facts.rates.timed:
         asked = arrivals_asked(subsystem)
         for port in subsystem.ports if asked else ():
             for element in port.elements:
@@ -42,7 +42,7 @@ def _source(
     subsystem: Subsystem, port: Port, element: str, facts: Facts
 ) -> tuple[Fraction, Place] | None:
     """How often the element can be sent, and where that is said; None if it always is."""
-    misfits = [misfit.bound.binding for misfit in facts.misfits]
+    misfits = [misfit.bound.binding for misfit in facts.rates.misfits]
     for bound in facts.bindings:
         rate = bound.binding.rate_hz
         if (bound.binding.device, bound.element.name) == (port.other_end, element) and rate:

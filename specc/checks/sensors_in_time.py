@@ -13,7 +13,7 @@ from specc.model.system import System
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
-    for misfit in facts.misfits:
+    for misfit in facts.rates.misfits:
         rate, tick = misfit.rate_hz, misfit.tick_s
         place = below(misfit.bound.binding.place, "rate")
         if not misfit.readers and tick is not None:

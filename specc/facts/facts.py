@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,11 +13,10 @@ from specc.facts.connections import Connections
 from specc.facts.not_numbers import NotNumbers
 from specc.facts.partial import is_vague
 from specc.facts.presence import Presence, find_presence
-from specc.facts.rates import Clash, Misfit, find_clash, find_misfits
+from specc.facts.rates import Rates
 from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
-from specc.facts.timeline import base_tick
 from specc.facts.unused_components import Carriers
 from specc.facts.views import Views
 from specc.mjcf import Model, ModelError, read_model
@@ -287,7 +285,7 @@ class Facts:
         """Where the inputs of a subsystem surely have values."""
         name = subsystem.qualified_name
         if name not in self._presence:
-            arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.clash)
+            arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.rates.clash)
             self._presence[name] = find_presence(subsystem, self._sure_steps(subsystem), arrivals)
         return self._presence[name]
 
@@ -305,27 +303,10 @@ class Facts:
         return tuple(bound_elements(self.system))
 
     @cached_property
-    def clash(self) -> Clash | None:
-        """The rate that does not go with the others, of those that are known."""
-        return find_clash([s for s in self.system.subsystems if s.rated])
-
-    @cached_property
-    def timed_subsystems(self) -> tuple[Subsystem, ...]:
-        """The subsystems with rates, if these go with one another."""
-        return () if self.clash else tuple(s for s in self.subsystems if s.rated)
-
-    @cached_property
-    def misfits(self) -> tuple[Misfit, ...]:
-        """Sensors whose rates do not go with the others."""
-        return tuple(find_misfits(self.bindings, self.timed_subsystems, self._base_tick_s()))
-
-    def _base_tick_s(self) -> Fraction | None:
-        """The base tick, if all rates are known."""
-        every = self.system.subsystems
-        known = {s.qualified_name for s in every} | self.connections.devices.keys()
-        if self.clash or not every or not all(s.rated for s in every) or not self.broken <= known:
-            return None
-        return base_tick(1 / s.rate_hz for s in every)
+    def rates(self) -> Rates:
+        """Which rates go with one another."""
+        known = {s.qualified_name for s in self.system.subsystems} | self.connections.devices.keys()
+        return Rates(self.system, self.subsystems, self.bindings, whole=self.broken <= known)
 
     @cached_property
     def model(self) -> Model | ModelError | None:

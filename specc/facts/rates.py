@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 from specc.facts.bindings import Bound
 from specc.facts.timeline import base_tick, hyperperiod
-from specc.model.system import Subsystem
+from specc.model.system import Subsystem, System
 
 LONGEST = 100_000
 """Base ticks after which the timeline has to repeat."""
@@ -31,6 +32,48 @@ class Misfit:
     rate_hz: Fraction
     readers: tuple[Subsystem, ...]
     tick_s: Fraction | None
+
+
+class Rates:
+    """The rates of a system; `asked` are its subsystems without errors, which checks ask about.
+
+    The system is `whole` if all that is wrong with it is wrong inside subsystems and devices.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        asked: Sequence[Subsystem],
+        bindings: Iterable[Bound],
+        *,
+        whole: bool,
+    ) -> None:
+        self._every = system.subsystems
+        self._asked = asked
+        self._bindings = bindings
+        self._whole = whole
+
+    @cached_property
+    def clash(self) -> Clash | None:
+        """The rate that does not go with the others, of those that are known."""
+        return find_clash([s for s in self._every if s.rated])
+
+    @cached_property
+    def timed(self) -> tuple[Subsystem, ...]:
+        """The subsystems with rates, if these go with one another."""
+        return () if self.clash else tuple(s for s in self._asked if s.rated)
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """Sensors whose rates do not go with the others."""
+        return tuple(find_misfits(self._bindings, self.timed, self._base_tick_s()))
+
+    def _base_tick_s(self) -> Fraction | None:
+        """The base tick, if all rates are known."""
+        all_known = self._whole and all(s.rated for s in self._every)
+        if self.clash or not self._every or not all_known:
+            return None
+        return base_tick(1 / s.rate_hz for s in self._every)
 
 
 def find_clash(subsystems: Sequence[Subsystem]) -> Clash | None:
