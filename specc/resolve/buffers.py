@@ -9,6 +9,7 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
+from specc.diagnostics import nearest
 from specc.expr import RESERVED, Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
 from specc.resolve.context import Where, nobody_knows, trace_of
@@ -95,6 +96,8 @@ def _ports(
             found = resolve_elements(elements, at, expressions)
             if elements and not found:
                 expressions.broken.add(peer)
+            if peer not in ends:
+                expressions.meant |= {f"{direction}.{end}" for end in nearest(peer, ends)}
             ports.append(Port(peer, direction, found, ends.get(peer, ""), at.key))
     return tuple(ports)
 

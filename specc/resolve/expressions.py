@@ -23,12 +23,14 @@ class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 
     An error that only says that such a name is unknown would be a follow-up, and is dropped.
+    `meant` holds the buffers, `x.peer` and `y.peer`, that are declared with a misspelt peer.
     `home` is the subsystem whose buffers the texts speak of.
     """
 
     findings: Findings
     definitions: Definitions
     broken: set[str] = field(default_factory=set)
+    meant: set[str] = field(default_factory=set)
     home: Where | None = None
 
     def type(self, where: Where, text: str) -> Type | None:
@@ -108,6 +110,8 @@ class Expressions:
     ) -> None:
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
+        buffer = _ELEMENT.search(text[: error.end])
+        known |= buffer is not None and re.sub(r"\s", "", buffer[0]) in self.meant
         if error.code.startswith(("E02", "O02")) and known:
             self.findings.withheld += 1
             return

@@ -144,7 +144,9 @@ class MachineResolver:
         parts = target.split(".")
         if len(parts) == 3 and parts[0] == "y":
             type_ = self._outputs().get(target)
-            if type_ is None and parts[2] not in self.expressions.broken:
+            if type_ is None and target.rpartition(".")[0] in self.expressions.meant:
+                self.expressions.findings.withheld += 1
+            elif type_ is None and parts[2] not in self.expressions.broken:
                 lacks = self.expressions.element(*parts)
                 self.expressions.findings.unknown(
                     "E0214", "output target", target, self._outputs(), at.key, lacks
