@@ -43,6 +43,10 @@ def _near(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         raise ctx.error(
             node, message, "compare them one by one: `near(a.z, b.z, tolerance)`", "E0315"
         )
+    if unit is None and a.type == b.type:
+        message = f"`{ctx.quote(node.args[0])}` is `{a.type}`"
+        reads = "`near` compares numbers, vectors of `real` and poses"
+        raise ctx.error(node, f"{message}; {reads}", "compare with `==`", "E0315")
     if unit is None:
         raise unlike(ctx, (node.args[0], a), (node.args[1], b), "cannot be near")
     take(ctx, node, "near(a, b, tolerance)", 3)
