@@ -8,6 +8,7 @@ from typing import Any
 from specc.diagnostics import Command, Diagnostic, stops, without_follow_ups
 from specc.model.system import System
 from specc.resolve import Findings, resolve
+from specc.resolve.comments import told_of_comments
 from specc.resolve.loader import Loader
 from specc.source import Place, Sources
 
@@ -58,7 +59,8 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
     resolved = resolve(file, loader.load, findings)
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
-    found = (*without_follow_ups(findings.diagnostics, checked), *checked)
+    own = told_of_comments(findings.diagnostics, loader.sources)
+    found = (*without_follow_ups(own, checked), *checked)
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken)
 
 

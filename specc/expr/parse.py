@@ -43,12 +43,18 @@ _REFUSED = {
     ast.UAdd: ("a leading `+`", "leave the `+` out"),
 }
 _NO_EXPRESSION = "this is not an expression"
+_NOT_CLOSED = "the bracket is not closed"
+_TEXT_OPEN = "the text is not closed"
+_TOO_EARLY = "the expression ends too early"
+CUT_SHORT = (_NOT_CLOSED, _TEXT_OPEN, _TOO_EARLY)
+"""What is said of an expression that lacks its end."""
+_COMMENT = "`#` begins a comment, which an expression does not have: leave it out"
 _CHECK = "check brackets, quotes and signs near here"
 _MESSAGES = (
-    ("never closed", "the bracket is not closed"),
+    ("never closed", _NOT_CLOSED),
     ("unmatched", "the bracket closes nothing"),
     ("does not match", "the bracket closes one of another kind"),
-    ("unterminated string", "the text is not closed"),
+    ("unterminated string", _TEXT_OPEN),
     ("expected 'else'", "a choice has two branches: `a if c else b`"),
 )
 """Part of what Python says -> what we say, whatever the version of Python."""
@@ -122,7 +128,7 @@ def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:
     if not error.offset:
         last = len(text.rstrip())
         return ExprError(
-            "the expression ends too early",
+            _TOO_EARLY,
             last - 1,
             last,
             "something is missing at the end",
@@ -131,7 +137,8 @@ def _syntax_error(error: SyntaxError, text: str, lead: int) -> ExprError:
     start = min(error.offset - 1 + lead, len(text) - 1)
     end = min(max((error.end_offset or 0) - 1 + lead, start + 1), len(text))
     message = next((own for part, own in _MESSAGES if part in error.msg), _NO_EXPRESSION)
-    return ExprError(message, start, end, _CHECK, "E0301")
+    comment = message == _NOT_CLOSED and "#" in text[end:]
+    return ExprError(message, start, end, _COMMENT if comment else _CHECK, "E0301")
 
 
 def _too_deep(text: str) -> ExprError:

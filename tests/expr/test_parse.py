@@ -99,6 +99,13 @@ def failure(text: str) -> ExprError:
             "# + b",
             "write it as `title:` beside the expression",
         ),
+        (
+            "near(a, #b)",
+            "E0301",
+            "the bracket is not closed",
+            "(",
+            "`#` begins a comment, which an expression does not have: leave it out",
+        ),
         ("a \0", "E0301", "the text has a character that no expression has", "\0", "delete it"),
         (
             "lambda: 1",
