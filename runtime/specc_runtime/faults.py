@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import linecache
 import traceback
 from collections.abc import Mapping, Sequence
 from types import TracebackType
@@ -80,16 +81,20 @@ class AxiomViolated(Fault):
 
 
 class StepFailed(Fault):
-    """An operator raised an exception, which is `__cause__`."""
+    """An operator raised an exception, or gave what cannot be used; it is `__cause__`.
 
-    def __init__(self, subsystem: str, state: str, error: BaseException) -> None:
+    `line` is the text of the line of `module`, the generated one, that was being executed.
+    """
+
+    def __init__(self, subsystem: str, state: str, error: BaseException, module: str = "") -> None:
         super().__init__(subsystem, state, f"{type(error).__name__}: {error}")
         self.__cause__ = error
         self.place = _place(error.__traceback__)
+        self.line = _line(error.__traceback__, module)
 
     def as_data(self) -> dict[str, object]:
-        """Adds where the operator raised."""
-        return super().as_data() | {"place": self.place}
+        """Adds where the exception was raised, and the generated line."""
+        return super().as_data() | {"place": self.place, "line": self.line}
 
 
 class UnrecordableValue(Fault):
@@ -109,3 +114,12 @@ def _place(trace: TracebackType | None) -> str:
     last = frames[-1]
     file = last.filename.rsplit("/", 1)[-1]
     return f"{last.name} ({file}:{last.lineno})"
+
+
+def _line(trace: TracebackType | None, module: str) -> str:
+    """The text of the innermost line of a module that led to the exception."""
+    found = ""
+    for frame, number in traceback.walk_tb(trace):
+        if frame.f_globals.get("__name__") == module:
+            found = linecache.getline(frame.f_code.co_filename, number, frame.f_globals).strip()
+    return found

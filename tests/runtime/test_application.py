@@ -110,7 +110,8 @@ def test_fault_ends_with_report_and_code(
     (fault,) = data["faults"]
     assert fault["subsystem"] == "b" and "too hot" in fault["message"]
     assert data["simulated_s"] == pytest.approx(41 * 0.01)
-    assert "too hot" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "too hot" in out and "\n      in self.y.value = self.compute(self)\n" in out
 
 
 def test_value_that_cannot_be_recorded_is_a_fault(tmp_path: Path) -> None:

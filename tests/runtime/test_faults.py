@@ -30,6 +30,22 @@ def test_fault_surfaces_at_the_next_stamp(inline: bool) -> None:
     assert (fault.subsystem, fault.state, fault.stamp, fault.time_s) == ("slow", "run", 2, 0.12)
     assert str(fault) == "slow in run at 0.1200 s (stamp 2): ValueError: no solution"
     assert fault.as_data()["place"].startswith("compute (test_faults.py:")
+    assert fault.as_data()["line"] == "self.y.value = self.compute(self)"
+
+
+def test_the_line_of_the_module_is_told_wherever_it_failed() -> None:
+    def nothing(node: Node) -> None:
+        node.steps += None  # type: ignore[operator]  # that is the fault
+
+    (fault,) = Run(system(Node("a", 1, (), nothing)), 5).executor.faults
+    assert fault.as_data()["line"] == "self.y.value = self.compute(self)"
+    (fault,) = Run(system(Node("a", 1, (), _of_two)), 5).executor.faults
+    assert "_of_two() missing 1 required positional argument" in str(fault)
+    assert fault.as_data()["line"] == "self.y.value = self.compute(self)"
+
+
+def _of_two(node: Node, other: Node) -> int:
+    return node.steps - other.steps
 
 
 def test_worker_and_inline_agree_on_records_and_faults() -> None:

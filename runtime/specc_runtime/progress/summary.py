@@ -32,6 +32,8 @@ def show(report: Report, console: Console | None = None) -> None:
         text = f"{fault['fault']} in {where} at {fault['time_s']:.3f} s: {fault['message']}"
         raised = f", raised by {fault['place']}" if fault.get("place") else ""
         console.print(f"[red]fault[/] {escape(text + raised)}", highlight=False, soft_wrap=True)
+        if fault.get("line"):
+            console.print(f"      in {escape(fault['line'])}", highlight=False, soft_wrap=True)
 
 
 def _cycles(cycles: list[dict[str, Any]], first: int) -> Table:
