@@ -23,7 +23,10 @@ _DISTRIBUTIONS = {
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What happened in a run; the fields are the keys of the file."""
+    """What happened in a run; the fields are the keys of the file.
+
+    `interrupted` says that the run was ended from outside, before it was over.
+    """
 
     spec: str
     seed: int
@@ -37,6 +40,7 @@ class Report:
     equations_executed: list[int]
     records_sha256: str
     faults: list[dict[str, Any]]
+    interrupted: bool
 
     def as_data(self) -> dict[str, Any]:
         """Plain values; numbers that JSON does not have become null."""

@@ -100,6 +100,7 @@ class Session:
             equations_executed=self._statistics.equations(),
             records_sha256=self._digest.hexdigest(),
             faults=self._faults(),
+            interrupted=self.interruption.requested,
         )
 
     @property

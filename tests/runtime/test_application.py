@@ -21,6 +21,7 @@ PUSHER = HERE / "systems" / "pusher"
 KEYS = {
     "spec", "seed", "versions", "simulated_s", "wall_s", "real_time_factor", "peak_memory_mb",
     "cycles", "subsystems", "equations_executed", "records_sha256", "faults",
+    "interrupted",
 }  # fmt: skip
 
 
@@ -50,6 +51,7 @@ def test_report_has_the_promised_keys_and_figures(tmp_path: Path) -> None:
     assert report["spec"] == "pusher.yaml"
     assert report["seed"] == 0
     assert report["faults"] == []
+    assert report["interrupted"] is False
     assert {"python", "specc", "numpy", "mujoco"} <= set(report["versions"])
     assert re.fullmatch("[0-9a-f]{64}", report["records_sha256"])
     first, second = report["cycles"]
@@ -229,6 +231,7 @@ def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path) -> None:
     assert "Traceback" not in err
     data = json.loads(report.read_text())
     assert set(data) == KEYS
+    assert data["interrupted"] is True
     assert data["subsystems"]["a"]["steps"] > 10
     assert data["faults"] == []
     assert "subsystem" in out
