@@ -17,7 +17,7 @@ from specc_runtime.session import Session
 from specc_runtime.system import System
 from specc_runtime.wiring import without_source
 
-FULFILLED, UNFULFILLED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
 
 def execute(options: Options) -> int:
@@ -120,5 +120,5 @@ def _conclude(session: Session, options: Options) -> int:
             print(f"error: cannot write {options.report}: {error.strerror}", file=sys.stderr)
             return WRONG_USAGE
     if session.interruption.requested:
-        return INTERRUPTED
+        return session.interruption.exit_code
     return FULFILLED if session.fulfilled else UNFULFILLED

@@ -2,7 +2,7 @@
 
 Exit codes: 0 clean; 1 the specification has errors, output is stale or the task was not
 fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of specc itself;
-130 interrupted; 141 the reader of the output went away.
+130 interrupted; 141 the reader of the output went away; 143 a run ended by SIGTERM.
 """
 
 import argparse

@@ -209,7 +209,8 @@ def test_video_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "cannot write" in capsys.readouterr().err
 
 
-def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path, number: signal.Signals) -> None:
     head = "def slow(node):\n    time.sleep(0.002)\n    return 0"
     folder = package(tmp_path, "endless", "Node('a', 1, (), slow), Node('b', 50, ('a',))", head)
     report = tmp_path / "r.json"
@@ -225,9 +226,9 @@ def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path) -> None:
         deadline = time.monotonic() + 60
         line = process.stderr.readline()
         assert "running" in line and time.monotonic() < deadline
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         out, err = process.communicate(timeout=30)
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert "Traceback" not in err
     data = json.loads(report.read_text())
     assert set(data) == KEYS
