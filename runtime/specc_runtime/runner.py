@@ -89,9 +89,7 @@ def outcome_of(subsystem: Subsystem) -> Outcome:
     except Fault as fault:
         outcome = fault
     except (Exception, SystemExit) as error:  # noqa: BLE001  # also an operator's own exit() is a fault
-        outcome = StepFailed(
-            subsystem.name, subsystem.state, error, type(subsystem).__module__
-        )
+        outcome = StepFailed(subsystem.name, subsystem.state, error, type(subsystem).__module__)
     if not subsystem.violations:
         return outcome
     axioms = [subsystem.axioms[index] for index in subsystem.violations]
