@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--states", type=int, nargs="*", default=[10, 100, 1000, 5000])
+    parser.add_argument("--states", type=int, nargs="*", default=[10, 100, 1000, 2000])
     parser.add_argument("--rows", type=int, nargs="*", default=[2, 4, 8])
     options = parser.parse_args(arguments)
     lines = []

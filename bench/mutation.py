@@ -7,11 +7,13 @@ give the same table.
 
     python bench/mutation.py             print the table
     python bench/mutation.py --write     and put it into docs/mutation_score.md
+    python bench/mutation.py --only noise     a part of it, with what is not as it should be
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -90,12 +92,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table; with `--write` put it into the documentation."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help=f"write docs/{DOCUMENT.name}")
+    parser.add_argument("--only", default="", help="classes whose name this expression finds")
     parser.add_argument("--most", type=int, default=MOST, help="faults of a class in one file")
     options = parser.parse_args(arguments)
+    if options.write and options.only:
+        parser.error("the page has all classes: --write goes without --only")
     soil = fertile(beds(ROOT / "specs"))
-    found = [score for score, _ in scores(FAULTS, soil, options.most)]
+    faults = [fault for fault in FAULTS if re.search(options.only, fault.name)]
+    found = [score for score, _ in scores(faults, soil, options.most)]
     rows = [(s.fault.name, *map(str, s.counts)) for s in found]
     print(table(f"{len(soil)} files", HEAD, [*rows, ("all", *map(str, total(found)))]))
+    if options.only:
+        print(*_shortcomings(found), sep="", end="")
+        return
     judged = [judge_pair(pair) for pair in pairs(soil, PAIRS)]
     print(f"{len(judged)} pairs of faults, both found in {sum(judged)}")
     if options.write:

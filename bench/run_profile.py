@@ -18,11 +18,11 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, process_time, thread_time
 from typing import Any, Literal, get_args
 
-from specc_runtime.application import open_plant
+from specc_runtime.application import open_judge, open_plant
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion
 from specc_runtime.cycles import Cycles
-from specc_runtime.loading import load_class, load_system
+from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import noise
@@ -116,7 +116,7 @@ def profile(
         quiet=True,
     )
     system = load_system(package, options.base)
-    plant = open_plant(system, options)
+    plant = open_plant(system, options.base, options.seed, options.renderer)
     try:
         plant.picture("kinect", 64, 48)  # opens the renderer, which is not part of a run
         name = f"{renderer}, {'inline' if inline else 'worker'}"
@@ -185,7 +185,7 @@ def _timed_run(
     clock = WallClock()
     stopwatch, workers = Stopwatch(now_s), Stopwatch(now_s)
     with stopwatch.watching(PLACES):
-        judge = load_class(system.task.judge)(plant) if system.task else None
+        judge = open_judge(system, plant)
         session = Session(options, system, plant, judge, clock)
         for item in system.subsystems:
             step, slow = item.subsystem.step, item.subsystem.period_s >= WORKER_PERIOD_S

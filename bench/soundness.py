@@ -12,7 +12,6 @@ assumptions; no step may find no row or several, or read an input without a valu
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -27,7 +26,7 @@ from tests.soundness.open_inputs import Findings, tried
 from tests.soundness.running import compiled
 from tests.soundness.smaller import smaller
 from tests.soundness.specifications import Tree, specification, text_of
-from tests.soundness.values import NASTY
+from tests.soundness.values import EXTREMES, NASTY
 
 ROOT = Path(__file__).parents[1]
 WRITTEN = (
@@ -38,7 +37,6 @@ WRITTEN = (
 )
 TICKS = 60
 STEPS_OF_A_RANDOM_ONE = 500
-NOT_A_NUMBER = (*NASTY, math.inf, -math.inf, math.nan)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -47,18 +45,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--specs", type=int, default=60, help="random specifications to compare")
     parser.add_argument("--steps", type=int, default=20_000, help="steps of accepted ones")
     parser.add_argument("--seed", type=int, default=0, help="of the random numbers")
-    parser.add_argument("--nan", action="store_true", help="inputs may be infinite or no number")
     parser.add_argument("--keep", type=Path, help="folder for specifications that fail")
     options = parser.parse_args(arguments)
     with TemporaryDirectory(prefix="specc-soundness-") as scratch:
-        found = records(options.specs, options.seed, Path(scratch), options.keep, options.nan)
-        found += steps(options.steps, options.seed, Path(scratch), options.nan)
+        found = records(options.specs, options.seed, Path(scratch), options.keep)
+        found += steps(options.steps, options.seed, Path(scratch))
     for fault in found:
         print(fault, file=sys.stderr)
     return 1 if found else 0
 
 
-def records(count: int, seed: int, folder: Path, keep: Path | None, nan: bool) -> list[str]:
+def records(count: int, seed: int, folder: Path, keep: Path | None) -> list[str]:
     """Compare random systems with the interpreter; what differs, in words."""
     counts: Counter[str] = Counter()
     found, begin = [], perf_counter()
@@ -66,7 +63,7 @@ def records(count: int, seed: int, folder: Path, keep: Path | None, nan: bool) -
         name = f"{seed}.{number}"
         tree = specification(Random(name))
         try:
-            verdict = compare(tree, folder, name, TICKS, odd=NOT_A_NUMBER if nan else NASTY)
+            verdict = compare(tree, folder, name, TICKS, odd=NASTY)
         except Exception as error:  # noqa: BLE001  # whatever it is, it is a finding
             found.append(f"specification {name}: {type(error).__name__}: {error}")
             continue
@@ -74,39 +71,37 @@ def records(count: int, seed: int, folder: Path, keep: Path | None, nan: bool) -
         counts["rejected but run"] += verdict.usable and not verdict.accepted
         counts["steps"] += verdict.steps
         counts.update({f"faults {kind}": n for kind, n in verdict.faults.items()})
-        wrong = verdict.differences + ([] if nan else verdict.unsound)
+        wrong = verdict.differences + verdict.unsound
         counts["wrong"] += bool(wrong)
         if wrong:
             found.append(f"specification {name}: {wrong[0]}")
-            _kept(tree, name, folder, keep, nan)
+            _kept(tree, name, folder, keep)
     said = ", ".join(f"{n} {what}" for what, n in sorted(counts.items()))
     print(f"records: {count} random specifications in {perf_counter() - begin:.0f} s: {said}")
     return found
 
 
-def _kept(tree: Tree, name: str, folder: Path, keep: Path | None, nan: bool) -> None:
+def _kept(tree: Tree, name: str, folder: Path, keep: Path | None) -> None:
     """Write a specification that fails into a file, as small as it will go."""
     if keep is None:
         return
 
     def fails(candidate: Tree) -> bool:
-        odd = NOT_A_NUMBER if nan else NASTY
-        verdict = compare(candidate, folder, name, TICKS, odd=odd)
-        return bool(verdict.differences or (verdict.unsound and not nan))
+        verdict = compare(candidate, folder, name, TICKS, odd=NASTY)
+        return bool(verdict.differences or verdict.unsound)
 
     keep.mkdir(parents=True, exist_ok=True)
     (keep / f"{name}.yaml").write_text(text_of(smaller(tree, fails)), encoding="utf-8")
 
 
-def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
+def steps(count: int, seed: int, folder: Path) -> list[str]:
     """Step accepted specifications on random inputs; the faults that must not be."""
-    odd = NOT_A_NUMBER if nan else NASTY
     begin = perf_counter()
     written, random = Findings(), Findings()
     systems = list(_written())
     for number, result in enumerate(systems):
         goal = count // 2 * (number + 1) // len(systems)
-        tried(result, f"{seed}", goal - written.steps, written, odd=odd)
+        tried(result, f"{seed}", goal - written.steps, written, odd=EXTREMES)
     number = 0
     while random.steps < count - written.steps:
         name = f"{seed}.{number}"
@@ -114,7 +109,7 @@ def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
         result = _compiled(specification(Random(name)), folder, random, name)
         if result is not None and result.ok and result.system is not None:
             left = count - written.steps - random.steps
-            tried(result, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=odd)
+            tried(result, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=EXTREMES)
     print(f"steps: {written.steps + random.steps} in {perf_counter() - begin:.0f} s")
     for what, findings in (("written", written), ("random", random)):
         print(
@@ -122,7 +117,7 @@ def steps(count: int, seed: int, folder: Path, nan: bool) -> list[str]:
             f"{findings.visited} of {findings.states} states and {findings.rows_taken} of "
             f"{findings.rows} rows taken, {len(findings.faults)} faults; {dict(findings.ended)}"
         )
-    return [] if nan else [*written.faults, *random.faults]
+    return [*written.faults, *random.faults]
 
 
 def _compiled(tree: Tree, folder: Path, findings: Findings, name: str) -> Result | None:

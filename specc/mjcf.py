@@ -1,6 +1,6 @@
-"""What an MJCF file declares by name: joints, sensors, actuators and cameras, with their sizes.
+"""What an MJCF file declares by name: joints, sensors, actuators and cameras, with sizes and kinds.
 
-Only names and sizes are read; whether MuJoCo takes the model shows when it runs. A document type
+Only these are read; whether MuJoCo takes the model shows when it runs. A document type
 is refused: MJCF has none, and entities can make a short file endless.
 """
 
@@ -10,7 +10,11 @@ import os
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-MAX_BYTES = 50_000_000
+from specc.read import ANYWHERE, Reach
+from specc.source import real_path
+
+MAX_BYTES = 10_000_000
+"""Of a model with what it includes."""
 _MOST_FILES = 100
 _DEEPEST = 200
 
@@ -40,6 +44,21 @@ class ModelError(Exception):
     """A model file that cannot be used; the message says why."""
 
 
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A joint, sensor or actuator; a name is empty, and `geared` is None, where the file leaves it.
+
+    `kind` is the type of a joint (`hinge`, `slide`, `ball`, `free`) or a tag (`rangefinder`,
+    `position`); `joint` or `actuator` is what a sensor measures or an actuator drives.
+    """
+
+    kind: str
+    joint: str = ""
+    actuator: str = ""
+    geared: bool | None = None
+    """Whether an actuator has another gear than 1."""
+
+
 @dataclass(slots=True)
 class Model:
     """Name -> size, in numbers; None where the file does not say."""
@@ -51,39 +70,63 @@ class Model:
     """Width and height in pixels."""
     complete: bool = True
     """Whether no further names come into being when MuJoCo compiles the model."""
+    parts: dict[tuple[str, str], Part] = field(default_factory=dict)
+    """By `joint`, `sensor` or `actuator`, and name, as they are written."""
+    defaults: set[str] = field(default_factory=set)
+    """Attributes that some class of defaults sets for joints or actuators."""
+
+    def joint_kind(self, name: str) -> str:
+        """`hinge`, `slide`, `ball` or `free`; empty where that is not known."""
+        part = self.parts.get(("joint", name))
+        if part is None:
+            return ""
+        return part.kind or ("" if "type" in self.defaults else "hinge")
+
+    def driven(self, name: str, *, direct: bool = False) -> str:
+        """The joint that an actuator drives, if `direct` with a gear of 1; empty if none."""
+        part = self.parts.get(("actuator", name), Part(""))
+        geared = part.geared or (part.geared is None and "gear" in self.defaults)
+        return "" if direct and geared else part.joint
 
 
-def read_model(path: str) -> Model:
-    """The names in the MJCF file at `path` and in those that it includes.
+def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
+    """The names in the MJCF file at `path` and in those that it includes, inside `reach`.
 
     Raises:
         ModelError: a file is missing, unreadable, too large, not XML, or not MJCF.
     """
     model = Model()
-    _Reader(model, os.path.dirname(path)).read(path)
+    _Reader(model, os.path.dirname(path), reach).read(path)
     return model
 
 
 class _Reader:
-    def __init__(self, model: Model, base: str) -> None:
+    def __init__(self, model: Model, base: str, reach: Reach) -> None:
         self._model = model
         self._base = base
+        self._reach = reach
         self._files: list[str] = []
         self._open: list[str] = []
+        self._bytes = 0
         self._root = "mujoco"
 
     def read(self, path: str) -> None:
         """Take in a file whose root stands for the element `self._root`."""
         shown = os.path.basename(path)
-        if path in self._files or len(self._files) >= _MOST_FILES:
+        if len(self._files) >= _MOST_FILES:
+            raise ModelError(f"more than {_MOST_FILES} files are included")
+        real = real_path(path)
+        if real in self._files:
             raise ModelError(f"{shown} is included twice")
-        self._files.append(path)
+        if not self._reach.holds(path):
+            raise ModelError(f"{shown} lies outside the project; {self._reach.way_in(path)}")
+        self._files.append(real)
         depth = len(self._open)
 
         def start(tag: str, attributes: dict[str, str]) -> None:
             is_root = len(self._open) == depth
             if is_root and tag not in ("mujoco", "mujocoinclude"):
-                raise ModelError(f"the root of {shown} is <{tag}>, not <mujoco>")
+                raise ModelError(f"the root of {shown} is not <mujoco>")
             self._start(self._root if is_root else tag, attributes)
 
         def refuse(*_: object) -> None:
@@ -94,7 +137,11 @@ class _Reader:
         parser.StartElementHandler = start
         parser.EndElementHandler = self._end
         try:
-            parser.Parse(_content(path, shown), True)
+            content = _content(path, shown)
+            self._bytes += len(content)
+            if self._bytes > MAX_BYTES:
+                raise _too_large(shown)
+            parser.Parse(content, True)
         except expat.ExpatError as error:
             reason = expat.errors.messages[error.code]
             raise ModelError(f"{shown} is not XML: {reason}, line {error.lineno}") from None
@@ -108,6 +155,8 @@ class _Reader:
             self._include(attributes["file"])
         elif tag in _GENERATING:
             self._model.complete = False
+        elif section == "default":
+            self._model.defaults |= attributes.keys() & {"gear", "type" if tag == "joint" else ""}
         elif section and (name := attributes.get("name")):
             self._take(section, tag, name, attributes)
 
@@ -125,11 +174,16 @@ class _Reader:
         model = self._model
         if section == "actuator":
             model.actuators[name] = 1
+            geared = _is_geared(attributes["gear"]) if "gear" in attributes else None
+            model.parts[section, name] = Part(tag, attributes.get("joint", ""), "", geared)
         elif section == "sensor":
             model.sensors[name] = _sensor_size(tag, attributes)
+            joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
+            model.parts[section, name] = Part(tag, joint, actuator)
         elif section == "worldbody" and tag in ("joint", "freejoint"):
-            kind = "free" if tag == "freejoint" else attributes.get("type", "hinge")
-            model.joints[name] = _JOINT_SIZES.get(kind)
+            kind = "free" if tag == "freejoint" else attributes.get("type", "")
+            model.joints[name] = _JOINT_SIZES.get(kind or "hinge")
+            model.parts["joint", name] = Part(kind)
         elif section == "worldbody" and tag == "camera":
             model.cameras[name] = _resolution(attributes.get("resolution", ""))
 
@@ -147,7 +201,7 @@ def _content(path: str, shown: str) -> bytes:
     except ValueError:
         raise ModelError(f"{shown} is not the name of a file") from None
     if len(content) > MAX_BYTES:
-        raise ModelError(f"{shown} is larger than {MAX_BYTES // 1_000_000} MB")
+        raise _too_large(shown)
     return content
 
 
@@ -159,8 +213,19 @@ def _sensor_size(tag: str, attributes: dict[str, str]) -> int | None:
     return _SIZE_OF_SENSOR.get(tag)
 
 
+def _is_geared(text: str) -> bool:
+    try:
+        return float((text.split() or ["1"])[0]) != 1.0
+    except ValueError:
+        return True
+
+
 def _resolution(text: str) -> tuple[int, int] | None:
     numbers = text.split()
     if len(numbers) != 2 or not all(n.isdigit() for n in numbers):
         return None
     return int(numbers[0]), int(numbers[1])
+
+
+def _too_large(shown: str) -> ModelError:
+    return ModelError(f"with {shown} the model is larger than {MAX_BYTES // 1_000_000} MB")

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from specc.diagnostics import Diagnostic
+from specc.read import ANYWHERE, Reach
 from specc.source import Place
 
 MARKER = ".specc-output"
@@ -28,12 +29,15 @@ def stale(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
         return [_refused(directory, error)]
 
 
-def write(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
+def write(directory: Path, files: Mapping[str, str], reach: Reach = ANYWHERE) -> list[Diagnostic]:
     """Make `directory` hold exactly `files`; findings say why that was refused.
 
-    What was there before stays until everything is written, also when the user interrupts.
+    Links must not lead out of `reach`. What was there before stays until everything is written,
+    also when the user interrupts.
     """
     try:
+        if not reach.holds(str(directory)):
+            return [_outside(directory, reach)]
         if not _may_replace(directory):
             return [_foreign(directory)]
         if _differences(directory, files):
@@ -101,6 +105,11 @@ def _swap(directory: Path, new: Path, old: Path) -> None:
 def _stale(path: Path, state: str) -> Diagnostic:
     message = f"the file is {state}"
     return Diagnostic("E0092", message, Place(str(path)), help="run `specc build` and commit")
+
+
+def _outside(directory: Path, reach: Reach) -> Diagnostic:
+    message = "a symbolic link leads out of the project"
+    return Diagnostic("E0021", message, Place(str(directory)), help=reach.way_in(str(directory)))
 
 
 def _foreign(directory: Path) -> Diagnostic:

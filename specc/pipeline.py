@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from specc.diagnostics import Command, Diagnostic, stops, without_follow_ups
+from specc.limits import one_run
 from specc.model.system import System
-from specc.resolve import Findings, resolve
+from specc.policy import reach_of
+from specc.resolve import Findings, Loaded, resolve
+from specc.resolve.alone import is_certain, resolve_alone
 from specc.resolve.comments import told_of_comments
 from specc.resolve.loader import Loader
 from specc.source import Place, Sources
+
+_AS_WRITTEN: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +30,8 @@ class Result:
     sources: Sources
     broken: frozenset[str] = frozenset()
     """Qualified names of subsystems that lack parts; nothing is generated from them."""
+    is_part: bool = False
+    """Whether the file has no system, but definitions or a description; `system` has them alone."""
 
     @property
     def ok(self) -> bool:
@@ -44,19 +53,50 @@ class Build:
     files: dict[str, str]
 
 
-def compile_spec(path: str, loader: Loader | None = None) -> Result:
-    """Read, shape, resolve and check the specification at `path`.
+def compile_spec(path: str, values: Mapping[str, str] = _AS_WRITTEN) -> Result:
+    """Read, shape, resolve and check the system at `path`; any other file is refused (E0102).
+
+    `values` are texts of constants, by name, that take the place of those in the files.
+    """
+    loader = Loader(Findings(), reach=reach_of(path))
+    with one_run():
+        return _compiled(loader.load(path), loader, values)
+
+
+def check_spec(path: str, loader: Loader | None = None) -> Result:
+    """Like `compile_spec`, but what systems use is checked too, as far as it goes by itself.
 
     An editor brings its own loader, which keeps the files and all that was found.
     """
+    loader = loader or Loader(Findings(), reach=reach_of(path))
+    with one_run():
+        file = loader.load(path)
+        if file is not None and file.spec.is_part:
+            return _checked_alone(file, loader)
+        return _compiled(file, loader)
+
+
+def _checked_alone(file: Loaded, loader: Loader) -> Result:
     from specc.checks import run_checks
 
-    loader = loader or Loader(Findings())
     findings = loader.findings
-    file = loader.load(path)
+    system, resolver = resolve_alone(file, loader.load, findings, loader.reach)
+    broken, faulty = frozenset(resolver.broken), frozenset(resolver.faulty)
+    checked, proofs = run_checks(system, broken, faulty, sound=False)
+    own = told_of_comments(findings.diagnostics, loader.sources)
+    found = (*own, *(d for d in checked if is_certain(d, file.path)))
+    return Result(system, proofs, found, loader.sources, broken, is_part=True)
+
+
+def _compiled(
+    file: Loaded | None, loader: Loader, values: Mapping[str, str] = _AS_WRITTEN
+) -> Result:
+    from specc.checks import run_checks
+
+    findings = loader.findings
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
-    resolved = resolve(file, loader.load, findings)
+    resolved = resolve(file, loader.load, findings, loader.reach, loader.given(values))
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
     own = told_of_comments(findings.diagnostics, loader.sources)
@@ -66,18 +106,19 @@ def compile_spec(path: str, loader: Loader | None = None) -> Result:
 
 def read_spec(path: str) -> Result:
     """Read, shape and resolve the specification at `path`; nothing is proved of it."""
-    loader = Loader(Findings())
-    file = loader.load(path)
-    resolved = resolve(file, loader.load, loader.findings) if file is not None else None
+    loader = Loader(Findings(), reach=reach_of(path))
+    with one_run():
+        file = loader.load(path)
+        if file is None:
+            return Result(None, None, tuple(loader.findings.diagnostics), loader.sources)
+        resolved = resolve(file, loader.load, loader.findings, loader.reach)
     diagnostics = tuple(loader.findings.diagnostics)
-    if resolved is None:
-        return Result(None, None, diagnostics, loader.sources)
     return Result(resolved.system, None, diagnostics, loader.sources, resolved.broken)
 
 
-def build(path: str) -> Build:
-    """Compile the specification at `path`, then lower and emit it."""
-    result = compile_spec(path)
+def build(path: str, values: Mapping[str, str] = _AS_WRITTEN) -> Build:
+    """Compile the specification at `path`, with `values` of constants, then lower and emit it."""
+    result = compile_spec(path, values=values)
     if not result.ok or result.system is None:
         return Build(result, "", {})
     from specc.emit import FormatError, emit

@@ -4,9 +4,10 @@ A pass names a `Place` by keys and indices; `Sources` turns it into a `Span` of 
 Nothing here knows YAML: the reader hands over a tree of `Node`s with character offsets.
 """
 
+import os
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -17,6 +18,9 @@ Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
 
 _LINE_BREAK = re.compile(r"\r\n|\r|\n")
+
+COMMAND_LINE = "--set"
+"""What stands for a file where a text was given on the command line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +86,20 @@ class SourceFile:
         """Text of every line without its line break."""
         return _LINE_BREAK.split(self.text)
 
+    @cached_property
+    def next_with_content(self) -> list[int]:
+        """Number of the first line from each on that is neither empty nor a comment; else the last.
+
+        The first entry is for line 1.
+        """
+        found, after = [], len(self.lines)
+        for number in range(len(self.lines), 0, -1):
+            text = self.lines[number - 1].strip()
+            if text and not text.startswith("#"):
+                after = number
+            found.append(after)
+        return found[::-1]
+
     def line(self, number: int) -> str:
         """Text of a line, counted from 1, without its line break; empty beyond the file."""
         return self.lines[number - 1] if 1 <= number <= len(self.lines) else ""
@@ -132,6 +150,25 @@ class SourceFile:
     def _position(self, offset: int) -> tuple[int, int]:
         line = bisect_right(self.line_starts, offset)
         return line, offset - self.line_starts[line - 1] + 1
+
+
+def on_command_line(values: Mapping[str, str]) -> SourceFile:
+    """Values given by name on the command line, as a file with a line `name=value` for each."""
+    top, text = Node(0, 0), ""
+    for name, value in values.items():
+        begin = len(text) + len(name) + 1
+        top.keys[name] = Node(len(text), begin - 1, name)
+        top.values[name] = Node(begin, begin + len(value), value)
+        text += f"{name}={value}\n"
+    return SourceFile(COMMAND_LINE, text, top)
+
+
+def real_path(path: str) -> str:
+    """One name for all spellings of a path."""
+    try:
+        return os.path.realpath(path)
+    except (OSError, ValueError):  # no file has this name, as reading it will tell
+        return path
 
 
 class Sources:

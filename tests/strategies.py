@@ -18,13 +18,25 @@ from specc.expr.evaluate_builtins import compose, pose, translation
 from specc.model import expr as m
 from specc.model.system import Operator
 from specc.model.trace import Trace
-from specc.model.types import Bool, Enum, Int, ListOf, Pose, Real, Record, Spatial, Type, Vector
+from specc.model.types import (
+    Bool,
+    Enum,
+    Int,
+    ListOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
 from specc.model.units import METRE, RADIAN, SECOND
 from specc.source import Place
 
 MODE = Enum("Mode", ("u", "c", "g", "s"))
 FINGERS = Enum("Fingers", ("open", "closed"))
-READING = Record("Reading", (), (("d", Real(METRE)), ("mode", MODE)))
+READING = Record("Reading", (), (("d", Real(METRE)), ("mode", MODE)), "tests.strategies:Reading")
 NAMES = TypeNames(
     frames={name: name for name in "BEKO"},
     types={"Mode": lambda _: MODE, "Fingers": lambda _: FINGERS, "Reading": lambda _: READING},
@@ -43,20 +55,31 @@ def _types(**texts: str) -> dict[str, Type]:
 def _operator(name: str, signature: str) -> Operator:
     names = TypeNames(NAMES.frames, NAMES.types, variables_allowed=True)
     parameters, result = parse_signature(signature, names)
-    return Operator(name, parameters, result, "demo:f", "", Trace(), Place(""))
+    return Operator(name, parameters, result, "tool:f", "", Trace(), Place(""))
 
 
 INPUTS = {
     ("c", name): type
     for name, type in _types(
-        T_d="pose[B, E]", b="vector[6, Mode]", d_d="real[m]", go="bool", mode="Mode", n="int"
+        T_d="pose[B, E]",
+        b="vector[6, Mode]",
+        d_d="real[m]",
+        go="bool",
+        mode="Mode",
+        n="int",
+        F_d="partial[wrench[E]]",
     ).items()
 } | {
     ("E", name): type
     for name, type in _types(m_m="vector[6, rad]", F_m="wrench[E]", F="Fingers").items()
 }
 MEMORY = _types(
-    q_p="vector[6, rad]", p="vector[3, m]", count="int", X_EO="pose[E, O]", seen="list[Reading]"
+    q_p="vector[6, rad]",
+    p="vector[3, m]",
+    count="int",
+    X_EO="pose[E, O]",
+    seen="list[Reading]",
+    push="partial[vector[3, N]]",
 )
 LETS = _types(T_c="pose[B, E]", ratio="real", distances="list[real[m]]", F_c="wrench[E]")
 CONSTANTS = _types(tolerance="real[m]", turn_limit="real[rad]", best="Reading", X_KB="pose[K, B]")
@@ -137,7 +160,7 @@ class _Maker:
                 choices.append(members.map(lambda name: m.Member(name, type=type)))
             case Vector():
                 choices.append(st.just(type).map(self.items))
-            case Spatial() | ListOf() if not rooted:
+            case Spatial() | ListOf() | PartialOf() if not rooted:
                 choices.append(st.just(type).map(self.items))
             case Pose() if not rooted:
                 choices.append(st.just(m.Builtin("identity", (), type=type)))
@@ -165,24 +188,23 @@ class _Maker:
         return [*found, m.Clock("entered", type=Bool())]
 
     def items(self, type: Type, depth: int = 0) -> m.Expr:
-        match type:
-            case Vector():
-                types: list[Type] = [type.element] * type.size
-            case Spatial():
-                types = [Real(type.linear)] * 3 + [Real(type.angular)] * 3
+        match type.value if isinstance(type, PartialOf) else type:
+            case Vector(size=size, element=element):
+                types: list[Type] = [element] * size
+            case Spatial(linear=linear, angular=angular):
+                types = [Real(linear)] * 3 + [Real(angular)] * 3
             case _:
                 assert isinstance(type, ListOf)
                 types = [type.element] * self.draw(st.integers(0, 3))
         made = [self.item(t, depth) for t in types]
-        if isinstance(type, Vector) and isinstance(made[0], m.Unused):
-            made[0] = self.leaf(type.element, 0, True)
+        if isinstance(type, PartialOf):
+            missing = self.draw(st.integers(0, len(made) - 1))
+            made[missing] = m.Unused(type=types[missing])
         if isinstance(type, ListOf):
             type = ListOf(type.element, nonempty=bool(made))
         return m.Items(tuple(made), type=type)
 
     def item(self, type: Type, depth: int) -> m.Expr:
-        if isinstance(type, Real) and self.draw(st.integers(0, 7)) == 0:
-            return m.Unused(type=type)
         if depth > 0 and self.draw(st.booleans()):
             return self.make(type, depth - 1, rooted=True)
         return self.leaf(type, 0, True)
@@ -408,6 +430,8 @@ def values(type: Type) -> st.SearchStrategy[object]:
             return st.tuples(*[values(type.element)] * type.size)
         case Spatial():
             return st.tuples(*[values(Real())] * 6)
+        case PartialOf(value=inner):
+            return values(inner)
         case ListOf():
             return st.lists(values(type.element), max_size=3).map(tuple)
         case Record():

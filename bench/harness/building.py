@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -34,7 +35,20 @@ def generate(spec: Path, directory: Path) -> Path:
 
 def fresh(package: Path, base: Path, name: str) -> Subsystem:
     """A subsystem of a generated package that has not started; `base` is where its files are."""
-    return load_system(package, base).scheduled(name).subsystem
+    modules = _modules(package, base)
+    sys.modules.update(
+        {n: m for n, m in modules.items() if n != "system"}
+    )  # another package of that name may have been loaded since
+    return modules["system"].build(str(base)).scheduled(name).subsystem  # type: ignore[no-any-return]  # generated
+
+
+@cache
+def _modules(package: Path, base: Path) -> dict[str, ModuleType]:
+    """The modules of a package by their names, and the one of the system as `system`."""
+    load_system(package, base)
+    prefix = f"generated_{package.name}"
+    found = {n: m for n, m in sys.modules.items() if n == prefix or n.startswith(f"{prefix}.")}
+    return {**found, "system": found[f"{prefix}.system"]}
 
 
 def module_of(kind: type) -> ModuleType:

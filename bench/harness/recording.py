@@ -7,9 +7,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from specc_runtime.application import open_plant
+from specc_runtime.application import open_judge, open_plant
 from specc_runtime.clock import WallClock
-from specc_runtime.loading import load_class, load_system
+from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.session import Session
 from specc_runtime.subsystem import Subsystem
@@ -36,13 +36,12 @@ def _record(package: Path, base: Path, duration_s: float | None) -> Recorded:
         package, base, duration_s=duration_s, cycles=None if duration_s else 1, quiet=True
     )
     system = load_system(package, base)
-    plant = open_plant(system, options)
+    plant = open_plant(system, options.base, options.seed, options.renderer)
     recorded: Recorded = {}
     try:
         for item in system.subsystems:
             recorded[item.subsystem.name] = _listen(item.subsystem)
-        judge = load_class(system.task.judge)(plant) if system.task and system.task.judge else None
-        Session(options, system, plant, judge, WallClock()).run()
+        Session(options, system, plant, open_judge(system, plant), WallClock()).run()
     finally:
         if plant is not None:
             plant.close()

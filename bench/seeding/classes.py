@@ -9,6 +9,7 @@ from typing import Any
 from bench.seeding import (
     flow_faults,
     machine_faults,
+    meaning_faults,
     name_faults,
     plant_faults,
     structure_faults,
@@ -20,6 +21,7 @@ GROUPS = {
     "Text and keys": text_faults.FAULTS,
     "Names": name_faults.FAULTS,
     "Types, units, frames": type_faults.FAULTS,
+    "Numbers and expressions": meaning_faults.FAULTS,
     "Structure": structure_faults.FAULTS,
     "Machines": machine_faults.FAULTS,
     "What flows": flow_faults.FAULTS,

@@ -128,6 +128,46 @@ def _contradicted(sheet: Sheet, kind: str) -> Iterator[Seed]:
             yield seed(sheet.replaced(node, f'"{part} and not {part}"'), *places)
 
 
+def _constant_parts(sheet: Sheet) -> Iterator[Seed]:
+    """A part beside the rest that is always or never so: a contradiction, a time, the clock."""
+    for machine in machines(sheet):
+        for kind in ("initial", "terminal"):
+            for route in machine.entries("conditions", kind):
+                node = sheet.at(sheet.scalar(route, "when"))
+                inner = sheet.raw(node).strip().strip("\"'")
+                if "\n" in inner or inner in ("True", "False"):
+                    continue
+                for wrong in (
+                    "(elapsed > 2[s] and elapsed < 1[s])",
+                    "elapsed < 0.1[ms]",
+                    "entered",
+                ):
+                    yield seed(sheet.replaced(node, f'"({inner}) or {wrong}"'))
+
+
+def _turned_round(sheet: Sheet) -> Iterator[Seed]:
+    """An error that holds at once: `elapsed < 3[s]` for `elapsed > 3[s]`."""
+    for machine in machines(sheet):
+        for route in machine.entries("conditions", "error"):
+            node = sheet.at(sheet.scalar(route, "when"))
+            found = re.search(r"elapsed (>) (?!x\.)", sheet.raw(node))
+            if found:
+                start = node.start + found.start(1)
+                yield seed(Edit(start, start + 1, "<"), node.start, sheet.key(route).start)
+
+
+def _too_late(sheet: Sheet) -> Iterator[Seed]:
+    """A behaviour that ends at once, beside an error that takes its time."""
+    for machine in machines(sheet):
+        for name in machine.get("behaviours"):
+            behaviour = machine.get("behaviours", name)
+            kind = machine.text_of("error", behaviour.get("error", "never"))
+            if re.search(r"elapsed > (?!x\.)", kind) and "terminal" in behaviour:
+                node = sheet.at(machine.below("behaviours", name, "terminal"))
+                error = machine.below("conditions", "error", behaviour["error"])
+                yield seed(sheet.replaced(node, "always"), elsewhere=[sheet.key(error).start])
+
+
 def _unreachable(sheet: Sheet) -> Iterator[Seed]:
     """Another state, from which rows lead away but to which none leads."""
     for machine in machines(sheet):
@@ -265,6 +305,7 @@ def _superfluous(sheet: Sheet) -> Iterator[Seed]:
 
 
 _READS = "E0701 E0702 E0705 W0415 W0416"
+_LEADS = f"{_READS} E0514"
 
 FAULTS = (
     fault("missing case (one of several rows)", "E0601", _missing_rows),
@@ -289,8 +330,22 @@ FAULTS = (
         _never_ending,
         {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"},
     ),
-    fault("trap state (no rows)", "E0603 O0605", _traps),
-    fault("trap state (all rows lead back)", "W0612", _returning, {Follows.WAY: _READS}),
+    fault("part of a condition that is constant", "W0617", _constant_parts, {Follows.WAY: _READS}),
+    fault(
+        "error that holds at once",
+        "W0618",
+        _turned_round,
+        {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"},
+        several=Follows.EACH,
+    ),
+    fault(
+        "condition that comes too late",
+        "W0618",
+        _too_late,
+        {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"},
+    ),
+    fault("trap state (no rows)", "E0603 O0605", _traps, {Follows.WAY: "E0514"}),
+    fault("trap state (all rows lead back)", "W0612", _returning, {Follows.WAY: _LEADS}),
     fault("missing row for the error cause", "E0603", _no_error_rows),
     fault("new error without a row", "E0603", _new_errors, several=Follows.EVERY_STATE),
     fault("row for a cause that never occurs", "W0604", _idle_rows),
@@ -301,7 +356,7 @@ FAULTS = (
         several=Follows.EACH,
     ),
     fault("unreachable state", "W0607", _unreachable),
-    fault("targets of two rows swapped", "W0607", _swapped, {Follows.WAY: _READS}),
+    fault("targets of two rows swapped", "W0607", _swapped, {Follows.WAY: _LEADS}),
     fault("two writers", "E0608", _two_writers, {Follows.WAY: _READS}, several=Follows.EACH),
     fault("function named twice", "E0608", _named_twice, several=Follows.EACH),
     fault("part that nothing uses", "W0611", _unused),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 from bench.seeding.fault import Follows, Seed, fault, seed
+from bench.seeding.machine import machines
 from bench.seeding.sheet import Edit, Sheet, misspelt
 from specc.source import Route
 
@@ -79,6 +81,59 @@ def _noises(sheet: Sheet) -> Iterator[Seed]:
             yield seed(sheet.replaced(sheet.at(route), '"-1[N]"'))
 
 
+def _noise_units(sheet: Sheet) -> Iterator[Seed]:
+    """Amperes, or the unit of the sensor beside it."""
+    for binding in _bindings(sheet):
+        route: Route = (*binding, "noise")
+        one = sheet.get(route)
+        if isinstance(one, list):
+            for index, other in enumerate(reversed(one)):
+                if other != one[index]:
+                    yield seed(sheet.replaced(sheet.at((*route, index)), f'"{other}"'))
+        elif isinstance(one, str) and "[" in one:
+            yield seed(sheet.replaced(sheet.at(route), '"0.1[A]"'))
+
+
+def _other_sensors(sheet: Sheet) -> Iterator[Seed]:
+    """A sensor that another element has, which is of another kind."""
+    plain = [b for b in _bindings(sheet) if not sheet.has((*b, "through"))]
+    every = [(b, r) for b in plain for r in sheet.entries((*b, "sensors"))]
+    for binding, route in every:
+        for other, _ in [(r, b) for b, r in every if b != binding]:
+            yield seed(sheet.replaced(sheet.at(route), str(sheet.get(other))))
+
+
+def _other_actuators(sheet: Sheet) -> Iterator[Seed]:
+    """The servos of two elements changed round."""
+    plain = [b for b in _bindings(sheet) if not sheet.has((*b, "through"))]
+    commanded = [b for b in plain if _is_command(sheet, b)]
+    for first, second in itertools.pairwise(commanded):
+        routes = [(*binding, "actuators", 0) for binding in (first, second)]
+        names = [str(sheet.get(route)) for route in routes]
+        edits = [sheet.replaced(sheet.at(r), n) for r, n in zip(routes, names[::-1], strict=True)]
+        yield seed(edits, *(edit.start for edit in edits))
+
+
+def _joints_twice(sheet: Sheet) -> Iterator[Seed]:
+    for binding in _bindings(sheet):
+        routes = sheet.entries((*binding, "joints"))
+        for route, other in itertools.pairwise(routes):
+            edit = sheet.replaced(sheet.at(other), str(sheet.get(route)))
+            yield seed(edit)
+
+
+def _disordered(sheet: Sheet) -> Iterator[Seed]:
+    """Two joints changed round, beside the actuators that drive them."""
+    for binding in _bindings(sheet):
+        routes = sheet.entries((*binding, "joints")) if sheet.has((*binding, "actuators")) else []
+        for one, other in itertools.pairwise(routes):
+            edits = [
+                sheet.replaced(sheet.at(one), str(sheet.get(other))),
+                sheet.replaced(sheet.at(other), str(sheet.get(one))),
+            ]
+            yield seed(edits, *(edit.start for edit in edits))
+
+
 def _rates(sheet: Sheet) -> Iterator[Seed]:
     for binding in _bindings(sheet):
         if sheet.has((*binding, "rate")):
@@ -127,6 +182,23 @@ def _tasks(sheet: Sheet) -> Iterator[Seed]:
         yield seed(sheet.replaced(sheet.at(route), "nothing"))
 
 
+def _cycles(sheet: Sheet) -> Iterator[Seed]:
+    """A cycle between states that no row joins."""
+    cycle = ("task", "cycle")
+    for machine in machines(sheet):
+        whole = [
+            *machine.route[1:2],
+            {"control": "c"}.get(str(machine.route[-1]), machine.route[-1]),
+        ]
+        if ".".join(map(str, whole)) != sheet.get((*cycle, "of")):
+            continue
+        source = sheet.get((*cycle, "from"))
+        joined = {row[3] for _, row in machine.rows() if row[0] == source}
+        for state in machine.get("states"):
+            if state not in joined:
+                yield seed(sheet.replaced(sheet.at((*cycle, "to")), state))
+
+
 FAULTS = (
     fault("wrong actuator in the binding", "E0502", _actuators),
     fault("wrong joint in the binding", "E0502", _joints),
@@ -137,7 +209,13 @@ FAULTS = (
     fault("binding of the wrong size", "E0507", _sizes, {Follows.BOTH: "E0508"}),
     fault("binding of the wrong kind", "E0505", _kinds),
     fault("noise that does not fit", "E0506 E0510", _noises),
+    fault("noise in another unit", "E0510", _noise_units),
+    fault("sensor of another kind", "E0511", _other_sensors),
+    fault("servo of another kind", "E0511", _other_actuators, several=Follows.EACH),
+    fault("joint twice in a binding", "E0512", _joints_twice),
+    fault("joints in another order than actuators", "W0513", _disordered),
     fault("rate of a sensor that does not fit", "E0509", _rates),
-    fault("actuator driven twice", "E0508", _driven_twice),
+    fault("actuator driven twice", "E0508", _driven_twice, {Follows.BOTH: "E0511"}),
     fault("task about what does not exist", "E0201 E0217 E0220", _tasks),
+    fault("cycle that no row ends", "E0514", _cycles),
 )

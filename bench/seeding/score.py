@@ -10,7 +10,7 @@ from pathlib import Path
 from bench.seeding.fault import Fault, Follows, Seed
 from bench.seeding.sheet import Sheet
 from specc.diagnostics.report import Finding, Spot, resolve
-from specc.pipeline import compile_spec
+from specc.pipeline import check_spec
 from specc.read import Document, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
@@ -81,7 +81,7 @@ class Bed:
                 return read_text(path, text, row_keys)
             return read_file(path, row_keys)
 
-        result = compile_spec(self.system, Loader(Findings(), read))
+        result = check_spec(self.system, Loader(Findings(), read))
         return resolve(result.diagnostics, result.sources)
 
 

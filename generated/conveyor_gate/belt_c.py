@@ -42,7 +42,7 @@ class Memory:
     __slots__ = ()
 
 
-class Belt(Subsystem):
+class BeltC(Subsystem):
     """Belt."""
 
     x: Inputs

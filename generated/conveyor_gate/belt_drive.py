@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
+from specc_runtime.builtins import finite
 from specc_runtime.subsystem import Equations, Subsystem
 
 PERIOD: Final = 0.01  # s, 100 Hz
@@ -91,7 +92,9 @@ class BeltDrive(Subsystem):
         x = self.x
         y = self.y
         memory = self.memory
-        v_n = memory.v_p + min(max(x.c_v_d - memory.v_p, -RAMP * PERIOD), RAMP * PERIOD)
+        v_n = finite(
+            memory.v_p + min(max(finite(x.c_v_d - memory.v_p), -RAMP * PERIOD), RAMP * PERIOD)
+        )
         y.E_v_s = v_n
         y.c_v = x.E_v_m
         memory.v_p = v_n

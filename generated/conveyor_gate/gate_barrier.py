@@ -37,7 +37,7 @@ class Memory:
     __slots__ = ()
 
 
-class Barrier(Subsystem):
+class GateBarrier(Subsystem):
     """Barrier."""
 
     x: Inputs

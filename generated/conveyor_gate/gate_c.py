@@ -42,7 +42,7 @@ class Memory:
     __slots__ = ()
 
 
-class Gate(Subsystem):
+class GateC(Subsystem):
     """Gate."""
 
     x: Inputs

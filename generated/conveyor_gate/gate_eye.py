@@ -36,7 +36,7 @@ class Memory:
     __slots__ = ()
 
 
-class ParcelDetector(Subsystem):
+class GateEye(Subsystem):
     """Parcel detector."""
 
     x: Inputs

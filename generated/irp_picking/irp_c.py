@@ -11,6 +11,7 @@ from typing import ClassVar, Final
 
 from specc_runtime.builtins import (
     argmax,
+    finite,
     identity,
     inverse,
     near_pose,
@@ -21,19 +22,46 @@ from specc_runtime.builtins import (
     translation,
     vector,
 )
-from specc_runtime.operators.grasping import grasp_pose as GC
-from specc_runtime.operators.grasping import left_right_grasp as LR
-from specc_runtime.operators.kinematics import direct_kinematics as DK
-from specc_runtime.operators.scene import graspable_objects as GO
-from specc_runtime.operators.scene import transform_objects as TO
-from specc_runtime.operators.scene import update_scene as US
-from specc_runtime.operators.vision.values import Object
+from specc_runtime.contracts import (
+    as_instance,
+    as_list,
+    as_pose,
+    as_real,
+    as_record,
+    as_text,
+    as_vector,
+    operator,
+)
+from specc_runtime.operators.grasping import FingerPoses as Fingers
+from specc_runtime.operators.grasping import grasp_pose, left_right_grasp
+from specc_runtime.operators.kinematics import direct_kinematics
+from specc_runtime.operators.scene import graspable_objects, transform_objects, update_scene
+from specc_runtime.operators.vision.values import Cloud, FeatureCloud, Object
 from specc_runtime.subsystem import Equations, Subsystem, Transition
 from specc_runtime.values import Pose, Spatial
 
 from .types import Mode
 
 PERIOD: Final = 0.01  # s, 100 Hz
+
+# Operators, whose results are checked against their declared types.
+as_object = as_record(
+    Object,
+    C_rgb=as_instance(Cloud),
+    C_sift=as_instance(FeatureCloud),
+    X=as_pose,
+    confidence=as_real,
+    label=as_text,
+    size=as_vector(3),
+)
+as_fingers = as_record(Fingers, X_Bl=as_pose, X_Br=as_pose)
+GO = operator("GO", graspable_objects, as_list(as_object), "list[Object[B]]")
+TO = operator("TO", transform_objects, as_list(as_object), "list[Object[X]]")
+US = operator("US", update_scene, as_list(as_object), "list[Object[B]]")
+LR = operator("LR", left_right_grasp, as_fingers, "Fingers")
+GC = operator("GC", grasp_pose, as_pose, "pose[B, E]")
+DK = operator("DK", direct_kinematics, as_pose, "pose[B, E]")
+
 POSITION_TOLERANCE: Final = 0.001  # m, when two positions are equal
 ROTATION_TOLERANCE: Final = 0.01  # rad, when two orientations are equal
 Q_S: Final = vector(
@@ -74,10 +102,10 @@ class Outputs:
 
     m_T_d: Pose  # pose[B, E]
     m_b: tuple[Mode, ...]  # vector[6, Mode]
-    m_F_d: Spatial  # wrench[E]
-    m_V_d: Spatial  # twist[E]
-    m_D_d: Spatial  # spatial[E, kg/s, kg*m**2/s]
-    m_I_d: Spatial  # spatial[E, kg, kg*m**2]
+    m_F_d: Spatial  # partial[wrench[E]]
+    m_V_d: Spatial  # partial[twist[E]]
+    m_D_d: Spatial  # partial[spatial[E, kg/s, kg*m**2/s]]
+    m_I_d: Spatial  # partial[spatial[E, kg, kg*m**2]]
     g_d_d: float  # real[m]
 
 
@@ -125,7 +153,7 @@ class Memory:
     c_l: float  # real[A], current at which the fingers have tightened
 
 
-class Picking(Subsystem):
+class IrpC(Subsystem):
     """Picking, Fig. 20."""
 
     x: Inputs
@@ -373,9 +401,9 @@ class Picking(Subsystem):
         O_b = argmax((o.confidence, o) for o in O_g)  # eq. 67
         fingers = LR(O_b)  # poses of the fingertips
         grasp = GC(fingers, memory.X_EF)  # grasp pose
-        memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67
+        memory.d_o = finite(norm(position(fingers.X_Bl) - position(fingers.X_Br)))  # eq. 67
         memory.X_BEg = grasp  # eq. 68
-        memory.X_BEp = grasp @ self._generate_grasp_X_BEp_inverse  # eq. 69
+        memory.X_BEp = finite(grasp @ self._generate_grasp_X_BEp_inverse)  # eq. 69
         memory.O_s = (O_b,)
 
     def _move_to_pregrasp_pose(self) -> None:

@@ -8,15 +8,31 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.operators.gripper import distance_to_motor as DM
-from specc_runtime.operators.gripper import gripper_interpolation as GI
-from specc_runtime.operators.gripper import gripper_regulator as GM
-from specc_runtime.operators.gripper import initial_gripper_regulator_state as GM0
-from specc_runtime.operators.gripper import motor_to_distance as MD
+from specc_runtime.builtins import finite
+from specc_runtime.contracts import as_instance, as_real, as_record, operator
+from specc_runtime.operators.gripper import GripperOutput as GripperDrive
+from specc_runtime.operators.gripper import (
+    distance_to_motor,
+    gripper_interpolation,
+    gripper_regulator,
+    initial_gripper_regulator_state,
+    motor_to_distance,
+)
 from specc_runtime.operators.regulator import RegulatorState
 from specc_runtime.subsystem import Equations, Subsystem, Transition
 
 PERIOD: Final = 0.002  # s, 500 Hz
+
+# Operators, whose results are checked against their declared types.
+as_gripper_drive = as_record(GripperDrive, c_d=as_real, state=as_instance(RegulatorState))
+MD = operator("MD", motor_to_distance, as_real, "real[m]")
+DM = operator("DM", distance_to_motor, as_real, "real[rad]")
+GM = operator("GM", gripper_regulator, as_gripper_drive, "GripperDrive")
+GI = operator("GI", gripper_interpolation, as_real, "real[m]")
+GM0 = operator(
+    "GM0", initial_gripper_regulator_state, as_instance(RegulatorState), "RegulatorState"
+)
+
 FINGER_TOLERANCE: Final = 0.001  # m, when two distances between fingers are equal
 TOLERANCE: Final = FINGER_TOLERANCE  # m
 
@@ -55,7 +71,7 @@ class Memory:
     R_p: RegulatorState  # RegulatorState, previous state of the regulator
 
 
-class Gripper(Subsystem):
+class IrpG(Subsystem):
     """Gripper."""
 
     x: Inputs
@@ -149,7 +165,7 @@ class Gripper(Subsystem):
         x = self.x
         y = self.y
         memory = self.memory
-        held = GM(DM(memory.d_p) - x.E_m_m, memory.R_p)  # drive of the idle behaviour
+        held = GM(finite(DM(memory.d_p) - x.E_m_m), memory.R_p)  # drive of the idle behaviour
         y.E_c_d = held.c_d
         y.c_d_c = d_c
         y.c_c_c = x.E_c_m
@@ -163,7 +179,7 @@ class Gripper(Subsystem):
         d_0 = memory.d_p if self._periods == 0 else memory.d_s
         d_1 = x.c_d_d if self._periods == 0 else memory.d_g  # distance at its end
         d_i = GI(d_0, d_1, self._periods / 500)  # interpolated distance
-        moved = GM(DM(d_i) - x.E_m_m, memory.R_p)  # drive of the motion
+        moved = GM(finite(DM(d_i) - x.E_m_m), memory.R_p)  # drive of the motion
         y.E_c_d = moved.c_d
         y.c_d_c = d_c
         y.c_c_c = x.E_c_m

@@ -8,20 +8,62 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.operators.vision.camera import Intrinsics
-from specc_runtime.operators.vision.camera import kinect_intrinsics as KI
-from specc_runtime.operators.vision.features import extract_features as FE
-from specc_runtime.operators.vision.features import to_cartesian as IC
-from specc_runtime.operators.vision.grouping import group_correspondences as CG
-from specc_runtime.operators.vision.hypotheses import project_hypotheses as HP
-from specc_runtime.operators.vision.matching import match_features as FM
-from specc_runtime.operators.vision.models import load_models as LM
-from specc_runtime.operators.vision.values import Object, ObjectModel
-from specc_runtime.operators.vision.verification import verify_hypotheses as HV
+from specc_runtime.contracts import (
+    as_instance,
+    as_list,
+    as_pose,
+    as_real,
+    as_record,
+    as_text,
+    as_vector,
+    operator,
+)
+from specc_runtime.operators.vision.camera import Intrinsics, kinect_intrinsics
+from specc_runtime.operators.vision.features import extract_features, to_cartesian
+from specc_runtime.operators.vision.grouping import group_correspondences
+from specc_runtime.operators.vision.hypotheses import project_hypotheses
+from specc_runtime.operators.vision.matching import match_features
+from specc_runtime.operators.vision.models import load_models
+from specc_runtime.operators.vision.values import (
+    Cloud,
+    FeatureCloud,
+    Features,
+    Matches,
+    Object,
+    ObjectModel,
+)
+from specc_runtime.operators.vision.values import PoseHypothesis as Hypothesis
+from specc_runtime.operators.vision.verification import verify_hypotheses
 from specc_runtime.subsystem import Equations, Subsystem, Transition
 from specc_runtime.values import Depth, Rgb
 
 PERIOD: Final = 0.2  # s, 5 Hz
+
+# Operators, whose results are checked against their declared types.
+as_object = as_record(
+    Object,
+    C_rgb=as_instance(Cloud),
+    C_sift=as_instance(FeatureCloud),
+    X=as_pose,
+    confidence=as_real,
+    label=as_text,
+    size=as_vector(3),
+)
+as_object_model = as_record(
+    ObjectModel,
+    label=as_text,
+    C_rgb=as_instance(Cloud),
+    C_sift=as_instance(FeatureCloud),
+    size=as_vector(3),
+)
+FE = operator("FE", extract_features, as_instance(Features), "Features")
+IC = operator("IC", to_cartesian, as_instance(FeatureCloud), "FeatureCloud[K]")
+FM = operator("FM", match_features, as_instance(Matches), "Matches")
+CG = operator("CG", group_correspondences, as_list(as_instance(Hypothesis)), "list[Hypothesis[K]]")
+HP = operator("HP", project_hypotheses, as_list(as_object), "list[Object[K]]")
+HV = operator("HV", verify_hypotheses, as_list(as_object), "list[Object[K]]")
+LM = operator("LM", load_models, as_list(as_object_model), "list[ObjectModel]")
+KI = operator("KI", kinect_intrinsics, as_instance(Intrinsics), "Intrinsics")
 
 
 class Inputs:
@@ -54,7 +96,7 @@ class Memory:
     P: Intrinsics  # Intrinsics, intrinsic parameters of the Kinect
 
 
-class ObjectRecognition(Subsystem):
+class IrpK(Subsystem):
     """Object recognition, Fig. 16."""
 
     x: Inputs

@@ -8,20 +8,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.builtins import near_pose, vector
-from specc_runtime.operators.dynamics import Arm
-from specc_runtime.operators.dynamics import gravity_feedforward as GF
-from specc_runtime.operators.dynamics import load_arm as LA
-from specc_runtime.operators.force_control import angle_axis_to_pose as AA
-from specc_runtime.operators.force_control import eliminate_gravity as GE
-from specc_runtime.operators.force_control import position_force as PF
-from specc_runtime.operators.interpolation import motor_interpolation as MI
-from specc_runtime.operators.kinematics import direct_kinematics as DK
-from specc_runtime.operators.kinematics import inverse_kinematics as IK
-from specc_runtime.operators.motors import initial_regulator_state as MR0
-from specc_runtime.operators.motors import joint_to_motor as JM
-from specc_runtime.operators.motors import motor_regulator as MR
-from specc_runtime.operators.motors import motor_to_joint as MJ
+from specc_runtime.builtins import finite, near_pose, vector
+from specc_runtime.contracts import as_instance, as_pose, as_record, as_vector, operator
+from specc_runtime.operators.dynamics import Arm, gravity_feedforward, load_arm
+from specc_runtime.operators.force_control import (
+    angle_axis_to_pose,
+    eliminate_gravity,
+    position_force,
+)
+from specc_runtime.operators.interpolation import motor_interpolation
+from specc_runtime.operators.kinematics import direct_kinematics, inverse_kinematics
+from specc_runtime.operators.motors import (
+    initial_regulator_state,
+    joint_to_motor,
+    motor_regulator,
+    motor_to_joint,
+)
+from specc_runtime.operators.regulator import RegulatorOutput as MotorDrive
 from specc_runtime.operators.regulator import RegulatorState
 from specc_runtime.subsystem import Equations, Subsystem, Transition
 from specc_runtime.values import Pose, Spatial, Vector
@@ -29,6 +32,22 @@ from specc_runtime.values import Pose, Spatial, Vector
 from .types import Mode
 
 PERIOD: Final = 0.002  # s, 500 Hz
+
+# Operators, whose results are checked against their declared types.
+as_motor_drive = as_record(MotorDrive, c_d=as_vector(6), state=as_instance(RegulatorState))
+MJ = operator("MJ", motor_to_joint, as_vector(6), "vector[6, rad]")
+DK = operator("DK", direct_kinematics, as_pose, "pose[B, E]")
+GF = operator("GF", gravity_feedforward, as_vector(6), "vector[6, A]")
+GE = operator("GE", eliminate_gravity, as_vector(6), "wrench[E]", "eq. 25")
+MR = operator("MR", motor_regulator, as_motor_drive, "MotorDrive")
+IK = operator("IK", inverse_kinematics, as_vector(6), "vector[6, rad]")
+JM = operator("JM", joint_to_motor, as_vector(6), "vector[6, rad]")
+MI = operator("MI", motor_interpolation, as_vector(6), "vector[6, rad]")
+PF = operator("PF", position_force, as_vector(6), "twist[E]", "eq. 26; Tables 5, 6")
+AA = operator("AA", angle_axis_to_pose, as_pose, "pose[E, E]")
+MR0 = operator("MR0", initial_regulator_state, as_instance(RegulatorState), "RegulatorState")
+LA = operator("LA", load_arm, as_instance(Arm), "Arm")
+
 POSITION_TOLERANCE: Final = 0.001  # m, when two positions are equal
 ROTATION_TOLERANCE: Final = 0.01  # rad, when two orientations are equal
 TOOL_WEIGHT: Final = 13.18  # N, weight below the force-torque sensor
@@ -54,10 +73,10 @@ class Inputs:
 
     c_T_d: Pose  # pose[B, E], desired pose of the end-effector
     c_b: tuple[Mode, ...]  # vector[6, Mode], modes of the position-force regulators
-    c_F_d: Spatial  # wrench[E], desired force exerted by the manipulator
-    c_V_d: Spatial  # twist[E], desired velocity
-    c_D_d: Spatial  # spatial[E, kg/s, kg*m**2/s], desired damping
-    c_I_d: Spatial  # spatial[E, kg, kg*m**2], desired inertia
+    c_F_d: Spatial  # partial[wrench[E]], desired force exerted by the manipulator
+    c_V_d: Spatial  # partial[twist[E]], desired velocity
+    c_D_d: Spatial  # partial[spatial[E, kg/s, kg*m**2/s]], desired damping
+    c_I_d: Spatial  # partial[spatial[E, kg, kg*m**2]], desired inertia
     E_m_m: Vector  # vector[6, rad], measured motor positions
     E_F_m: Spatial  # wrench[S], measured wrench
 
@@ -91,7 +110,7 @@ class Memory:
     arm: Arm  # Arm, masses of the arm
 
 
-class Manipulator(Subsystem):
+class IrpM(Subsystem):
     """Manipulator, Fig. 9."""
 
     x: Inputs
@@ -252,7 +271,7 @@ class Manipulator(Subsystem):
         memory = self.memory
         weight = GF(q_c, memory.arm)  # currents that carry the weight
         F_c = GE(x.E_F_m, T_c, TOOL_WEIGHT, P_S_COM)  # current force without gravity
-        held = MR(memory.m_d - x.E_m_m, memory.R_p, weight)  # drive of the idle behaviour
+        held = MR(finite(memory.m_d - x.E_m_m), memory.R_p, weight)
         y.E_c_d = held.c_d  # eq. 14; Fig. 11
         y.c_T_c = T_c  # eq. 15; Fig. 11
         y.c_F_c = F_c  # eq. 15; Fig. 11
@@ -270,7 +289,7 @@ class Manipulator(Subsystem):
         weight = GF(q_c, memory.arm)  # currents that carry the weight
         m_i = MI(m_0, m_1, self._periods / 500)  # interpolated motor positions
         F_c = GE(x.E_F_m, T_c, TOOL_WEIGHT, P_S_COM)  # current force without gravity
-        moved = MR(m_i - x.E_m_m, memory.R_p, weight)  # drive of the P2P motion
+        moved = MR(finite(m_i - x.E_m_m), memory.R_p, weight)  # drive of the P2P motion
         y.E_c_d = moved.c_d  # eq. 17; Fig. 12
         y.c_T_c = T_c  # eq. 18; Fig. 12
         y.c_F_c = F_c  # eq. 18; Fig. 12
@@ -290,9 +309,9 @@ class Manipulator(Subsystem):
         weight = GF(q_c, memory.arm)  # currents that carry the weight
         F_c = GE(x.E_F_m, T_c, TOOL_WEIGHT, P_S_COM)  # current force without gravity
         r_d = PF(x.c_F_d, x.c_V_d, x.c_D_d, x.c_I_d, x.c_b, memory.r_p, F_c, PERIOD)  # eq. 26
-        q_d = IK(DK(memory.q_p) @ AA(r_d * PERIOD), memory.q_p)  # desired joint positions
+        q_d = IK(finite(DK(memory.q_p) @ AA(finite(r_d * PERIOD))), memory.q_p)
         m_f = JM(q_d)  # desired motor positions
-        forced = MR(m_f - x.E_m_m, memory.R_p, weight)  # drive of the position-force control
+        forced = MR(finite(m_f - x.E_m_m), memory.R_p, weight)
         y.E_c_d = forced.c_d  # eq. 27; Fig. 13
         y.c_T_c = T_c  # eq. 24
         y.c_F_c = F_c  # eq. 25

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from os.path import join
 
+from specc_runtime.contracts import as_depth, as_real, as_rgb, as_vector
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.irp6 import (
     drive_torques,
@@ -26,10 +27,12 @@ from specc_runtime.system import (
     Task,
 )
 
-from .irp_c import Picking
-from .irp_g import Gripper
-from .irp_k import ObjectRecognition
-from .irp_m import Manipulator
+from .irp_c import IrpC
+from .irp_e_g import IrpEG
+from .irp_e_m import IrpEM
+from .irp_g import IrpG
+from .irp_k import IrpK
+from .irp_m import IrpM
 
 
 def build(base: str) -> System:
@@ -43,10 +46,10 @@ def build(base: str) -> System:
         spec="irp_picking.yaml",
         tick_s=0.002,
         subsystems=(
-            Scheduled(Picking(files), ticks=5),
-            Scheduled(Manipulator(files), ticks=1),
-            Scheduled(Gripper(files), ticks=1),
-            Scheduled(ObjectRecognition(files), ticks=100),
+            Scheduled(IrpC(files), ticks=5),
+            Scheduled(IrpM(files), ticks=1),
+            Scheduled(IrpG(files), ticks=1),
+            Scheduled(IrpK(files), ticks=100),
         ),
         connections=(
             Connection("irp.m", "c_T_c", "irp.c", "m_T_c"),
@@ -69,20 +72,47 @@ def build(base: str) -> System:
                     "irp.E.m.m_m",
                     joints=("q1", "q2", "q3", "q4", "q5", "q6"),
                     through=motor_positions,
+                    contract=as_vector(6),
+                    declared="vector[6, rad]",
                 ),
                 SensorBinding(
                     "irp.E.m.F_m",
                     sensors=("wrist_force", "wrist_torque"),
                     through=wrist_wrench,
                     noise=(0.3, 0.01),
+                    contract=as_vector(6),
+                    declared="wrench[S]",
                 ),
                 SensorBinding(
-                    "irp.E.g.m_m", joints=("finger_l", "finger_r"), through=gripper_motor_position
+                    "irp.E.g.m_m",
+                    joints=("finger_l", "finger_r"),
+                    through=gripper_motor_position,
+                    contract=as_real,
+                    declared="real[rad]",
                 ),
-                SensorBinding("irp.E.g.c_m", actuators=("gripper_motor",), through=gripper_current),
-                SensorBinding("irp.R.k.I_rgb", camera="kinect", image="rgb", rate_hz=5.0),
                 SensorBinding(
-                    "irp.R.k.I_d", camera="kinect", image="depth", depth_noise="kinect", rate_hz=5.0
+                    "irp.E.g.c_m",
+                    actuators=("gripper_motor",),
+                    through=gripper_current,
+                    contract=as_real,
+                    declared="real[A]",
+                ),
+                SensorBinding(
+                    "irp.R.k.I_rgb",
+                    camera="kinect",
+                    image="rgb",
+                    rate_hz=5.0,
+                    contract=as_rgb(480, 640),
+                    declared="image[480, 640, 3]",
+                ),
+                SensorBinding(
+                    "irp.R.k.I_d",
+                    camera="kinect",
+                    image="depth",
+                    depth_noise="kinect",
+                    rate_hz=5.0,
+                    contract=as_depth(480, 640),
+                    declared="image[480, 640, 1]",
                 ),
             ),
             actuators=(
@@ -112,6 +142,10 @@ def build(base: str) -> System:
             outputs=(
                 PlantOutput("irp.m", "E_c_d", "irp.E.m.c_d"),
                 PlantOutput("irp.g", "E_c_d", "irp.E.g.c_d"),
+            ),
+            safe=(
+                IrpEM(files),
+                IrpEG(files),
             ),
         ),
         task=Task(

@@ -1,1 +1,64 @@
-"""The runtime of generated robot control systems: work cycle, buffers, operators and plants."""
+"""The runtime of generated robot control systems: work cycle, buffers, operators and plants.
+
+What is listed here is public: docs/your_robot.md describes it, and it keeps its meaning. It is
+imported when it is asked for, so that operators do not wait for what they do not need.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from specc_runtime.application import open_judge, open_plant
+    from specc_runtime.cycle import Executor
+    from specc_runtime.faults import Fault
+    from specc_runtime.latest import Latest
+    from specc_runtime.loading import load_system
+    from specc_runtime.options import UsageError
+    from specc_runtime.plant import NO_SAMPLE, Plant
+    from specc_runtime.plants.errors import PlantError
+    from specc_runtime.records import StepRecord
+    from specc_runtime.system import System
+    from specc_runtime.task import Judge, Scene
+
+__all__ = [
+    "NO_SAMPLE",
+    "Executor",
+    "Fault",
+    "Judge",
+    "Latest",
+    "Plant",
+    "PlantError",
+    "Scene",
+    "StepRecord",
+    "System",
+    "UsageError",
+    "load_system",
+    "open_judge",
+    "open_plant",
+]
+_HOMES = {
+    "application": ("open_judge", "open_plant"),
+    "cycle": ("Executor",),
+    "faults": ("Fault",),
+    "latest": ("Latest",),
+    "loading": ("load_system",),
+    "options": ("UsageError",),
+    "plant": ("NO_SAMPLE", "Plant"),
+    "plants.errors": ("PlantError",),
+    "records": ("StepRecord",),
+    "system": ("System",),
+    "task": ("Judge", "Scene"),
+}
+
+
+def __getattr__(name: str) -> object:
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{home}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

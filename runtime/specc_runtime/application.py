@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import Companion
-from specc_runtime.loading import load_class, load_system
-from specc_runtime.options import Options, UsageError
+from specc_runtime.companion import Companion, FilmError
+from specc_runtime.conformity import shortcomings
+from specc_runtime.faults import Fault, PlantFailed, SceneFailed
+from specc_runtime.keeper import Keeper
+from specc_runtime.loading import load_system, made
+from specc_runtime.options import Options, RendererName, UsageError
+from specc_runtime.plant import Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.report import check_writable, write
+from specc_runtime.report import Report, check_writable, stillborn, write
 from specc_runtime.session import Session
-from specc_runtime.system import System
-from specc_runtime.wiring import without_source
+from specc_runtime.system import PlantSpec, System
+from specc_runtime.task import Judge, Scene
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
@@ -24,60 +29,126 @@ def execute(options: Options) -> int:
     """Run what the options ask for; faults and errors go to standard error."""
     clock = WallClock()
     plant = None
+    session = None
     companions: list[Companion] = []
     try:
         for file in (options.report, options.video):
             if file is not None:
                 check_writable(file)
-        system = load_system(options.directory, options.base)
-        plant = open_plant(system, options)
+        system = load_system(
+            options.directory, options.base, check_operators=options.check_operators
+        )
+        plant = open_plant(system, options.base, options.seed, options.renderer)
         session = _session(options, system, plant, clock)
         _accompany(companions, session, options, system, plant, clock)
+        if options.report is not None:
+            companions.append(Keeper(session, options.report, clock))
         session.run(companions)
     except (UsageError, PlantError) as error:
         print(f"error: {error}", file=sys.stderr)
         return WRONG_USAGE
+    except Fault as fault:
+        return _conclude(stillborn(options, fault), options) or UNFULFILLED
     finally:
-        for companion in companions:
-            companion.close()
+        lost = [film for c in companions if (film := _closed(c))]
         if plant is not None:
-            plant.close()
-    return _conclude(session, options)
+            _close_plant(plant, session)
+    code = _conclude(session.report(), options)
+    for film in lost:
+        print(f"error: {film}", file=sys.stderr)
+    if code or lost:
+        return code or WRONG_USAGE
+    if session.interruption.requested:
+        return session.interruption.exit_code
+    return FULFILLED if session.fulfilled else UNFULFILLED
 
 
-def open_plant(system: System, options: Options) -> Any:
+def _closed(companion: Companion) -> FilmError | None:
+    """Close a companion; the error of a film that is missing."""
+    try:
+        companion.close()
+    except FilmError as error:
+        return error
+    except Exception:  # noqa: BLE001  # it had nothing to say to the run, nor has its end
+        return None
+    return None
+
+
+def _close_plant(plant: Any, session: Session | None) -> None:
+    """Close the plant; a fault if it does not let itself be closed."""
+    try:
+        plant.close()
+    except Exception as error:  # noqa: BLE001  # whatever the user's class raises
+        if session is not None:
+            session.note(PlantFailed(error))
+
+
+def open_plant(
+    system: System, base: str | Path = ".", seed: int = 0, renderer: RendererName = "auto"
+) -> Any:
     """The system's plant, reset with the seed and its scene set; None if it has none.
 
-    Raises PlantError for a model that does not fit, UsageError for a scene that is not there.
+    Raises PlantError for a model that does not fit, UsageError for a plant or a scene that is not
+    there or is not what the run needs, SceneFailed for a scene that raises.
     """
     spec = system.plant
     if spec is None:
-        _refuse_devices(system)
         return None
-    from specc_runtime.plants.mujoco import MujocoPlant
-
-    model = str(options.base / spec.model)
-    plant = MujocoPlant(model, spec.sensors, spec.actuators, renderer=options.renderer)
-    plant.reset(options.seed)
-    if system.task is not None and system.task.scene:
-        load_class(system.task.scene)().place(plant, np.random.default_rng(options.seed))
+    plant = _plant(spec, Path(base), renderer)
+    try:
+        _prepare(plant, system.task.scene if system.task else "", seed)
+    except BaseException:
+        plant.close()
+        raise
     return plant
 
 
-def _refuse_devices(system: System) -> None:
-    """Raises UsageError if subsystems of a system without a plant read what nobody sends."""
-    if missing := without_source(system):
+def _prepare(plant: Any, path: str, seed: int) -> None:
+    """Reset the plant and set the scene, if there is one."""
+    scene: Scene | None = made("scene", path, Scene) if path else None
+    try:
+        plant.reset(seed)
+    except PlantError:
+        raise
+    except Exception as error:  # whatever the user's class raises
+        raise PlantFailed(error) from error
+    if scene is not None:
+        try:
+            scene.place(plant, np.random.default_rng(seed))
+        except Exception as error:  # as above
+            raise SceneFailed(path, error) from error
+
+
+def open_judge(system: System, plant: Any) -> Judge | None:
+    """The judge of the system's task, if it has one; the scene is set.
+
+    Raises UsageError for a judge that is not there or is not what the run needs.
+    """
+    task = system.task
+    if task is None or not task.judge:
+        return None
+    judge: Judge = made("judge", task.judge, Judge, plant=plant)
+    return judge
+
+
+def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
+    if spec.python:
+        return made("plant", spec.python, Plant)
+    if not spec.model:
+        names = [a.name for a in spec.actuators] + [s.name for s in spec.sensors]
         raise UsageError(
-            f"{system.name} has no plant, and nothing else measures {', '.join(missing)}; "
-            "add `plant:` to the specification"
+            f"there is no plant behind {', '.join(names)}; add `plant:` to the specification, or "
+            "run the system from Python with a plant (docs/your_robot.md)"
         )
+    from specc_runtime.plants.mujoco import MujocoPlant
+
+    return MujocoPlant(str(base / spec.model), spec.sensors, spec.actuators, renderer=renderer)
 
 
 def _session(options: Options, system: System, plant: Any, clock: WallClock) -> Session:
     if options.cycles is not None and system.task is None:
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
-    judge = load_class(system.task.judge)(plant) if system.task and system.task.judge else None
-    return Session(options, system, plant, judge, clock)
+    return Session(options, system, plant, open_judge(system, plant), clock)
 
 
 def _accompany(
@@ -90,6 +161,12 @@ def _accompany(
 ) -> None:
     if (options.video or options.viewer) and plant is None:
         raise UsageError(f"--video and --viewer: {system.name} has no plant to look at")
+    for wanted, option, protocol in (
+        (options.video, "--video", Pictured),
+        (options.viewer, "--viewer", Viewable),
+    ):
+        if wanted and (lacking := shortcomings(plant, protocol)):
+            raise UsageError(f"{option}: the plant {'; '.join(lacking)}")
     if options.viewer:
         from specc_runtime.viewer import Viewer
 
@@ -97,28 +174,31 @@ def _accompany(
     if options.video is not None:
         from specc_runtime.video import Video
 
-        companions.append(Video(options.video, plant, system.tick_s))
+        companions.append(Video(options.video, plant, system.tick_s, options.camera))
     if not options.quiet:
         from specc_runtime.progress.bar import progress
 
         companions.append(progress(clock))
 
 
-def _conclude(session: Session, options: Options) -> int:
-    report = session.report()
-    if options.quiet:
-        for fault in report.faults:
-            print(f"fault: {fault['subsystem']}: {fault['message']}", file=sys.stderr)
-    else:
-        from specc_runtime.progress.summary import show
-
-        show(report)
+def _conclude(report: Report, options: Options) -> int:
+    """Tell and write the report; an exit code if that fails, else 0."""
+    code = FULFILLED
     if options.report is not None:
         try:
             write(report, options.report)
         except OSError as error:
             print(f"error: cannot write {options.report}: {error.strerror}", file=sys.stderr)
-            return WRONG_USAGE
-    if session.interruption.requested:
-        return session.interruption.exit_code
-    return FULFILLED if session.fulfilled else UNFULFILLED
+            code = WRONG_USAGE
+    if options.quiet:
+        for fault in report.faults:
+            print(f"fault: {fault['culprit']}: {fault['message']}", file=sys.stderr)
+    else:
+        from specc_runtime.progress.summary import show
+
+        show(report)
+    for name, last in report.last_outputs.items():
+        if last["problem"]:
+            got = f"got {last['value']} from {last['by']}" if last["by"] else "got nothing"
+            print(f"safe output: {name} {got}: {last['problem']}", file=sys.stderr)
+    return code

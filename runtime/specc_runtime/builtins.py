@@ -14,6 +14,7 @@ import numpy as np
 from specc_runtime.values import Pose, Vector
 
 T = TypeVar("T")
+_SMALL = 1e-100
 
 
 @overload
@@ -37,20 +38,38 @@ def near_pose(X: Pose, Y: Pose, position_m: float, rotation_rad: float) -> bool:
     """Whether two poses in one frame differ by no more than a distance and an angle.
 
     The angle is that of the rotation from one to the other. It enters as its chord,
-    |R_X - R_Y|^2 = 8 sin^2(angle / 2), which unlike the arc cosine is exact for small angles.
+    |R_X - R_Y| = sqrt(8) sin(angle / 2), which unlike the arc cosine is exact for small angles.
     """
     if position_m < 0.0 or rotation_rad < 0.0:
         return False
     (a, b, c, u), (d, e, f, v), (g, h, i, w), _ = X.tolist()
     (j, k, m, x), (n, o, p, y), (q, r, s, z), _ = Y.tolist()
-    if not (u - x) ** 2 + (v - y) ** 2 + (w - z) ** 2 <= position_m * position_m:
+    if not math.hypot(u - x, v - y, w - z) <= position_m:
         return False
-    chord = (
-        (a - j) ** 2 + (b - k) ** 2 + (c - m) ** 2
-        + (d - n) ** 2 + (e - o) ** 2 + (f - p) ** 2
-        + (g - q) ** 2 + (h - r) ** 2 + (i - s) ** 2
+    chord = math.hypot(
+        a - j, b - k, c - m,
+        d - n, e - o, f - p,
+        g - q, h - r, i - s,
     )  # fmt: skip
-    return bool(chord <= 8.0 * math.sin(0.5 * min(rotation_rad, math.pi)) ** 2)
+    return chord <= math.sqrt(8.0) * math.sin(0.5 * min(rotation_rad, math.pi))
+
+
+@overload
+def finite(value: float) -> float: ...
+@overload
+def finite(value: Vector) -> Vector: ...
+def finite(value: Any) -> Any:
+    """The result of arithmetic, a number or an array (read-only from now on), which is finite.
+
+    Raises OverflowError if it is not.
+    """
+    if isinstance(value, np.ndarray):
+        if not math.isfinite(sum(value.ravel().tolist())) and not np.isfinite(value).all():
+            raise OverflowError(f"the result is not finite: {value.tolist()}")
+        value.setflags(write=False)
+    elif not math.isfinite(value):
+        raise OverflowError(f"the result is not finite: {value}")
+    return value
 
 
 def some(value: T | None) -> T:
@@ -115,14 +134,13 @@ def norm(v: Vector) -> float:
 
 def position(X_AB: Pose) -> Vector:
     """Origin of B in the axes of A, (3,), metres."""
-    return X_AB[:3, 3].copy()
+    return read_only(X_AB[:3, 3].copy())
 
 
 def translation(x_m: float, y_m: float, z_m: float) -> Pose:
     """X_AB with the axes of A and the origin of B at (x, y, z) in A."""
-    return np.array(
-        ((1.0, 0.0, 0.0, x_m), (0.0, 1.0, 0.0, y_m), (0.0, 0.0, 1.0, z_m), (0.0, 0.0, 0.0, 1.0))
-    )
+    rows = ((1.0, 0.0, 0.0, x_m), (0.0, 1.0, 0.0, y_m), (0.0, 0.0, 1.0, z_m), (0.0, 0.0, 0.0, 1.0))
+    return read_only(np.array(rows))
 
 
 def pose(position_m: Vector, quaternion_xyzw: Vector) -> Pose:
@@ -130,20 +148,23 @@ def pose(position_m: Vector, quaternion_xyzw: Vector) -> Pose:
 
     The quaternion need not be of unit length; raises ValueError if it is zero or not finite.
     """
-    x, y, z, w = quaternion_xyzw.tolist()
+    x, y, z, w = components = quaternion_xyzw.tolist()
     square = x * x + y * y + z * z + w * w
-    if not 0.0 < square < math.inf:
-        raise ValueError(f"quaternion {[x, y, z, w]} has no direction")
+    if not _SMALL < square < 1.0 / _SMALL:  # too far from 1 for squares of floats
+        largest = max(map(abs, components))
+        if not 0.0 < largest < math.inf:
+            raise ValueError(f"quaternion {components} has no direction")
+        x, y, z, w = (part / largest for part in components)
+        square = x * x + y * y + z * z + w * w
     s = 2.0 / square
     p, q, r = position_m.tolist()
-    return np.array(
-        (
-            (1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), p),
-            (s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), q),
-            (s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), r),
-            (0.0, 0.0, 0.0, 1.0),
-        )
+    rows = (
+        (1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), p),
+        (s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), q),
+        (s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), r),
+        (0.0, 0.0, 0.0, 1.0),
     )
+    return read_only(np.array(rows))
 
 
 def _identity() -> Pose:

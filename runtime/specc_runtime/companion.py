@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 
+class FilmError(Exception):
+    """The film of a run is missing, or a part of it."""
+
+
 @dataclass(frozen=True, slots=True)
 class View:
     """A run at one moment. `cycles` and `duration_s` are what is wanted of it, None if nothing."""

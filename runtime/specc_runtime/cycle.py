@@ -8,14 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from specc_runtime.blame import Blame
 from specc_runtime.clock import WallClock
-from specc_runtime.faults import Fault
+from specc_runtime.conformity import shortcomings
+from specc_runtime.faults import Fault, StepAbandoned
+from specc_runtime.interruption import Abandoned
 from specc_runtime.plant import Plant
 from specc_runtime.records import StepRecord
+from specc_runtime.safety import Commands, LastOutput, leave_safe
 from specc_runtime.sampling import Sensor, sensor_rates
 from specc_runtime.system import System
 from specc_runtime.timeline import timeline
 from specc_runtime.track import Track
+from specc_runtime.watchdog import left
 from specc_runtime.wiring import tracks, worker_pool
 
 Observer = Callable[[StepRecord], None]
@@ -34,19 +39,35 @@ class Executor:
         inline: bool = False,
         clock: WallClock | None = None,
     ) -> None:
-        """`plant` must be there, and reset, if the system has one; `inline` forbids workers."""
+        """`plant` must be there, and reset, if the system has devices; `inline` forbids workers.
+
+        Raises ValueError if it is not, or lacks a method that the run calls.
+        """
         if (system.plant is None) != (plant is None):
-            raise ValueError(f"system {system.name!r} and its plant do not go together")
+            what = "no devices, and was given" if plant else "devices, and was given no"
+            raise ValueError(f"system {system.name!r} has {what} plant")
+        if plant is not None and (lacking := shortcomings(plant, Plant)):
+            raise ValueError(f"the plant, a {type(plant).__name__}, {'; '.join(lacking)}")
         self.tick = 0
         self.faults: list[Fault] = []
+        self._abandoned = False
         self._tick_s = system.tick_s
         self._plant = plant
         self._observers = tuple(observers)
         rates = sensor_rates(system)
-        sensors = {name: Sensor(name, plant.sample) for name in rates} if plant else {}
+        bound = system.plant.sensors if system.plant else ()
+        sensors = (
+            {b.name: Sensor(b, plant.sample) for b in bound if b.name in rates} if plant else {}
+        )
+        self._sensors = sensors
+        self._safe = system.plant.safe if system.plant else ()
+        self._commands: Commands = {}
         slots = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline else worker_pool(system)
-        self._tracks = tracks(system, plant, sensors, self._pool, clock or WallClock())
+        self._tracks = tracks(
+            system, plant, sensors, self._commands, self._pool, clock or WallClock()
+        )
+        self._blame = Blame(system, self._tracks)
         rows = {
             slot: (
                 tuple(self._tracks[name] for name in slot.subsystems),
@@ -75,15 +96,21 @@ class Executor:
                 self._commit(track)
         if self.faults:
             return False
-        for sensor in sensors:
-            sensor.update()
-        for track in due:
-            for port in track.ports:
-                port.deliver()
-        for track in due:
-            track.start(tick)
-        if self._plant is not None:
-            self._plant.advance(self._tick_s)
+        try:
+            for sensor in sensors:
+                sensor.update(self.time_s)
+            for track in due:
+                for port in track.ports:
+                    port.deliver()
+            for track in due:
+                track.start(tick)
+            if self._plant is not None:
+                self._plant.advance(self._tick_s)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001  # whatever a plant raises is a fault
+            self.faults.append(self._blame.of_plant(error, self.time_s))
+            return False
         self.tick = tick + 1
         return True
 
@@ -91,12 +118,33 @@ class Executor:
         """Wait for the steps that are under way and commit them in the order of their time."""
         pending = [track for track in self._tracks.values() if track.pending]
         for track in sorted(pending, key=lambda track: (track.visible_tick, track.name)):
+            if self._abandoned:
+                return
             self._commit(track)
 
     def close(self) -> None:
         """End the worker threads, once what they do is done."""
         if self._pool is not None:
-            self._pool.shutdown()
+            self._pool.close()
+
+    def __enter__(self) -> Executor:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Commit what is under way, end the worker threads, leave the plant safe and close it."""
+        try:
+            self.finish()
+        finally:
+            self.close()
+            self.leave_safe()
+            if self._plant is not None:
+                self._plant.close()
+
+    def leave_safe(self) -> dict[str, LastOutput]:
+        """Give the plant the outputs that are safe; what every element was sent last."""
+        if self._plant is None:
+            return {}
+        return leave_safe(self._safe, self._plant, self._sensors, self._commands)
 
     def _commit(self, track: Track) -> None:
         try:
@@ -104,5 +152,10 @@ class Executor:
             for observe in self._observers:
                 observe(record)
         except Fault as fault:
-            fault.stamp, fault.time_s = track.stamp, track.started_tick * self._tick_s
-            self.faults.append(fault)
+            self._abandoned |= isinstance(fault, StepAbandoned)
+            self.faults.append(self._blame.of_step(fault, track, self._tick_s))
+        except Abandoned as error:
+            # A worker still computes: it is left to itself.
+            self._abandoned = True
+            abandoned = left(track.runner.subsystem, error)
+            self.faults.append(self._blame.of_step(abandoned, track, self._tick_s))

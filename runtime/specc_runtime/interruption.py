@@ -1,4 +1,4 @@
-"""Ctrl-C, or SIGTERM, as a request: a run ends between two ticks and its report is written."""
+"""Ctrl-C, SIGTERM and the like as a request: a run ends between two ticks, with its report."""
 
 from __future__ import annotations
 
@@ -7,11 +7,25 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+GRACE_S = 2.0
+"""Wall time that what is under way has to come to its end once a run is interrupted."""
+SAFE_S = 10.0
+"""Wall time that the plant has to take the safe outputs."""
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+
+
+class Abandoned(BaseException):
+    """Raised in the main thread where it still is so long after a run was interrupted."""
+
+    def __init__(self) -> None:
+        super().__init__(f"still computing {GRACE_S:g} s after the run was interrupted")
 
 
 class Interruption:
-    """While entered, the first signal sets `requested`; a second one interrupts as usual.
+    """While entered, the first signal sets `requested`; a second Ctrl-C interrupts as usual.
+
+    Other signals after the first change nothing: plants get their safe outputs before the end.
+    What goes on for longer than `GRACE_S` after the first one is left with `Abandoned`.
 
     `exit_code` is 128 and the number of the signal, as shells have it.
     """
@@ -20,6 +34,8 @@ class Interruption:
         self.requested = False
         self.exit_code = 128 + signal.SIGINT
         self._previous: dict[int, Any] = {}
+        self._alarm: Any = None
+        self._is_heard = False
 
     def request(self) -> None:
         """Ask the run to end."""
@@ -28,7 +44,9 @@ class Interruption:
     def __enter__(self) -> Interruption:
         # Python lets only the main thread handle signals; elsewhere they are somebody else's.
         if threading.current_thread() is threading.main_thread():
-            self._previous = {n: signal.signal(n, self._on_signal) for n in _SIGNALS}
+            heard = [n for n in _SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
+            self._previous = {n: signal.signal(n, self._on_signal) for n in heard}
+            self._alarm = signal.signal(signal.SIGALRM, self._on_alarm)
         return self
 
     def __exit__(
@@ -38,11 +56,28 @@ class Interruption:
         trace: TracebackType | None,
     ) -> None:
         self._restore()
+        if self._alarm is not None:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, self._alarm)
+            self._alarm = None
+
+    def _on_alarm(self, number: int, frame: FrameType | None) -> None:
+        raise Abandoned
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if self._is_heard:
+            return
+        self._is_heard = True
         self.exit_code = 128 + number
         self.request()
-        self._restore()
+        if (usual := self._previous.pop(signal.SIGINT, None)) is not None:
+            signal.signal(signal.SIGINT, usual)
+        signal.setitimer(signal.ITIMER_REAL, GRACE_S)
+
+    def protect(self) -> None:
+        """From now on nothing is left after `GRACE_S`; safe outputs have `SAFE_S`."""
+        if self._alarm is not None:
+            signal.setitimer(signal.ITIMER_REAL, SAFE_S)
 
     def _restore(self) -> None:
         for number, handler in self._previous.items():

@@ -1,45 +1,95 @@
-"""Finding what a run needs by name: the generated system, the scene and the judge."""
+"""Finding what a run needs by name: the generated system, its plant, the scene and the judge."""
 
 from __future__ import annotations
 
 import sys
 import traceback
 from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from specc_runtime.conformity import refusal, shortcomings
+from specc_runtime.examination import examine
+from specc_runtime.faults import StepFailed
 from specc_runtime.options import UsageError
+from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System
 
 
-def load_system(directory: Path, base: Path) -> System:
-    """The system of a generated package, with files relative to `base`.
+def load_system(
+    directory: str | Path, base: str | Path = ".", *, check_operators: bool = False
+) -> System:
+    """The system of a generated package, at its beginning, with files relative to `base`.
 
-    Raises UsageError when there is no such package or a file that it names is missing.
+    `check_operators` has every call of an operator examined (see `specc_runtime.examination`).
+
+    Raises UsageError when there is no such package or a file that it names is missing, StepFailed
+    when a constant cannot be computed.
     """
-    package = directory.resolve()
+    package = Path(directory).resolve()
     if not (package / "system.py").is_file():
         raise UsageError(f"{directory} is not a generated system: it has no system.py")
     module = _import(package)
+    if check_operators:
+        for part in [m for name, m in sys.modules.items() if name.startswith(f"{package.name}.")]:
+            examine(part)
     try:
         system = module.build(str(base))
     except OSError as error:
         raise UsageError(f"{error.filename or base}: {error.strerror or error}") from error
+    except Exception as error:  # operators may raise anything
+        raise _construction_failed(error, module.__name__) from error
     if not isinstance(system, System):
         raise UsageError(f"{directory}: build() gives no system")
     return system
 
 
-def load_class(path: str) -> Any:
-    """The class that `module:Class` names. Raises UsageError when there is none."""
-    module_name, _, class_name = path.partition(":")
+def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:
+    """What `module:name` makes of the arguments, which are given by position.
+
+    Raises UsageError, with the role and the path, if there is no such name, it cannot be called so,
+    it raises, or the result cannot be called as the protocol says.
+    """
+    named = f"the {role} {path!r}"
+    make = _named(path, named)
+    if not callable(make):
+        raise UsageError(f"{named} is nothing that can be called")
+    if why := refusal(make, tuple(arguments)):
+        raise UsageError(f"{named} {why}")
     try:
-        return getattr(import_module(module_name), class_name)
+        thing = make(*arguments.values())
+    except (PlantError, UsageError):
+        raise
+    except Exception as error:  # the user's own code may raise anything
+        raise UsageError(f"{named} cannot be made: {_reason(error)}") from error
+    if lacking := shortcomings(thing, protocol):
+        raise UsageError(f"{named} {'; '.join(lacking)}")
+    return thing
+
+
+def _named(path: str, named: str) -> Any:
+    """The object at `module:name`."""
+    module_name, _, name = path.partition(":")
+    try:
+        return getattr(import_module(module_name), name)
     except AttributeError as error:
-        raise UsageError(f"cannot load {path!r}: {error}") from error
+        raise UsageError(f"cannot load {named}: {error}") from error
     except Exception as error:  # the user's own module may raise anything
-        raise UsageError(f"cannot load {path!r}: {_reason(error)}") from error
+        raise UsageError(f"cannot load {named}: {_reason(error)}") from error
+
+
+def _construction_failed(error: Exception, system: str) -> StepFailed:
+    """The fault of a subsystem of the module `system` whose constants could not be computed."""
+    package = system.rpartition(".")[0]
+    for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):
+        module = str(frame.f_globals.get("__name__", ""))
+        if module.startswith(f"{package}.") and module != system:
+            name = getattr(frame.f_locals.get("self"), "name", "")
+            return StepFailed(name, "", error, module)
+    return StepFailed("", "", error)
 
 
 def _reason(error: Exception) -> str:
@@ -53,17 +103,18 @@ def _reason(error: Exception) -> str:
 
 
 def _import(package: Path) -> ModuleType:
-    """The module `system` of a package, from that place even if another has the same name."""
-    name = package.name
-    if not name.isidentifier():
-        raise UsageError(f"{package} cannot be imported: {name!r} is not a name")
+    """The module `system` of a package, which gets a name that no module of anybody else has."""
+    if not package.name.isidentifier():
+        raise UsageError(f"{package} cannot be imported: {package.name!r} is not a name")
+    name = f"generated_{package.name}"
     for known in [m for m in sys.modules if m == name or m.startswith(f"{name}.")]:
-        if not str(getattr(sys.modules[known], "__file__", "") or "").startswith(str(package)):
-            del sys.modules[known]
-    sys.path.insert(0, str(package.parent))
+        del sys.modules[known]
+    spec = ModuleSpec(name, None, is_package=True)
+    spec.submodule_search_locations = [str(package)]
+    sys.modules[name] = module_from_spec(spec)
     try:
         return import_module(f"{name}.system")
     except Exception as error:  # modules of operators may raise anything
-        raise UsageError(f"cannot import the operators of {name}: {_reason(error)}") from error
-    finally:
-        sys.path.remove(str(package.parent))
+        raise UsageError(
+            f"cannot import the operators of {package.name}: {_reason(error)}"
+        ) from error

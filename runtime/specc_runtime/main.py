@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -11,11 +12,15 @@ from specc_runtime.options import parse
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+BROKEN_PIPE = 141
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a generated system; see `--help`.
 
     Exit code 0: done, all cycles fulfilled; 1: not fulfilled, or a fault; 2: wrong usage, or a file
-    that cannot be read or written; 130: interrupted.
+    that cannot be read or written, the film and standard output among them; 130: interrupted, 143:
+    by SIGTERM; 141: nobody reads the output any more.
     """
     try:
         options = parse(arguments)
@@ -28,6 +33,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     try:
         return execute(options)
+    except OSError as error:
+        # Standard output is closed, full or not read; the report has been written.
+        _abandon_output()
+        if isinstance(error, BrokenPipeError):
+            return BROKEN_PIPE
+        with contextlib.suppress(OSError):
+            print(f"error: the output cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
+    except SystemExit as left:
+        print(f"error: a module of the specification called exit({left.code})", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
+
+
+def _abandon_output() -> None:
+    """Let standard output take whatever is left in it: Python flushes it once more at exit."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -9,6 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+RendererName = Literal["auto", "gl", "raycast"]
+
+
+CYCLE_LIMIT_S = 120.0
+"""Simulated time after which a cycle is given up, unless another is asked for."""
+
 
 class UsageError(Exception):
     """The run cannot begin as asked; the message says why and what would help."""
@@ -23,12 +29,17 @@ class Options:
     seed: int = 0
     cycles: int | None = None
     duration_s: float | None = None
+    cycle_limit_s: float = CYCLE_LIMIT_S
+    camera: str = "overview"
     report: Path | None = None
     video: Path | None = None
     viewer: bool = False
-    renderer: Literal["auto", "gl", "raycast"] = "auto"
+    renderer: RendererName = "auto"
     inline: bool = False
     quiet: bool = False
+    check_operators: bool = False
+    built_with: Sequence[tuple[str, str]] = ()
+    """Constants and the texts of their values that the code was built with instead of its own."""
 
 
 def parse(arguments: Sequence[str] | None) -> Options:
@@ -40,18 +51,38 @@ def parse(arguments: Sequence[str] | None) -> Options:
     add("directory", metavar="DIR", type=Path, help="the generated package")
     add("--base", metavar="SPECDIR", type=Path, default=Path(), help="where the spec's files are")
     add("--seed", metavar="N", type=_whole_number, default=0, help="of the random numbers")
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--cycles", metavar="N", type=_count, help="cycles of the task")
-    length.add_argument(
-        "--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated seconds"
+    add("--cycles", metavar="N", type=_count, help="cycles of the task")
+    add("--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated seconds")
+    add(
+        "--cycle-limit",
+        metavar="S",
+        type=_seconds,
+        dest="cycle_limit_s",
+        default=CYCLE_LIMIT_S,
+        help="simulated seconds after which a cycle is given up (default: %(default)g)",
     )
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
     add("--video", metavar="FILE.mp4", type=Path, help="record the scene")
+    add("--camera", metavar="NAME", default="overview", help="of the film (default: %(default)s)")
     add("--viewer", action="store_true", help="show the scene in a window")
     add("--renderer", choices=("auto", "gl", "raycast"), default="auto", help="of the cameras")
     add("--inline", action="store_true", help="no worker threads; the records are the same")
+    add("--check-operators", action="store_true", help="call each operator twice and compare")
+    add(
+        "--built-with",
+        metavar="NAME=VALUE",
+        type=_named,
+        action="append",
+        default=[],
+        help="a constant that the package was built with, for the report",
+    )
     add("--quiet", action="store_true", help="no progress, no summary")
     return Options(**vars(parser.parse_args(arguments)))
+
+
+def _named(text: str) -> tuple[str, str]:
+    name, _, value = text.partition("=")
+    return name, value
 
 
 def _whole_number(text: str) -> int:

@@ -11,9 +11,10 @@ import sys
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from specc_runtime.options import UsageError
+from specc_runtime.faults import Fault, text_of
+from specc_runtime.options import Options, UsageError
 from specc_runtime.statistics import Tally
 
 _DISTRIBUTIONS = {
@@ -21,11 +22,17 @@ _DISTRIBUTIONS = {
 }  # fmt: skip
 
 
+Ending = Literal["running", "completed", "fault", "interrupted"]
+
+
 @dataclass(frozen=True, slots=True)
 class Report:
     """What happened in a run; the fields are the keys of the file.
 
-    `interrupted` says that the run was ended from outside, before it was over.
+    `ended` says how; "running" is written while a run goes on, and stays if it is killed.
+    `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
+    the elements of devices were sent last, `set` which constants had other values than the
+    specification says; it is left out where none had.
     """
 
     spec: str
@@ -40,11 +47,37 @@ class Report:
     equations_executed: list[int]
     records_sha256: str
     faults: list[dict[str, Any]]
+    ended: Ending
     interrupted: bool
+    last_outputs: dict[str, dict[str, str]]
+    set: dict[str, str]
 
     def as_data(self) -> dict[str, Any]:
         """Plain values; numbers that JSON does not have become null."""
-        return {name: _plain(getattr(self, name)) for name in self.__slots__}
+        named = {name: _plain(getattr(self, name)) for name in self.__slots__}
+        return {name: value for name, value in named.items() if name != "set" or value}
+
+
+def stillborn(options: Options, fault: Fault) -> Report:
+    """The report of a run that a fault ended before its first tick."""
+    return Report(
+        spec=options.directory.name,
+        seed=options.seed,
+        versions=versions(),
+        simulated_s=0.0,
+        wall_s=0.0,
+        real_time_factor=0.0,
+        peak_memory_mb=peak_memory_mb(),
+        cycles=[],
+        subsystems={},
+        equations_executed=[],
+        records_sha256="",
+        faults=[fault.as_data()],
+        ended="fault",
+        interrupted=False,
+        last_outputs={},
+        set=dict(options.built_with),
+    )
 
 
 def subsystem_data(tally: Tally, busy_s: float) -> dict[str, Any]:
@@ -99,7 +132,7 @@ def write(report: Report, path: Path) -> None:
     text = json.dumps(report.as_data(), indent=2, ensure_ascii=False, allow_nan=False)
     aside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        aside.write_text(f"{text}\n", encoding="utf-8")
+        aside.write_text(f"{text}\n", encoding="utf-8", errors="backslashreplace")
         aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
@@ -112,6 +145,7 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if hasattr(value, "tolist"):  # arrays and scalars of numpy
         return _plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    # What a judge says may be anything.
+    return value if isinstance(value, str | int | None) else text_of(value)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from concurrent.futures import Executor as Pool
 from concurrent.futures import Future
 from typing import Protocol
 
 from specc_runtime.clock import WallClock
-from specc_runtime.faults import AxiomViolated, Fault, StepFailed
-from specc_runtime.subsystem import Subsystem
+from specc_runtime.faults import AxiomViolated, Fault, StepAbandoned, StepFailed
+from specc_runtime.interruption import Abandoned
+from specc_runtime.subsystem import Subsystem, contents
+from specc_runtime.workers import Workers
 
 Outcome = int | Fault
 """The transition taken or -1, or why the step came to nothing."""
@@ -55,7 +56,7 @@ class WorkerRunner:
     """Steps in a pool, on a copy of the inputs, while the executor goes on."""
 
     def __init__(
-        self, subsystem: Subsystem, clear: Callable[[], None], clock: WallClock, pool: Pool
+        self, subsystem: Subsystem, clear: Callable[[], None], clock: WallClock, pool: Workers
     ) -> None:
         self.subsystem = subsystem
         self.busy_s = 0.0
@@ -86,13 +87,27 @@ def outcome_of(subsystem: Subsystem) -> Outcome:
     """One step; whatever goes wrong in it becomes a fault, with the broken axioms first."""
     try:
         outcome: Outcome = subsystem.step()
-    except Fault as fault:
-        outcome = fault
-    except (Exception, SystemExit) as error:  # noqa: BLE001  # also an operator's own exit() is a fault
-        outcome = StepFailed(subsystem.name, subsystem.state, error, type(subsystem).__module__)
+    except BaseException as error:  # noqa: BLE001  # whatever an operator raises ends the run as a fault
+        outcome = _fault(subsystem, error)
     if not subsystem.violations:
         return outcome
     axioms = [subsystem.axioms[index] for index in subsystem.violations]
     violated = AxiomViolated(subsystem.name, subsystem.state, axioms)
+    violated.inputs = contents(subsystem.x)
     violated.__cause__ = outcome if isinstance(outcome, Fault) else None
     return violated
+
+
+def _fault(subsystem: Subsystem, error: BaseException) -> Fault:
+    """The fault of a step that raised an exception, with all that is known of it."""
+    if isinstance(error, Fault):
+        fault = error
+    else:
+        module = type(subsystem).__module__
+        kind = StepAbandoned if isinstance(error, Abandoned) else StepFailed
+        fault = kind(subsystem.name, subsystem.state, error, module)
+    fault.inputs = fault.inputs or contents(subsystem.x)
+    asked = subsystem.state, fault.origin.condition
+    rows = [str(row) for row in subsystem.transitions if (row.source, row.condition) == asked]
+    fault.row = fault.row or "; ".join(rows)
+    return fault

@@ -5,28 +5,67 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from specc_runtime.buffers import Put, freeze
+from specc_runtime.buffers import Put
+from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
+from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.plants.binding import SensorBinding
+from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System, whole_ticks
 from specc_runtime.timeline import SensorRate
+from specc_runtime.wrong import Unfit, WrongValue
+
+_ROUNDING = 1.0 + 1e-9  # times are multiples of a rounded tick
 
 
 class Sensor:
     """The latest sample of a sensor, read-only, and how many there have been."""
 
-    __slots__ = ("_sample", "count", "name", "value")
+    __slots__ = ("_binding", "_sample", "_taken_s", "count", "name", "value")
 
-    def __init__(self, name: str, sample: Callable[[str], Any]) -> None:
-        self.name = name
+    def __init__(self, binding: SensorBinding, sample: Callable[[str], Any]) -> None:
+        self.name = binding.name
         self.count = 0
         self.value: Any = None
+        self._binding = binding
         self._sample = sample
+        self._taken_s = 0.0
 
-    def update(self) -> None:
-        """Take a sample."""
-        value = self._sample(self.name)
-        freeze(value)
-        self.value = value
+    def update(self, time_s: float) -> None:
+        """Take a sample, if there is one; raises `DeviceFailed`."""
+        try:
+            value = self._sample(self.name)
+        except (Fault, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # whatever the device raises
+            raise DeviceFailed(self.name, error) from error
+        if value is NO_SAMPLE:
+            if why := self._refusal(time_s):
+                raise DeviceFailed(self.name, PlantError(why))
+            return
+        self.value = self._accepted(value)
         self.count += 1
+        self._taken_s = time_s
+
+    def _accepted(self, value: Any) -> Any:
+        binding = self._binding
+        try:
+            return binding.contract(value)
+        except Unfit as unfit:
+            origin = device_at_fault(self.name, binding.through)
+            wrong = WrongValue(origin, binding.declared, unfit)
+            raise DeviceFailed(self.name, wrong, through=binding.through) from None
+
+    def _refusal(self, time_s: float) -> str:
+        """Why there has to be a sample now; empty if the last one will do."""
+        binding = self._binding
+        if not binding.sporadic:
+            return "there is no new sample, and it is not bound as `sporadic`"
+        if not self.count:
+            return "there is no sample at the start, where even a sporadic device has its first"
+        gap_s = time_s - self._taken_s
+        if binding.max_gap_s is not None and gap_s > binding.max_gap_s * _ROUNDING:
+            return f"there has been no sample for {gap_s:g} s, `max_gap` is {binding.max_gap_s:g} s"
+        return ""
 
 
 class Port:

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
 from specc_runtime.cycle import Executor
 from specc_runtime.cycles import Cycles
-from specc_runtime.interruption import Interruption
+from specc_runtime.faults import Fault
+from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import Options
 from specc_runtime.plant import Plant
-from specc_runtime.plants.errors import PlantError
 from specc_runtime.records import RecordDigest
-from specc_runtime.report import Report, peak_memory_mb, subsystem_data, versions
+from specc_runtime.report import Ending, Report, peak_memory_mb, subsystem_data, versions
+from specc_runtime.safety import LastOutput
 from specc_runtime.statistics import Statistics
 from specc_runtime.system import System
 from specc_runtime.task import Judge
+from specc_runtime.watchdog import Watchdog
 
-CYCLE_LIMIT_S = 120.0
-"""Simulated time after which a cycle is given up."""
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
 
@@ -48,11 +47,15 @@ class Session:
         elif self.duration_s is None and self.wanted is None:
             self.wanted = 1
         self._seed = options.seed
+        self._cycle_limit_s = options.cycle_limit_s
+        self._set = dict(options.built_with)
         self._system = system
-        self._judge = judge
         self._clock = clock
         self._wall_s = 0.0
-        self._plant_errors: list[dict[str, Any]] = []
+        self._begin_s = clock.now_s()
+        self._over_now = False
+        self._last_outputs: dict[str, LastOutput] = {}
+        self._judge_faults: list[Fault] = []
         self._statistics = Statistics(system)
         self._digest = RecordDigest()
         self._cycles = Cycles(system, judge, lambda: self._executor.time_s)
@@ -70,21 +73,25 @@ class Session:
         )
 
     def run(self, companions: Sequence[Companion] = ()) -> None:
-        """Run to the end, whatever it is; a fault, a plant's error and Ctrl-C are ends too."""
-        begin_s = self._clock.now_s()
-        try:
-            with self.interruption:
+        """Run to the end, whatever it is; a fault and Ctrl-C are ends too."""
+        self._begin_s = self._clock.now_s()
+        with self.interruption, Watchdog(lambda: self._executor.tick, self._clock):
+            try:
                 self._guarded(lambda: self._advance(companions))
                 self._guarded(self._executor.finish)
-        finally:
-            self._executor.close()
-            self._wall_s = self._clock.now_s() - begin_s
-        if self._system.task is not None and self._faults() and not self._complete():
-            self._cycles.end("fault")
+            finally:
+                self.interruption.protect()
+                self._executor.close()
+                self._last_outputs = self._executor.leave_safe()
+            if self._system.task is not None and self.faults and not self._complete():
+                self._guarded(lambda: self._cycles.end("fault"))
+        self._wall_s = self._clock.now_s() - self._begin_s
+        self._over_now = True
 
     def report(self) -> Report:
         """What happened."""
         simulated_s = self._executor.time_s
+        wall_s = self._wall_s or self._clock.now_s() - self._begin_s
         busy_s = self._executor.busy_s
         tallies = self._statistics.tallies
         return Report(
@@ -92,47 +99,68 @@ class Session:
             seed=self._seed,
             versions=versions(),
             simulated_s=simulated_s,
-            wall_s=self._wall_s,
-            real_time_factor=simulated_s / self._wall_s if self._wall_s else 0.0,
+            wall_s=wall_s,
+            real_time_factor=simulated_s / wall_s if wall_s else 0.0,
             peak_memory_mb=peak_memory_mb(),
             cycles=self._cycles.results,
             subsystems={n: subsystem_data(tallies[n], busy_s[n]) for n in sorted(tallies)},
             equations_executed=self._statistics.equations(),
             records_sha256=self._digest.hexdigest(),
-            faults=self._faults(),
+            faults=[fault.as_data() for fault in self.faults],
+            ended=self._ended(),
             interrupted=self.interruption.requested,
+            last_outputs={n: o.as_data() for n, o in sorted(self._last_outputs.items())},
+            set=self._set,
         )
+
+    def _ended(self) -> Ending:
+        if not self._over_now:
+            return "running"
+        if self.faults:
+            return "fault"
+        return "interrupted" if self.interruption.requested else "completed"
 
     @property
     def fulfilled(self) -> bool:
         """Whether nothing failed and every cycle that was wanted is fulfilled."""
         enough = self.wanted is None or self._complete()
-        return enough and all(self._cycles.fulfilled) and not self._faults()
+        return enough and all(self._cycles.fulfilled) and not self.faults
 
     def _complete(self) -> bool:
         return self.wanted is not None and len(self._cycles.results) >= self.wanted
 
-    def _faults(self) -> list[dict[str, Any]]:
-        return [fault.as_data() for fault in self._executor.faults] + self._plant_errors
+    @property
+    def faults(self) -> list[Fault]:
+        """What stopped the run."""
+        return self._executor.faults + self._judge_faults
 
     def _advance(self, companions: Sequence[Companion]) -> None:
-        calls = [(self._ticks(c.period_s), c.tick) for c in companions]
-        judge, executor = self._judge, self._executor
+        calls = [(self._ticks(c.period_s), c) for c in companions]
+        observe, executor = self._cycles.observe, self._executor
         while not self._over() and executor.advance():
-            if judge is not None:
-                judge.observe()
-            for ticks, call in calls:
-                if executor.tick % ticks == 0:
-                    call(self.view())
+            observe()
+            for ticks, companion in calls:
+                if executor.tick % ticks == 0 and not self._accompanied(companion):
+                    calls = [call for call in calls if call[1] is not companion]
+
+    def _accompanied(self, companion: Companion) -> bool:
+        """Let a companion take note; whether it goes on. One that fails does not end the run."""
+        try:
+            companion.tick(self.view())
+        except (Exception, SystemExit):  # noqa: BLE001  # a closed stream, a graphics system: not the run's
+            return False
+        return True
 
     def _over(self) -> bool:
         if self.interruption.requested:
             return True
-        if self.duration_s is not None:
-            return self._executor.tick >= math.ceil(self.duration_s / self._system.tick_s - 1e-6)
         if self._complete():
             return True
-        if self._executor.time_s - self._cycles.begun_s < CYCLE_LIMIT_S:
+        if self.duration_s is not None:
+            last = math.ceil(self.duration_s / self._system.tick_s - 1e-6)
+            if self._executor.tick >= last or self.wanted is None:
+                return self._executor.tick >= last
+        if self._executor.time_s - self._cycles.begun_s < self._cycle_limit_s:
             return False
         self._cycles.end("time limit")
         return True
@@ -140,17 +168,15 @@ class Session:
     def _ticks(self, period_s: float) -> int:
         return max(1, round(period_s / self._system.tick_s))
 
-    def _guarded(self, part: Any) -> None:
+    def _guarded(self, part: Callable[[], None]) -> None:
         try:
             part()
-        except PlantError as error:
-            self._plant_errors.append(
-                {
-                    "fault": type(error).__name__,
-                    "subsystem": "",
-                    "state": "",
-                    "stamp": -1,
-                    "time_s": self._executor.time_s,
-                    "message": str(error),
-                }
-            )
+        except Fault as fault:
+            self.note(fault)
+        except (Abandoned, KeyboardInterrupt):
+            self.interruption.request()
+
+    def note(self, fault: Fault) -> None:
+        """Add a fault of what goes on around the executor."""
+        fault.time_s = fault.time_s or self._executor.time_s
+        self._judge_faults.append(fault)

@@ -10,6 +10,7 @@ from specc_runtime.subsystem import Subsystem
 
 if TYPE_CHECKING:
     from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+    from specc_runtime.safety import SafeOutputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +51,20 @@ class PlantOutput:
 
 @dataclass(frozen=True, slots=True)
 class PlantSpec:
-    """What stands behind the real effectors and receptors; `model` is relative to the base."""
+    """What stands behind the real effectors and receptors.
 
-    model: str
+    `model` is an MJCF file, relative to the base; `python` names what makes another plant,
+    `module:name`. A system with neither is given its plant by the program that runs it.
+    """
+
+    model: str = ""
     sensors: tuple[SensorBinding, ...] = ()
     actuators: tuple[ActuatorBinding, ...] = ()
     inputs: tuple[PlantInput, ...] = ()
     outputs: tuple[PlantOutput, ...] = ()
+    python: str = ""
+    safe: tuple[SafeOutputs, ...] = ()
+    """Of devices with safe outputs, which they get when a run ends."""
 
 
 @dataclass(frozen=True, slots=True)

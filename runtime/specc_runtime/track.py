@@ -14,10 +14,13 @@ from specc_runtime.system import Scheduled
 
 
 class Track:
-    """`pending` tells whether a step was started at `started_tick` and is not committed yet."""
+    """`pending` tells whether a step was started at `started_tick` and is not committed yet.
+
+    `last` is the record of the last step that the others have seen.
+    """
 
     __slots__ = (
-        "_scheduled", "_send", "_watch", "name", "pending", "ports", "runner", "stamp",
+        "_scheduled", "_send", "_watch", "last", "name", "pending", "ports", "runner", "stamp",
         "started_tick",
     )  # fmt: skip
 
@@ -36,6 +39,7 @@ class Track:
         self.stamp = -1
         self.started_tick = 0
         self.pending = False
+        self.last: StepRecord | None = None
         self._scheduled = scheduled
         self._send = send
         self._watch = watch
@@ -60,10 +64,11 @@ class Track:
             raise outcome
         subsystem = self._scheduled.subsystem
         state = subsystem.state
-        sent = self._send[state](subsystem.y)
         watched: Sent = ()
         if self._watch:
             memory = subsystem.memory
             watched = tuple([(name, getattr(memory, name, None)) for name in self._watch])
         time_s = self.started_tick * tick_s
-        return StepRecord(self.name, self.stamp, time_s, state, outcome, sent, watched)
+        sent = self._send[state](subsystem.y)
+        self.last = StepRecord(self.name, self.stamp, time_s, state, outcome, sent, watched)
+        return self.last

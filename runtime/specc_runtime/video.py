@@ -9,11 +9,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from specc_runtime.companion import View
+from specc_runtime.companion import FilmError, View
+from specc_runtime.faults import said
 from specc_runtime.options import UsageError
 from specc_runtime.values import Rgb
 
-CAMERA = "overview"
+SUFFIXES = (".mp4", ".mkv")
 SIZE_PX = (640, 480)
 FRAMES_PER_S = 25.0
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -23,20 +24,28 @@ _SCALE = 0.5
 
 
 class Video:
-    """Writes an MP4 file, one frame every `period_s` of simulated time."""
+    """Writes an MP4 or Matroska file, one frame every `period_s` of simulated time.
 
-    def __init__(self, path: Path, plant: Any, tick_s: float) -> None:
+    The index of an MP4 file comes last, and OpenCV has no option for fragments: one that was cut
+    by a killed process does not play. A Matroska file plays up to what was written.
+    """
+
+    def __init__(self, path: Path, plant: Any, tick_s: float, camera: str) -> None:
         """Draws the first picture at once; raises UsageError if the file cannot be written.
 
-        The plant needs `picture(camera, width, height)` and a camera "overview"; what it raises
+        The plant needs `picture(camera, width, height)` and the camera; what it raises
         goes through.
         """
-        if path.suffix.lower() != ".mp4":
-            raise UsageError(f"cannot write the video {path}: its name has to end in .mp4")
+        if path.suffix.lower() not in SUFFIXES:
+            raise UsageError(f"cannot write the video {path}: its name has to end in .mp4 or .mkv")
         ticks = max(1, round(1.0 / FRAMES_PER_S / tick_s))
         self.period_s = ticks * tick_s
         self._plant = plant
-        plant.picture(CAMERA, *SIZE_PX)
+        self._path = path
+        self._pictures = 0
+        self._ended = ""
+        self._camera = camera
+        plant.picture(camera, *SIZE_PX)
         codec = cv2.VideoWriter.fourcc(*"mp4v")
         self._writer = cv2.VideoWriter(str(path), codec, 1.0 / self.period_s, SIZE_PX)
         if not self._writer.isOpened():
@@ -44,13 +53,31 @@ class Video:
 
     def tick(self, view: View) -> None:
         """See `Companion`."""
-        picture = self._plant.picture(CAMERA, *SIZE_PX)
+        try:
+            picture = self._plant.picture(self._camera, *SIZE_PX)
+        except BaseException as error:
+            self._ended = f" ends at {view.time_s:.2f} s: {said(error)}"
+            raise
         lines = [("time", f"{view.time_s:.2f} s"), *view.states.items()]
         self._writer.write(cv2.cvtColor(annotated(picture, lines), cv2.COLOR_RGB2BGR))
+        self._pictures += 1
 
     def close(self) -> None:
-        """See `Companion`."""
+        """See `Companion`. Raises FilmError unless the file has all pictures.
+
+        What the encoder cannot write it loses without a word, so the file is read again.
+        """
         self._writer.release()
+        film = cv2.VideoCapture(str(self._path))
+        found = 0
+        while found < self._pictures and film.grab():
+            found += 1
+        film.release()
+        if self._ended:
+            raise FilmError(f"the film {self._path}{self._ended}")
+        if found < self._pictures:
+            state = f"has {found} of {self._pictures} pictures" if found else "is missing"
+            raise FilmError(f"the film {self._path} {state}: it could not be written")
 
 
 def annotated(picture: Rgb, lines: Sequence[tuple[str, str]]) -> Rgb:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections import defaultdict
-from concurrent.futures import Executor as Pool
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from typing import Any
 
-from specc_runtime.buffers import FRESH, PRESENT, Put, lower_flags, sender, setter, slots
+from specc_runtime.buffers import Put, lower_flags, sender, setter
 from specc_runtime.clock import WallClock
+from specc_runtime.faults import DeviceFailed, Fault
 from specc_runtime.plant import Plant
 from specc_runtime.runner import InlineRunner, Runner, WorkerRunner
+from specc_runtime.safety import Commands
 from specc_runtime.sampling import Port, Sensor
 from specc_runtime.subsystem import Subsystem
-from specc_runtime.system import System
+from specc_runtime.system import PlantOutput, System
 from specc_runtime.track import Track
+from specc_runtime.workers import Workers
 
 WORKER_PERIOD_S = 0.05
 """Subsystems from this period on may compute in a worker thread."""
@@ -24,22 +25,26 @@ Readers = dict[tuple[str, str], list[Put]]
 """(subsystem, output element) -> the setters of those who read it."""
 
 
-def worker_pool(system: System) -> ThreadPoolExecutor | None:
+def worker_pool(system: System) -> Workers | None:
     """Threads for the slow subsystems, one core left to the others; None if there are none."""
     slow = sum(s.subsystem.period_s >= WORKER_PERIOD_S for s in system.subsystems)
     threads = min(slow, max(1, (os.cpu_count() or 2) - 1))
-    return ThreadPoolExecutor(threads, thread_name_prefix="specc-step") if threads else None
+    return Workers(threads) if threads else None
 
 
 def tracks(
     system: System,
     plant: Plant | None,
     sensors: dict[str, Sensor],
-    pool: Pool | None,
+    commands: Commands,
+    pool: Workers | None,
     clock: WallClock,
 ) -> dict[str, Track]:
-    """The tracks by name; raises AttributeError where a buffer lacks a connected element."""
-    readers = _readers(system, plant)
+    """The tracks by name; raises AttributeError where a buffer lacks a connected element.
+
+    `commands` will have what devices were commanded last.
+    """
+    readers = _readers(system, plant, commands)
     built = {}
     for scheduled in system.subsystems:
         subsystem = scheduled.subsystem
@@ -54,38 +59,39 @@ def tracks(
     return built
 
 
-def without_source(system: System) -> list[str]:
-    """`subsystem: element` of every input that has no value and that nothing writes."""
-    written = {(item.target, item.input) for item in system.connections}
-    if system.plant is not None:
-        written |= {(item.subsystem, item.element) for item in system.plant.inputs}
-    return [
-        f"{subsystem.name}: {element}"
-        for subsystem in (scheduled.subsystem for scheduled in system.subsystems)
-        for element in slots(subsystem.x)
-        if not element.startswith((FRESH, PRESENT))
-        and (subsystem.name, element) not in written
-        and not hasattr(subsystem.x, element)
-    ]
-
-
-def _runner(subsystem: Subsystem, pool: Pool | None, clock: WallClock) -> Runner:
+def _runner(subsystem: Subsystem, pool: Workers | None, clock: WallClock) -> Runner:
     clear = lower_flags(subsystem.x)
     if pool is None or subsystem.period_s < WORKER_PERIOD_S:
         return InlineRunner(subsystem, clear, clock)
     return WorkerRunner(subsystem, clear, clock, pool)
 
 
-def _readers(system: System, plant: Plant | None) -> Readers:
+def _readers(system: System, plant: Plant | None, commands: Commands) -> Readers:
     readers: Readers = defaultdict(list)
     for item in system.connections:
         inbox = system.scheduled(item.target).subsystem.x
         readers[item.source, item.output].append(setter(inbox, item.input))
     if system.plant is not None and plant is not None:
         for output in system.plant.outputs:
-            put = partial(plant.actuate, output.actuator)
+            put = _command(plant, output, commands)
             readers[output.subsystem, output.element].append(put)
     return readers
+
+
+def _command(plant: Plant, output: PlantOutput, commands: Commands) -> Put:
+    """What gives an actuator its command and notes it; raises `DeviceFailed`."""
+    actuator, subsystem = output.actuator, output.subsystem
+
+    def put(value: Any) -> None:
+        commands[actuator] = subsystem, value
+        try:
+            plant.actuate(actuator, value)
+        except (Fault, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # whatever the device raises
+            raise DeviceFailed(actuator, error, {"command": value}) from error
+
+    return put
 
 
 def _ports(system: System, subsystem: Subsystem, sensors: dict[str, Sensor]) -> tuple[Port, ...]:

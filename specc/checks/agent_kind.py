@@ -26,7 +26,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     for agent in system.agents:
         if _is_unsure(agent, facts):
             continue
-        kind = _derived(agent, system)
+        kind = _derived(agent, facts)
         if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
             continue
         if kind == "C":
@@ -57,18 +57,16 @@ def _is_unsure(agent: Agent, facts: Facts) -> bool:
     return control not in known or control in facts.broken or bool(lost - devices)
 
 
-def _derived(agent: Agent, system: System) -> str:
+def _derived(agent: Agent, facts: Facts) -> str:
     """The letters of 2.2 in the order C, E, R, T."""
     kinds: set[str] = {subsystem.kind for subsystem in agent.subsystems}
     kinds |= {device.kind for device in agent.devices}
     ends = {kind.rpartition("_")[2] for kind in kinds}
     own = f"{agent.name}.c"
+    ports = [(s, port) for s in agent.subsystems if s.qualified_name == own for port in s.ports]
     talks = any(
-        subsystem.kind == "control"
-        and own in (subsystem.qualified_name, port.other_end)
-        and _agent(port.other_end) != subsystem.agent
-        for subsystem in system.subsystems
-        for port in subsystem.ports
+        subsystem.kind == "control" and _agent(port.other_end) != subsystem.agent
+        for subsystem, port in (*ports, *facts.connections.ends_at(own))
     )
     return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
 

@@ -28,8 +28,8 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 below(element.place, "max_age"),
                 f"may be {ms(allowed)} old",
                 tuple(_way(oldest, facts)),
-                f"raise the rate of `{_slowest(oldest, facts)}`, from which most of it comes, or "
-                f"allow {_at_least(oldest.age_s)}",
+                f"{_shorten(oldest, facts)}, from which most of it comes, or allow "
+                f"{_at_least(oldest.age_s)}",
             )
 
 
@@ -38,7 +38,8 @@ def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
     hops = oldest.hops()
     first = facts.ages.sources.of(hops[0].node)
     if isinstance(first, Measured):
-        every = f", a sample every {ms(first.period_s)}" if first.period_s else ""
+        often = "sample at least every" if first.sporadic else "sample every"
+        every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
         yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
     for hop in hops:
         reader = facts.connections.subsystems.get(hop.node.reader)
@@ -60,14 +61,16 @@ def _at_least(age_s: Fraction) -> str:
     return ms(Fraction(ceil(age_s * scale), scale))
 
 
-def _slowest(oldest: Trail, facts: Facts) -> str:
-    """The subsystem or device behind the longest step of the way."""
+def _shorten(oldest: Trail, facts: Facts) -> str:
+    """What would make the longest step of the way shorter."""
     steps: list[tuple[Fraction, str]] = []
     for hop in oldest.hops():
         source = facts.ages.sources.of(hop.node)
         before = hop.before.read_s if hop.before else oldest.measured_s
         if isinstance(source, Measured):
-            steps.append((hop.read_s - before, source.device))
+            what = "shorten the `max_gap`" if source.sporadic else "raise the rate"
+            steps.append((hop.read_s - before, f"{what} of `{source.device}`"))
         elif source is not None:
-            steps.append((hop.read_s - before, source.sender.qualified_name))
+            way_out = f"raise the rate of `{source.sender.qualified_name}`"
+            steps.append((hop.read_s - before, way_out))
     return max(steps, key=lambda step: step[0])[1]

@@ -104,12 +104,7 @@ def _missing(port: Port, place: Place, element: Element) -> Diagnostic:
 
 def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
     """A device of which only one side is connected; one without any is `devices_used`'s matter."""
-    ends = [
-        (subsystem, port)
-        for subsystem in facts.system.subsystems
-        for port in subsystem.ports
-        if port.other_end == device.qualified_name
-    ]
+    ends = facts.connections.ends_at(device.qualified_name)
     contested = device.qualified_name in facts.connections.contested
     if not ends or contested or any(s.qualified_name in facts.broken for s, _ in ends):
         return

@@ -32,5 +32,5 @@ def without_plant(system: System, place: Place) -> Iterator[Diagnostic]:
             "there is no plant behind the devices",
             place,
             f"nothing stands behind {names}",
-            help="add `plant:` with a model and what it binds",
+            help="add `plant:` with what makes it, `model` or `python`, and what it binds",
         )

@@ -23,8 +23,8 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
             continue
         words = ending(behaviour, decided.cause)
         applying = zip(decided.verdict.rows, decision.satisfiable, strict=True)
-        for index, (row, possible) in enumerate(applying):
-            if possible or facts.applies_to_nan(decided, index):
+        for row, possible in applying:
+            if possible:
                 continue
             if not decision.possible:
                 yield Diagnostic(

@@ -6,43 +6,45 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic, Related
 from specc.expr import show
-from specc.facts import Decided, Facts
+from specc.facts import Facts
 from specc.facts.examples import Examples
+from specc.facts.shared import Shared, shared
 from specc.facts.words import ending, operators_in, situation
-from specc.model.fsm import Transition
 from specc.model.system import System
-from specc.proof import Witness
 
 _MOST = 6
 """Rows of which every two are compared, and other pairs that are told."""
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0602, for the first two rows that can apply together; the others are related."""
+    """E0602, for two rows that can apply together; others of the same states are related."""
     examples = Examples(facts)
-    for decided in facts.decided():
-        overlap = decided.verdict.decision.overlap
-        if overlap:
-            state = decided.state
-            first, second = (decided.verdict.rows[i] for i in overlap.holding)
-            yield Diagnostic(
-                "E0602",
-                f"two rows of state `{state.name}` apply {situation(overlap)}",
-                second.place,
-                f"applies when it ended {ending(state.behaviour, decided.cause)}",
-                (Related(first.place, "and so does this row"), *_others(decided, overlap, facts)),
-                _way_out(overlap, decided.verdict.rows),
-                example=examples.text(decided.subsystem, state, decided.cause, overlap),
-            )
+    for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
+        decided, widest, overlap = told.first, told.widest, told.witness
+        one, other = overlap.holding
+        first, second = decided.verdict.rows[one], decided.verdict.rows[other]
+        others = tuple(_others(told, facts))
+        also = "and so does this row"
+        if others and (own := facts.overlap(widest, (one, other))):
+            also += f" {situation(own)}"
+        yield Diagnostic(
+            "E0602",
+            f"two rows of {told.states} apply {situation(overlap)}",
+            second.place,
+            f"applies when it ended {ending(decided.state.behaviour, decided.cause)}",
+            (Related(first.place, also), *others, *told.places),
+            _way_out(told),
+            example=examples.text(widest.subsystem, widest.state, widest.cause, overlap),
+        )
 
 
-def _others(decided: Decided, told: Witness, facts: Facts) -> Iterator[Related]:
+def _others(told: Shared, facts: Facts) -> Iterator[Related]:
     """The other pairs of rows that can apply together, at the second of them."""
-    rows = decided.verdict.rows
-    pairs = ((i, j) for j in range(len(rows)) for i in range(j) if (i, j) != told.holding)
+    rows, holding = told.first.verdict.rows, told.witness.holding
+    pairs = ((i, j) for j in range(len(rows)) for i in range(j) if (i, j) != holding)
     left = _MOST
     for pair in pairs if len(rows) <= _MOST else ():
-        overlap = facts.overlap(decided, pair)
+        overlap = facts.overlap(told.widest, pair)
         if overlap and left:
             left -= 1
             name = rows[pair[0]].condition.name
@@ -50,10 +52,12 @@ def _others(decided: Decided, told: Witness, facts: Facts) -> Iterator[Related]:
             yield Related(rows[pair[1]].place, words)
 
 
-def _way_out(overlap: Witness, rows: tuple[Transition, ...]) -> str:
+def _way_out(told: Shared) -> str:
+    overlap, rows = told.witness, told.first.verdict.rows
     other = f"or say under `assume:` why it cannot be{operators_in(overlap)}"
+    also = " in each of these states" if told.others else ""
     if overlap.repair is None or overlap.repaired is None:
-        return f"delete one of the two rows, {other}"
+        return f"delete one of the two rows{also}, {other}"
     which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"
     asked = rows[overlap.repaired].condition.name
-    return f'let {which} ask for "{show(overlap.repair)}" instead of `{asked}`, {other}'
+    return f'let {which} ask for "{show(overlap.repair)}" instead of `{asked}`{also}, {other}'

@@ -12,7 +12,7 @@ from specc.facts.guarding import Guarding, sorted_
 from specc.facts.needs import Need, Needs, negation, with_items
 from specc.facts.places import text_place
 from specc.facts.references import expressions
-from specc.model.expr import Expr, Sure, Truth, walk
+from specc.model.expr import Expr, Sure, Truth, has_unknown, walk
 from specc.model.fsm import Condition, State
 from specc.model.system import Subsystem, System
 from specc.model.types import OptionalOf
@@ -35,20 +35,20 @@ class _Use:
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0705."""
-    for subsystem in facts.whole_subsystems:
+    for subsystem in facts.known_machines:
         if any(isinstance(node, Sure) for expr in expressions(subsystem) for node in walk(expr)):
             yield from _findings(subsystem, facts)
 
 
 def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
     needs, told = Needs(subsystem), set[Place]()
-    prover = facts.strict_prover(subsystem)
+    prover = facts.prover(subsystem)
     guarding = _guarding(subsystem, facts, needs)
     for use in _uses(subsystem, guarding):
         for need in needs.of(use.expr):
             place = _place(need, use)
             context = (*use.known, *need.guards)
-            if place in told or need.fact in context:
+            if place in told or need.fact in context or any(map(has_unknown, need.guards)):
                 continue
             if not prover.implies(with_items(context), need.fact, use.moment):
                 told.add(place)
@@ -57,7 +57,7 @@ def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
 
 def _guarding(subsystem: Subsystem, facts: Facts, needs: Needs) -> Guarding:
     """What is known in the states of a subsystem of all that its expressions need."""
-    prover = facts.strict_prover(subsystem)
+    prover = facts.prover(subsystem)
     wanted = {n.fact for e in expressions(subsystem) for n in needs.of(e)}
 
     def implies(context: Sequence[Expr], fact: Expr) -> bool:

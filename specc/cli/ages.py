@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from typing import TYPE_CHECKING, Any
+
+from specc.diagnostics.render.visible import visible
 
 if TYPE_CHECKING:
     from specc.facts.ages import Ages, Held
@@ -26,6 +27,7 @@ def add_ages(commands: Any) -> None:
 def run_ages(options: argparse.Namespace) -> int:
     """Print the greatest age of every value that is received; 1 if the specification has errors."""
     from specc import pipeline
+    from specc.cli import streams
     from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
 
@@ -35,18 +37,20 @@ def run_ages(options: argparse.Namespace) -> int:
         tell(found)
         return 2 if result.system is None else 1
     shown = _as_json if options.format == "json" else _as_text
-    sys.stdout.write(shown(result.system))
+    streams.show(shown(result.system), options.format)
     return 0
 
 
 def _as_text(system: System) -> str:
     """A table: reader, element, greatest age, what is allowed, and the way of the oldest value."""
-    rows = [("reader", "element", "age", "allowed", "way of the oldest value")]
+    rows: list[tuple[str, ...]] = [
+        ("reader", "element", "age", "allowed", "way of the oldest value")
+    ]
     for node, element, oldest, ages in _found(system):
         limit = element.max_age_s
         allowed = "" if limit is None else _ms(limit)
         age, way = _age(oldest, ages)
-        rows.append((node.reader, _name(node), age, allowed, way))
+        rows.append(tuple(map(visible, (node.reader, _name(node), age, allowed, way))))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in rows)
     return "".join(f"{line.rstrip()}\n" for line in lines)
@@ -95,8 +99,11 @@ def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
     if oldest is None:
         return "-", "no measurement"
     if isinstance(oldest, Held):
-        state = oldest.sent.silent.name if oldest.sent.silent else ""
-        return "any", f"`{oldest.sent.sender.qualified_name}` is silent in `{state}`"
+        silent = oldest.source
+        if isinstance(silent, Measured):
+            return "any", f"`{silent.device}.{oldest.node.element}` may have no new sample"
+        state = silent.silent.name if silent.silent else ""
+        return "any", f"`{silent.sender.qualified_name}` is silent in `{state}`"
     hops = oldest.hops()
     source = ages.sources.of(hops[0].node)
     start = f"{source.device}.{hops[0].node.element}" if isinstance(source, Measured) else ""

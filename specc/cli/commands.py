@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from specc.cli import streams
 from specc.cli.telling import tell
 from specc.diagnostics import nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
-from specc.source import Sources
+from specc.source import COMMAND_LINE, Sources
 
 if TYPE_CHECKING:
+    from specc.diagnostics import Diagnostic
+    from specc.diagnostics.render.visible import Form
     from specc.policy import Overrides
+    from specc.read import Reach
 
 # Open, but possibly a slip: a reference to what is not there.
 _DANGLING = frozenset(("O0205",))
+# What the formats of reports are written in.
+_FORMS: dict[str, Form] = {"json": "json", "sarif": "json", "github": "commands", "junit": "xml"}
 # Not faults of a specification: a file that gives no text or takes none.
 _UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
 
@@ -31,8 +36,8 @@ def validate(options: Namespace) -> int:
     look = inspect.inspect_and_mend if options.fix else inspect.inspect_all
     try:
         found = look(options.specs, _overrides(options))
-    except inspect.InspectionInterrupted as interrupted:
-        _publish(interrupted.report, options.format)
+    except (inspect.InspectionInterrupted, inspect.InspectionFailed) as ended:
+        _publish(ended.report, options.format)
         raise
     return _publish(found, options.format)
 
@@ -50,9 +55,23 @@ def build(options: Namespace) -> int:
         findings += found
         stopped |= not built.result.ok
         if built.result.ok and not refused:
-            put = output.stale if options.check else output.write
-            findings += resolve(put(Path(options.out, built.system), built.files), Sources())
+            directory = Path(options.out, built.system)
+            if options.check:
+                put = output.stale(directory, built.files)
+            else:
+                put = output.write(directory, built.files, _writable(path, options.out))
+            findings += resolve(put, Sources())
     return _publish(report(findings, options.specs), options.format) or int(stopped)
+
+
+def _writable(spec: str, out: str) -> Reach:
+    """Where a build may write: links below the working directory must not lead out of it."""
+    from specc.policy import reach_of
+    from specc.read import Reach
+
+    here = Path.cwd()
+    named = here if Path(os.path.abspath(out)).is_relative_to(here) else Path(out)
+    return Reach((os.path.realpath(named), *reach_of(spec).folders))
 
 
 def run(options: Namespace) -> int:
@@ -64,7 +83,7 @@ def run(options: Namespace) -> int:
     from specc.cli.launch import launch
     from specc.cli.runnable import missing
 
-    built = pipeline.build(options.spec)
+    built = pipeline.build(options.spec, options.set)
     findings, refused = judged(options.spec, built.result, _overrides(options))
     if refused or not built.result.can("run"):
         return _publish(report(findings, [options.spec]), "text") or 1
@@ -104,7 +123,7 @@ def status(options: Namespace) -> int:
     as_asked = (
         as_json(name, found) if options.format == "json" else as_text(name or options.spec, found)
     )
-    sys.stdout.write(as_asked)
+    streams.show(as_asked, options.format)
     return 0
 
 
@@ -124,18 +143,18 @@ def explain(options: Namespace) -> int:
     if options.page:
         from specc.diagnostics.render.page import page
 
-        sys.stdout.write(page(codes))
+        streams.show(page(codes), "markdown")
         return 0
     if options.code is None:
-        sys.stdout.write(overview(codes))
+        streams.show(overview(codes))
         return 0
     entry = codes.get(options.code.upper())
     if entry is None:
         close = " or ".join(f"`{code}`" for code in nearest(options.code, codes))
         hint = f"did you mean {close}?" if close else "`specc explain` lists all codes"
-        print(f"specc: no code is called `{options.code}`; {hint}", file=sys.stderr)
+        streams.say(f"specc: no code is called `{options.code}`; {hint}")
         return 2
-    sys.stdout.write(explanation(entry))
+    streams.show(explanation(entry))
     return 0
 
 
@@ -171,7 +190,7 @@ def schema(options: Namespace) -> int:
     """Print the JSON Schema of specification files, for editors."""
     from specc import pipeline
 
-    print(json.dumps(pipeline.json_schema(), indent=2))
+    streams.show(json.dumps(pipeline.json_schema(), indent=2) + "\n", "json")
     return 0
 
 
@@ -182,18 +201,23 @@ def lsp(options: Namespace) -> int:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
             raise
-        print("specc: pygls is not installed; `pip install 'specc[editor]'`", file=sys.stderr)
+        streams.say("specc: pygls is not installed; `pip install 'specc[editor]'`")
         return 2
     return serve()
 
 
 def _runtime_arguments(directory: Path, options: Namespace) -> list[str]:
     arguments = [str(directory), "--base", os.path.dirname(options.spec) or "."]
-    for name in ("seed", "cycles", "duration", "report", "video", "renderer"):
-        value = getattr(options, name)
+    for name in (
+        "seed", "cycles", "duration", "cycle-limit", "report", "video", "camera", "renderer",
+    ):  # fmt: skip
+        value = getattr(options, name.replace("-", "_"))
         if value is not None:
             arguments += [f"--{name}", str(value)]
-    return arguments + [f"--{name}" for name in ("viewer", "inline") if getattr(options, name)]
+    asked = [name for name in ("viewer", "inline", "check_operators") if getattr(options, name)]
+    for name, text in options.set.items():
+        arguments += ["--built-with", f"{name}={text}"]
+    return arguments + [f"--{name.replace('_', '-')}" for name in asked]
 
 
 def _overrides(options: Namespace) -> Overrides:
@@ -209,12 +233,17 @@ def _publish(found: Report, form: str) -> int:
     else:
         # Each format is imported only when it is asked for.
         renderer = import_module(f"specc.diagnostics.render.{form}")
-        sys.stdout.write(renderer.render(found))
+        streams.show(renderer.render(found), _FORMS[form])
     return _exit_code(found)
 
 
+def _is_usage(found: Diagnostic) -> bool:
+    said = found.primary.file == COMMAND_LINE and found.severity != "warning"
+    return said or found.code in _UNREADABLE
+
+
 def _exit_code(found: Report) -> int:
-    if any(finding.diagnostic.code in _UNREADABLE for finding in found.findings):
+    if any(_is_usage(finding.diagnostic) for finding in found.findings):
         return 2
     dangling = any(finding.diagnostic.code in _DANGLING for finding in found.findings)
     return 1 if dangling or found.count("error") else 0

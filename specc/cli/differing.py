@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +23,7 @@ def add_diff(commands: Any) -> None:
 def run_diff(options: argparse.Namespace) -> int:
     """Print how two specifications differ; 0 if they mean the same, 1 if not, 2 if unreadable."""
     from specc import pipeline
+    from specc.cli import streams
     from specc.cli.telling import tell
     from specc.diagnostics.report import report, resolve
     from specc.difference import compare
@@ -37,7 +37,7 @@ def run_diff(options: argparse.Namespace) -> int:
         return 2
     comparison = compare(old, new)
     renderer = import_module(f"specc.difference.render.{options.format}")
-    sys.stdout.write(renderer.render(comparison, options.old, options.new))
+    streams.show(renderer.render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 
 

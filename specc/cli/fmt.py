@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from argparse import Namespace
 from collections.abc import Iterator
 
-from specc.cli.rewrite import refusal, rewrite
+from specc.cli import streams
+from specc.cli.rewrite import outside, refusal, rewrite
 from specc.cli.targets import targets
 from specc.diagnostics.report import Finding, resolve, shown_path
+from specc.policy import reach_of
 from specc.read import read_file
 from specc.source import Sources
 
 
 def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
     """Format files: findings about those that cannot be, the others, and whether any differs."""
-    meant = targets(options.files, systems_only=False)
+    meant = targets(options.files)
     findings = resolve(meant.faults, Sources())
     changed, readable, files = [], 0, [*meant.systems, *meant.parts]
     for path in files:
+        if not reach_of(path).holds(path):
+            findings += resolve([outside(path)], Sources())
+            continue
         document = read_file(path)
         if not document.ok:
             findings += resolve(document.diagnostics, Sources([document.source]))
@@ -31,7 +35,7 @@ def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
             continue
         changed.append(path)
         if options.diff:
-            sys.stdout.writelines(_difference(path, old, new))
+            streams.show("".join(_difference(path, old, new)))
         if not (options.check or options.diff):
             try:
                 rewrite(path, new)
@@ -58,6 +62,6 @@ def _difference(path: str, old: str, new: str) -> Iterator[str]:
 def _summarise(changed: list[str], files: int, only_looked: bool) -> None:
     what = "would be formatted" if only_looked else "formatted"
     for path in changed:
-        print(f"{what}: {shown_path(path)}", file=sys.stderr)
+        streams.say(f"{what}: {shown_path(path)}")
     same = files - len(changed)
-    print(f"{len(changed)} of {files} {what}, {same} left as they are", file=sys.stderr)
+    streams.say(f"{len(changed)} of {files} {what}, {same} left as they are")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from fractions import Fraction
 from typing import Any
 
@@ -60,10 +59,11 @@ def run_import(options: argparse.Namespace) -> int:
 
 def _put(text: str, out: str | None, force: bool) -> int:
     """Write a specification; one that is there may have been completed by hand, so it stays."""
+    from specc.cli import streams
     from specc.cli.rewrite import create, rewrite
 
     if out is None:
-        sys.stdout.write(text)
+        streams.show(text)
         return 0
     try:
         if force and os.path.exists(out):
@@ -71,11 +71,11 @@ def _put(text: str, out: str | None, force: bool) -> int:
         else:
             create(out, text)
     except FileExistsError:
-        print(f"specc: {out} is there already; `--force` replaces it", file=sys.stderr)
+        streams.say(f"specc: {out} is there already; `--force` replaces it")
         return 2
     except OSError as error:
         why = (error.strerror or "").lower()
-        print(f"specc: {out} cannot be written: {why}", file=sys.stderr)
+        streams.say(f"specc: {out} cannot be written: {why}")
         return 2
     return 0
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from specc.cli.interruption import held
+from specc.cli.interruption import held, is_behind
 from specc.cli.rewrite import refusal
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
-from specc.diagnostics.report import Finding, Report, report, resolve
+from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
+from specc.limits import one_run
 from specc.policy import Judged, Overrides, forget, judge, settings_for
-from specc.source import Place, Sources
+from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
@@ -32,6 +33,8 @@ class Outcome:
     ignored: int
     used: frozenset[Place]
     read: frozenset[str]
+    fault: Exception | None = None
+    """What specc failed with, which is no finding about the specification."""
 
 
 class InspectionInterrupted(KeyboardInterrupt):
@@ -39,6 +42,14 @@ class InspectionInterrupted(KeyboardInterrupt):
 
     def __init__(self, report: Report) -> None:
         super().__init__()
+        self.report = report
+
+
+class InspectionFailed(Exception):
+    """A fault of specc in some files, with the report about all others."""
+
+    def __init__(self, report: Report, path: str, fault: Exception) -> None:
+        super().__init__(f"{shown_path(path)}: {fault}")
         self.report = report
 
 
@@ -65,6 +76,7 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
 
     Raises:
         InspectionInterrupted: by Ctrl-C.
+        InspectionFailed: a file could not be checked, by a fault of specc.
     """
     meant = targets(arguments)
     outcomes: list[Outcome] = []
@@ -73,13 +85,38 @@ def inspect_all(arguments: Sequence[str], overrides: Overrides) -> Report:
         _inspect_into(outcomes, meant.systems, overrides)
         read = frozenset().union(*(outcome.read for outcome in outcomes))
         alone = [path for path in meant.parts if os.path.realpath(path) not in read]
-        _inspect_into(outcomes, alone, overrides)
+        parts: list[Outcome] = []
+        try:
+            _inspect_into(parts, alone, overrides)
+        finally:
+            outcomes += _told_once(parts)
     except KeyboardInterrupt:
         done = [outcome.path for outcome in outcomes]
         if not done:
             raise
         raise InspectionInterrupted(_summed(faults, outcomes, done, whole=False)) from None
-    return _summed(faults, outcomes, [*meant.systems, *meant.parts], whole=True)
+    failed = [outcome for outcome in outcomes if outcome.fault is not None]
+    paths = [*meant.systems, *meant.parts]
+    if not failed:
+        return _summed(faults, outcomes, paths, whole=True)
+    checked = [outcome.path for outcome in outcomes if outcome.fault is None]
+    found = _summed(faults, outcomes, checked, whole=False)
+    assert failed[0].fault is not None
+    raise InspectionFailed(found, failed[0].path, failed[0].fault)
+
+
+def _told_once(parts: Sequence[Outcome]) -> Iterator[Outcome]:
+    """The outcomes of parts, without what the parts that they use say of themselves."""
+    own = {s for part in parts for s in map(_spot, part.findings) if s[0] == real_path(part.path)}
+    for part in parts:
+        theirs = {spot for spot in own if spot[0] != real_path(part.path)}
+        left = tuple(item for item in part.findings if _spot(item) not in theirs)
+        yield replace(part, findings=left)
+
+
+def _spot(item: Finding) -> tuple[str, str, int, int]:
+    span = item.primary.span
+    return real_path(span.file), item.diagnostic.code, span.line, span.col
 
 
 def _summed(
@@ -98,33 +135,47 @@ def inspect(path: str, overrides: Overrides) -> Outcome:
     """Compile a specification and judge what was found."""
     from specc import pipeline
 
-    result = pipeline.compile_spec(path)
-    sources, faults, verdict = _judged(path, result.diagnostics, result.sources, overrides)
-    findings = resolve((*faults, *verdict.diagnostics), sources)
-    read = frozenset(os.path.realpath(source.path) for source in result.sources)
+    with one_run():
+        result = pipeline.check_spec(path)
+        sources, faults, verdict = _judged(path, result, overrides)
+        findings = resolve((*faults, *verdict.diagnostics), sources)
+    read = frozenset(real_path(source.path) for source in result.sources)
     return Outcome(path, tuple(findings), verdict.ignored, verdict.used, read)
+
+
+def _inspected(path: str, overrides: Overrides) -> Outcome:
+    """Like `inspect`; a fault of specc in one file does not keep the others from being checked."""
+    try:
+        return inspect(path, overrides)
+    except Exception as error:
+        if is_behind(error) or "SPECC_TRACEBACK" in os.environ:
+            raise
+        fault = Exception(f"{type(error).__name__}: {error}")  # any other may not cross processes
+        return Outcome(path, (), 0, frozenset(), frozenset(), fault)
 
 
 def judged(path: str, result: Result, overrides: Overrides) -> tuple[list[Finding], bool]:
     """Findings about a compiled specification that are left, and whether they refuse it."""
-    sources, faults, verdict = _judged(path, result.diagnostics, result.sources, overrides)
+    sources, faults, verdict = _judged(path, result, overrides)
     return resolve((*faults, *verdict.diagnostics), sources), verdict.refused or bool(faults)
 
 
 def _judged(
-    path: str, diagnostics: Iterable[Diagnostic], sources: Sources, overrides: Overrides
+    path: str, result: Result, overrides: Overrides
 ) -> tuple[Sources, tuple[Diagnostic, ...], Judged]:
     """The files with that of the settings, what is wrong with the settings, and the verdict."""
-    known = Sources(sources)
+    known = Sources(result.sources)
     found = settings_for(os.path.dirname(path))
     if found.source is not None:
         known.add(found.source)
-    return known, found.diagnostics, judge(diagnostics, known, overrides.over(found.settings))
+    settings = overrides.over(found.settings)
+    verdict = judge(result.diagnostics, known, settings, not result.is_part)
+    return known, found.diagnostics, verdict
 
 
 def _inspect_into(outcomes: list[Outcome], paths: Sequence[str], overrides: Overrides) -> None:
     """Add the outcomes of files, in their order; those that are done also if interrupted."""
-    job = partial(inspect, overrides=overrides)
+    job = partial(_inspected, overrides=overrides)
     workers = min(len(paths), len(os.sched_getaffinity(0)))
     if len(paths) < PARALLEL_FROM or workers < 2:
         for path in paths:

@@ -1,8 +1,9 @@
 """Running generated code in this process, without importing the runtime before it is needed."""
 
-import sys
 import traceback
 from importlib import import_module
+
+from specc.cli import streams
 
 _RUNTIME = "specc_runtime"
 
@@ -18,7 +19,7 @@ def launch(arguments: list[str]) -> int:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != _RUNTIME:
             raise
-        print("specc: the runtime (package specc_runtime) is not installed", file=sys.stderr)
+        streams.say("specc: the runtime (package specc_runtime) is not installed")
         return 2
     try:
         return int(runtime.main(arguments) or 0)

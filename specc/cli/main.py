@@ -185,14 +185,49 @@ def _add_policy(parser: argparse.ArgumentParser) -> None:
 def _add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("spec", metavar="SPEC")
     parser.add_argument("--seed", metavar="N", type=_whole_number, help="of the random numbers")
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--cycles", metavar="N", type=_count, help="cycles of the task")
-    length.add_argument("--duration", metavar="S", type=_seconds, help="simulated seconds")
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action=_Values,
+        default={},
+        help="take this value for a constant; may be repeated",
+    )
+    parser.add_argument("--cycles", metavar="N", type=_count, help="cycles of the task")
+    parser.add_argument("--duration", metavar="S", type=_seconds, help="simulated seconds")
+    parser.add_argument(
+        "--cycle-limit",
+        metavar="S",
+        type=_seconds,
+        help="simulated seconds after which a cycle is given up (default: 120)",
+    )
+    parser.add_argument("--camera", metavar="NAME", help="of the film (default: overview)")
     parser.add_argument("--report", metavar="FILE.json", help="write what happened")
     parser.add_argument("--viewer", action="store_true", help="show the simulation")
     parser.add_argument("--video", metavar="FILE.mp4", help="record the simulation")
     parser.add_argument("--renderer", choices=("auto", "gl", "raycast"))
     parser.add_argument("--inline", action="store_true", help="compute in one process")
+    parser.add_argument(
+        "--check-operators", action="store_true", help="call each operator twice and compare"
+    )
+
+
+class _Values(argparse.Action):
+    """Collects `name=value`, each name once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        name, sign, text = (part.strip() for part in str(values).partition("="))
+        known = getattr(namespace, self.dest)
+        if not (name and sign):
+            raise argparse.ArgumentError(self, f"{values!r} is not `name=value`")
+        if name in known:
+            raise argparse.ArgumentError(self, f"`{name}` is given twice")
+        setattr(namespace, self.dest, known | {name: text})
 
 
 def _codes(text: str) -> tuple[str, ...]:

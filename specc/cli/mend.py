@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
 
+from specc.cli import streams
 from specc.cli.rewrite import rewrite
 from specc.cli.targets import is_named
 from specc.diagnostics.report import Finding, Repair
@@ -38,9 +38,7 @@ def report_left(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
         repairs = "1 repair" if len(wanted) == 1 else f"{len(wanted)} repairs"
         name = (os.path.dirname(path) or ".") if path.endswith(".toml") else path
         command = shlex.join(["specc", "validate", "--fix", *arguments, name])
-        print(
-            f"not mended, since it was not named: {path} ({repairs}); `{command}`", file=sys.stderr
-        )
+        streams.say(f"not mended, since it was not named: {path} ({repairs}); `{command}`")
 
 
 def by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
@@ -70,7 +68,7 @@ def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
     for repair in result.made:
         line = repair.changes[0].span.line
         code = wanted[repair].diagnostic.code
-        print(f"mended {path}:{line}: {code}: {repair.title}", file=sys.stderr)
+        streams.say(f"mended {path}:{line}: {code}: {repair.title}")
     return bool(result.made)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from specc.cli.interruption import held
 from specc.diagnostics import Diagnostic
+from specc.policy import reach_of
 from specc.source import Place
 
 
@@ -16,8 +17,11 @@ def rewrite(path: str, text: str) -> None:
     """Make `text` the content of a file that exists; links, owner and permissions stay.
 
     Raises:
-        OSError: the system refuses, or nobody may write the file; it is as it was.
+        OSError: the system refuses, nobody may write the file, or a link leads out of the project;
+            it is as it was.
     """
+    if not reach_of(path).holds(path):
+        raise OSError(errno.EPERM, "a link leads out of the project", path)
     try:
         with held():
             _rewrite(Path(os.path.realpath(path)), text.encode())
@@ -46,6 +50,13 @@ def refusal(error: OSError) -> Diagnostic:
     message = f"the file cannot be written: {(error.strerror or 'refused').lower()}"
     hint = "it is as it was; check its permissions, those of its directory and the space there"
     return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
+
+
+def outside(path: str) -> Diagnostic:
+    """The finding about a file that is not read, since a link leads out of the project."""
+    message = "a symbolic link leads out of the project"
+    hint = reach_of(path).way_in(path)
+    return Diagnostic("E0021", message, Place(path), help=hint)
 
 
 def _rewrite(target: Path, content: bytes) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+from specc.cli import streams
 from specc.diagnostics import nearest
 from specc.resources import specs_dir
 
@@ -13,7 +13,7 @@ def start(directory: str, name: str) -> int:
     """Copy a skeleton into a directory, which is made if need be; nothing is ever overwritten."""
     target = Path(directory)
     if name not in names() or not directory or (target.exists() and not target.is_dir()):
-        print(f"specc: {_refusal(directory, name)}", file=sys.stderr)
+        streams.say(f"specc: {_refusal(directory, name)}")
         return 2
     source = specs_dir() / "skeletons" / name
     files = sorted(path for path in source.rglob("*") if path.is_file())
@@ -21,15 +21,15 @@ def start(directory: str, name: str) -> int:
     taken = [str(place) for place in places.values() if place.exists() or place.is_symlink()]
     if taken:
         verb = "exists" if len(taken) == 1 else "exist"
-        print(f"specc: {', '.join(taken)} {verb} already; nothing was written", file=sys.stderr)
+        streams.say(f"specc: {', '.join(taken)} {verb} already; nothing was written")
         return 2
     if fault := _copy(places):
-        print(f"specc: cannot write: {fault}; nothing was left behind", file=sys.stderr)
+        streams.say(f"specc: cannot write: {fault}; nothing was left behind")
         return 2
     for place in places.values():
-        print(place)
+        streams.show(f"{place}\n")
     spec = next(place for place in places.values() if place.suffix == ".yaml")
-    print(f"\nspecc status {spec}\nspecc run {spec} --cycles 1")
+    streams.show(f"\nspecc status {spec}\nspecc run {spec} --cycles 1\n")
     return 0
 
 

@@ -22,7 +22,7 @@ def as_text(name: str, found: list[Progress]) -> str:
             rows = [(_name(item, name), *(step.state for step in item.steps)) for item in members]
             blocks.append(_table([(kind, *steps), *rows]))
     blocks.append("\n".join(_next(name, found)) + "\n")
-    return visible_text("\n".join(blocks))
+    return "\n".join(blocks)
 
 
 def as_json(name: str, found: list[Progress]) -> str:
@@ -39,17 +39,12 @@ def as_json(name: str, found: list[Progress]) -> str:
     return json.dumps({"version": VERSION, "system": name, "parts": parts}, indent=2) + "\n"
 
 
-def visible_text(text: str) -> str:
-    """Text for a terminal, its line breaks kept."""
-    return "\n".join(visible(line) for line in text.split("\n"))
-
-
 def _name(item: Progress, system: str) -> str:
     return system if item.of == "system" else item.of
 
 
 def _table(rows: Iterable[tuple[str, ...]]) -> str:
-    listed = list(rows)
+    listed = [tuple(map(visible, row)) for row in rows]
     widths = [max(map(len, column)) for column in zip(*listed, strict=True)]
     lines = ("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in listed)
     return "".join(f"{line.rstrip()}\n" for line in lines)
@@ -59,4 +54,5 @@ def _next(name: str, found: list[Progress]) -> list[str]:
     left = [(item, step) for item in found if (step := item.next) is not None]
     if not left:
         return ["every step is done"]
-    return ["next:"] + [f"  {_name(item, name)}, {step.name}: {step.next}" for item, step in left]
+    lines = (f"  {_name(item, name)}, {step.name}: {step.next}" for item, step in left)
+    return ["next:", *map(visible, lines)]

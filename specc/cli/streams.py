@@ -1,9 +1,16 @@
-"""Standard streams that are closed, full or no longer read."""
+"""Standard streams: what is printed on them, and those that are closed, full or no longer read.
+
+Files and specifications are strangers' texts, and nearly every output has parts of them. It goes
+through `show` or `say`, which let no character through that steers a terminal and no line that a
+runner of continuous integration takes for a command.
+"""
 
 import contextlib
 import os
 import sys
 from typing import TextIO
+
+from specc.diagnostics.render.visible import Form, harmless
 
 _USUAL = 120
 
@@ -47,9 +54,15 @@ def abandon(stream: TextIO) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
+def show(text: str, form: Form = "text", *, to: TextIO | None = None) -> None:
+    """Print to standard output, unless told where `to`."""
+    (to or sys.stdout).write(harmless(text, form))
+
+
 def say(message: str) -> None:
     """Print a message to standard error, if it takes one."""
     try:
-        print(message, file=sys.stderr, flush=True)
+        sys.stderr.write(harmless(f"{message}\n"))
+        sys.stderr.flush()
     except OSError:
         abandon(sys.stderr)

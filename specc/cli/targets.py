@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from specc.diagnostics import Diagnostic
+from specc.limits import MAX_BYTES
 from specc.policy import settings_for
-from specc.read.load import MAX_BYTES
 from specc.source import Place
 
 _SUFFIXES = (".yaml", ".yml")
 _VERSION = re.compile(rb"^(?:\xef\xbb\xbf)?specc[ \t]*:", re.MULTILINE)
 _SYSTEM = re.compile(rb"^system[ \t]*:", re.MULTILINE)
-_PART = re.compile(rb"^(?:subsystem|agent)[ \t]*:", re.MULTILINE)
 _MAGIC = re.compile(r"[*?[]")
 
 
@@ -25,7 +24,7 @@ _MAGIC = re.compile(r"[*?[]")
 class Targets:
     """Files to check, each once, in the order of the arguments.
 
-    `parts` describe something for others to use; they are checked with what uses them.
+    `parts` describe or define something for systems to use.
     """
 
     systems: tuple[str, ...]
@@ -33,22 +32,22 @@ class Targets:
     faults: tuple[Diagnostic, ...]
 
 
-def targets(arguments: Iterable[str], systems_only: bool = True) -> Targets:
+def targets(arguments: Iterable[str]) -> Targets:
     """Files that the arguments mean.
 
     A file is taken as it is. In a directory, and among what a pattern matches, only files with
-    `specc:` and, if `systems_only`, with `system:` are meant, less those that the settings exclude.
+    `specc:` are meant, less those that the settings exclude.
     """
     files: dict[str, str] = {}
     faults = []
     for argument in arguments:
         refused: list[OSError] = []
-        found = list(_files(argument, systems_only, refused))
+        found = list(_files(argument, refused))
         faults += [_unread(error) for error in refused]
         if not found and not refused:
             what = "directory has no specification" if os.path.isdir(argument) else ""
             message = f"this {what}" if what else "no specification matches this pattern"
-            hint = "a specification is a .yaml file that begins with `specc: 1` and has `system:`"
+            hint = "a specification is a .yaml file that begins with `specc: 1`"
             faults.append(Diagnostic("E0001", message, Place(argument), help=hint))
         for file in found:
             files.setdefault(os.path.realpath(file), file)
@@ -58,9 +57,9 @@ def targets(arguments: Iterable[str], systems_only: bool = True) -> Targets:
 
 
 def is_part(path: str) -> bool:
-    """Whether a file describes a part that other files use, and no system."""
+    """Whether a file is there for systems to use, and describes none."""
     text = _content(path) or b""
-    return _PART.search(text) is not None and _SYSTEM.search(text) is None
+    return _VERSION.search(text) is not None and _SYSTEM.search(text) is None
 
 
 def is_named(path: str, arguments: Iterable[str]) -> bool:
@@ -81,13 +80,13 @@ def _names(argument: str, path: str) -> bool:
     return any(os.path.realpath(m) == real for m in glob.iglob(argument, recursive=True))
 
 
-def _files(argument: str, systems_only: bool, refused: list[OSError]) -> Iterator[str]:
+def _files(argument: str, refused: list[OSError]) -> Iterator[str]:
     if os.path.isdir(argument):
         below = _below(argument, refused)
-        yield from _specifications(below, argument, systems_only)
+        yield from _specifications(below, argument)
     elif not os.path.lexists(argument) and _MAGIC.search(argument):
         matches = map(Path, glob.iglob(argument, recursive=True))
-        yield from _specifications(matches, _fixed_part(argument), systems_only)
+        yield from _specifications(matches, _fixed_part(argument))
     else:
         yield argument
 
@@ -99,13 +98,13 @@ def _below(directory: str, refused: list[OSError]) -> Iterator[Path]:
         yield from (Path(folder, file) for file in files if not file.startswith("."))
 
 
-def _specifications(paths: Iterable[Path], root: str, systems_only: bool) -> Iterator[str]:
+def _specifications(paths: Iterable[Path], root: str) -> Iterator[str]:
     settings = settings_for(root).settings
     for path in sorted(paths):
         if path.suffix not in _SUFFIXES or settings.excludes(path):
             continue
         text = _content(str(path))
-        if text is None or (_VERSION.search(text) and (_SYSTEM.search(text) or not systems_only)):
+        if text is None or _VERSION.search(text):
             yield str(path)
 
 

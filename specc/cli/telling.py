@@ -10,5 +10,9 @@ def tell(found: Report) -> None:
     """Print a report as text, in colour and as wide as the terminal takes it."""
     from specc.diagnostics.render import text
 
-    shown = text.render(found, streams.coloured(sys.stderr), streams.columns(sys.stderr))
-    sys.stderr.write(shown)
+    colour = streams.coloured(sys.stderr)
+    shown = text.render(found, colour, streams.columns(sys.stderr))
+    if colour:
+        sys.stderr.write(shown)  # its parts are harmless; nobody but a person reads a terminal
+    else:
+        streams.show(shown, to=sys.stderr)

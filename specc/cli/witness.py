@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from specc.cli import streams
 from specc.diagnostics import nearest
 
 if TYPE_CHECKING:
@@ -120,5 +120,5 @@ def _is_asked(item: Refutation, options: argparse.Namespace) -> bool:
 
 
 def _say(words: str, code: int) -> int:
-    print(f"specc: {words}", file=sys.stderr)
+    streams.say(f"specc: {words}")
     return code

@@ -4,17 +4,22 @@ import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
+from specc.limits import spend
+
 MOST = 3
 _LONGEST = 80
 _LONG_ENOUGH = 4
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
-    """The known names closest to `name`, best first, at most three; case is no difference."""
+    """The known names closest to `name`, best first, at most three; case is no difference.
+
+    None once a run has compared as many as it may.
+    """
     by_folded: dict[str, list[str]] = {}
     for candidate in dict.fromkeys(known):
         by_folded.setdefault(candidate.casefold(), []).append(candidate)
-    if len(name) > _LONGEST:
+    if len(name) > _LONGEST or not spend("names compared", len(by_folded)):
         return []
     close = get_close_matches(name.casefold(), by_folded, n=MOST)
     # Of `is` for `si` half the letters are wrong, and yet nothing else can be meant.
@@ -42,7 +47,10 @@ def is_slip(name: str, known: Iterable[str]) -> bool:
     What is farther away may be the name of something that is not there yet. So may be a name with
     another number, S1 beside S2, or with another letter in a short part, q_d beside q_c.
     """
-    return any(_is_one_letter_off(name, other) for other in known)
+    names = list(known)
+    if len(name) > _LONGEST or not spend("names compared", len(names)):
+        return False
+    return any(_is_one_letter_off(name, other) for other in names)
 
 
 def _is_one_letter_off(name: str, other: str) -> bool:

@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
 from specc.diagnostics.sides import settled
+from specc.limits import MAX_SHOWN
 from specc.source import Place, Sources, Span
+
+_RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,20 @@ class Report:
     findings: tuple[Finding, ...]
     checked: tuple[str, ...]
     ignored: int = 0
+
+    @property
+    def shown(self) -> tuple[Finding, ...]:
+        """The findings that are shown: all, or the first of the worst."""
+        if len(self.findings) <= MAX_SHOWN:
+            return self.findings
+        worst = sorted(self.findings, key=lambda item: _RANKS[item.diagnostic.severity])
+        kept = set(map(id, worst[:MAX_SHOWN]))
+        return tuple(item for item in self.findings if id(item) in kept)
+
+    @property
+    def not_shown(self) -> int:
+        """How many findings are only counted."""
+        return max(len(self.findings) - MAX_SHOWN, 0)
 
     def count(self, severity: Severity) -> int:
         """Number of findings of a severity."""

@@ -135,7 +135,7 @@ def _verdict(before: Formula, after: Formula, assumed: Sequence[Formula]) -> Ver
 def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Facts:
     if not faults:
         return ()
-    found, _ = describe(table, faults, allowed, asked)
+    found, *_ = describe(table, faults, allowed, asked)
     if not found:
         return (("anything", "true"),)
     return tuple(_readable(fact, answer, found) for fact, answer in found)

@@ -10,7 +10,7 @@ from specc.difference.types import type_text
 from specc.expr import show
 from specc.model.expr import Expr
 from specc.model.fsm import Function
-from specc.model.system import Element, Subsystem
+from specc.model.system import Element, Safe, Subsystem
 from specc.model.types import Bool
 
 Same = Callable[[Expr, Expr], bool]
@@ -42,6 +42,7 @@ def compare_elements(
         _inits(name, before.init, after.init, same, book)
         ages = [_age(element) for element in (before, after)]
         book.changed("element", name, "greatest age", *ages, semantic=False)
+        _safes(name, before.safe, after.safe, same, book)
         book.words("element", name, before, after)
 
 
@@ -53,6 +54,18 @@ def _inits(name: str, old: Expr | None, new: Expr | None, same: Same, book: Book
     texts = [show(init) if init is not None else "no initial value" for init in (old, new)]
     equal = old is not None and new is not None and same(old, new)
     book.changed("element", name, "initial value", *texts, semantic=not equal)
+
+
+def _safes(name: str, old: Safe | None, new: Safe | None, same: Same, book: Book) -> None:
+    """What an element gets when a run ends, and if that fails."""
+    for aspect, values in (
+        ("safe value", [safe.value if safe else None for safe in (old, new)]),
+        ("safe value if that fails", [safe.otherwise if safe else None for safe in (old, new)]),
+    ):
+        before, after = values
+        texts = [show(value) if value is not None else "none" for value in values]
+        equal = before is not None and after is not None and same(before, after)
+        book.changed("element", name, aspect, *texts, semantic=not equal)
 
 
 def _elements(subsystem: Subsystem) -> dict[str, Element]:

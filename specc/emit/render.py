@@ -5,13 +5,21 @@ from __future__ import annotations
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from specc.emit.format import formatted
-from specc.lower.plan import PackagePlan, SubsystemPlan, SystemPlan, TypesPlan, WholePlan
+from specc.lower.plan import (
+    DevicePlan,
+    PackagePlan,
+    SubsystemPlan,
+    SystemPlan,
+    TypesPlan,
+    WholePlan,
+)
 from specc.resources import templates_dir
 
 TEMPLATES = {
     PackagePlan: "package.py.j2",
     TypesPlan: "types.py.j2",
     SubsystemPlan: "subsystem.py.j2",
+    DevicePlan: "device.py.j2",
     WholePlan: "system.py.j2",
 }
 

@@ -62,16 +62,8 @@ class Conditions:
         yield from self._assigning.ways(expr, value, at)
 
     def _call(self, call: m.Call, wanted: bool, at: Situation) -> Ways:
-        if call.operator != "is_used":
-            yield from self._give(call, wanted, at)
-            yield from self._elsewhere(call, wanted, at)
-            return
-        value = first_value(call.args[0].type)
-        unused = (float("nan"),) * len(value) if isinstance(value, tuple) else float("nan")
-        yield from self._give(call.args[0], value if wanted else unused, at)
-
-    def _elsewhere(self, call: m.Call, wanted: bool, at: Situation) -> Ways:
-        """For other arguments an operator may give something else."""
+        """A result of an operator; for other arguments it may give something else."""
+        yield from self._give(call, wanted, at)
         for arg in call.args:
             for value in others(self._meaning.value(arg, at), arg.type):
                 for moved in self._give(arg, value, at):

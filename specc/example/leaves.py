@@ -18,8 +18,6 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
 
 def _leaves(expr: m.Expr, lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
     match expr:
-        case m.Call(operator="is_used", args=args):
-            yield from (leaf for arg in args for leaf in _leaves(arg, lets))
         case m.Call():
             if not any(isinstance(node, m.Bound) for node in m.walk(expr)):
                 yield expr

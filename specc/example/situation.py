@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -73,6 +72,7 @@ class Meaning:
         self.lets: dict[str, Expr] = {item.name: item.value for item in subsystem.lets}
         declared = (*system.constants, *subsystem.constants)
         self.constants: dict[str, Expr] = {item.name: item.value for item in declared}
+        self._rate_hz = subsystem.rate_hz
         self.period_s = float(1 / subsystem.rate_hz)
         self.results = {operator.name: operator.result for operator in system.operators}
         self._files = dict(system.files)
@@ -106,7 +106,7 @@ class Meaning:
         if strictly:
             inputs = {name: value for name, value in inputs.items() if name in at.present}
         clock = {
-            "elapsed": at.periods * self.period_s,
+            "elapsed": float(at.periods / self._rate_hz),
             "entered": at.periods == 0,
             "period": self.period_s,
         }
@@ -118,7 +118,7 @@ class Meaning:
             memory=at.memory,
             files=self._files,
             clock=clock,
-            operators={**operators, "is_used": _is_used},
+            operators=operators,
         )
         constants = Values(self.constants, lambda expr: evaluate(expr, known))
         known = replace(env, constants=constants)
@@ -129,9 +129,3 @@ class Meaning:
     def _call(self, at: Situation, operator: str, *args: Value) -> Value:
         known = at.answer(operator, args)
         return first_value(self.results[operator]) if known is None else known
-
-
-def _is_used(value: Value) -> bool:
-    """What proofs ask of a component that may be `_`."""
-    parts = value if isinstance(value, tuple) else (value,)
-    return not any(isinstance(part, float) and math.isnan(part) for part in parts)

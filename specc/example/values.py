@@ -26,6 +26,7 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
+    whole,
 )
 
 Value = Any
@@ -88,7 +89,7 @@ _SIMPLE: dict[type[Type], Value] = {
 
 def first_value(type_: Type, number: float = 0.0) -> Value:
     """A value of a type: nothing, the number, the first member, the identity."""
-    match type_:
+    match whole(type_):
         case Real() | Int():
             return number if isinstance(type_, Real) else int(number)
         case Enum(members=members):
@@ -108,7 +109,7 @@ def first_value(type_: Type, number: float = 0.0) -> Value:
 
 def others(value: Value, type_: Type) -> Iterator[Value]:
     """Some values of a type beside a given one."""
-    match type_:
+    match whole(type_):
         case Bool():
             yield not value
         case Int() | Real():
@@ -157,7 +158,7 @@ def alike(a: Value, b: Value) -> bool:
 
 def for_run(value: Value, type_: Type, array: MakeArray) -> Value:
     """A value as generated code has it; `array` makes an array of nested tuples."""
-    match type_:
+    match whole(type_):
         case Pose() | Spatial() | Vector(element=Real()):
             return array(value)
         case OptionalOf(value=inner):

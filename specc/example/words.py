@@ -13,6 +13,7 @@ from specc.model.types import (
     Int,
     ListOf,
     OptionalOf,
+    PartialOf,
     Pose,
     Real,
     Record,
@@ -39,7 +40,7 @@ def worded(value: Value, type_: Type) -> str | None:
             return _items([worded(item, element) for item in value])
         case Record(fields=fields):
             return _record([(name, worded(getattr(value, name), t)) for name, t in fields])
-        case OptionalOf(value=inner):
+        case OptionalOf(value=inner) | PartialOf(value=inner):
             return worded(value, inner)
     simple = _SIMPLE.get(type(type_))
     return simple(value) if simple else None
@@ -53,9 +54,9 @@ _SIMPLE: dict[type[Type], Callable[[Value], str]] = {
 
 
 def number(value: float) -> str:
-    """A number as it is read back, without a needless fraction."""
+    """A number as it is read back, without a needless fraction; `_` for a missing component."""
     if math.isnan(value):
-        return "NaN"
+        return "_"
     return repr(value).removesuffix(".0")
 
 

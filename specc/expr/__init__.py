@@ -7,7 +7,7 @@ Types and operator signatures are read here too. Nothing here executes what a fi
 from specc.expr.errors import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors, or_else
 from specc.expr.evaluate import Environment, evaluate
 from specc.expr.parse import CUT_SHORT, parse
-from specc.expr.parse_types import TypeNames, parse_type
+from specc.expr.parse_types import TYPE_WORDS, TypeNames, parse_type
 from specc.expr.scope import RESERVED, Declared, Scope, members_of
 from specc.expr.show import show
 from specc.expr.signatures import Signature, parse_signature
@@ -17,6 +17,7 @@ __all__ = [
     "CUT_SHORT",
     "FOR_WANT_OF_CONTEXT",
     "RESERVED",
+    "TYPE_WORDS",
     "Declared",
     "Environment",
     "ExprError",

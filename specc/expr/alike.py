@@ -12,7 +12,7 @@ from specc.expr.mismatch import scalar_unit
 from specc.expr.parse import span
 from specc.expr.scope import Scope
 from specc.model.expr import Expr, Number, TextLiteral
-from specc.model.types import Enum, Pose, Real, Spatial, Type
+from specc.model.types import Enum, OptionalOf, PartialOf, Pose, Real, Spatial, Type
 
 Side = tuple[ast.expr, Expr]
 """An expression as it is written and as it is typed."""
@@ -27,7 +27,7 @@ def infer_alike(
 
     They have to have a value unless they may be `optional`.
     """
-    infer = ctx.infer_optional if optional else ctx.infer
+    infer = ctx.infer_any if optional else ctx.infer
     typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
     if not typed:
         return ctx.each(*(partial(infer, node, hint) for node in nodes))
@@ -35,7 +35,11 @@ def infer_alike(
     found = dict(zip(typed, own, strict=True))
     _choose_members(ctx, nodes, found)
 
+    allowed = hint.value if isinstance(hint, OptionalOf) else hint
+
     def nearest_type(place: int) -> Type:
+        if isinstance(allowed, PartialOf):
+            return allowed
         return found[min(typed, key=lambda i: abs(i - place))].type
 
     rest = [i for i in range(len(nodes)) if i not in found]

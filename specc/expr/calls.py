@@ -16,7 +16,7 @@ from specc.expr.parse import span
 from specc.expr.unify import Bindings, frames_of, has_variables, substitute, unify
 from specc.model.expr import Call, Expr, Unknown
 from specc.model.system import Operator
-from specc.model.types import OptionalOf, Type
+from specc.model.types import Type
 
 
 def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
@@ -97,7 +97,7 @@ class _Application:
         found: list[ExprError] = []
         for node in self.node.args:
             try:
-                self.ctx.infer(node)
+                self.ctx.infer_any(node)
             except ExprErrors as failure:
                 found += (e for e in failure.errors if e.code not in FOR_WANT_OF_CONTEXT)
         return found
@@ -125,9 +125,7 @@ class _Application:
 
     def _inferred(self, node: ast.expr, wanted: Type) -> Expr:
         hint = None if has_variables(wanted) else wanted
-        if isinstance(wanted, OptionalOf):
-            return self.ctx.infer_optional(node, hint)
-        return self.ctx.infer(node, hint)
+        return self.ctx.whole(node, self.ctx.infer_any(node, hint), wanted)
 
     def _bound_frames(self, pattern: Type) -> str:
         bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]

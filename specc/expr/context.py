@@ -14,7 +14,7 @@ from specc.expr.origin import Origin, origins
 from specc.expr.parse import span
 from specc.expr.scope import Scope
 from specc.model.expr import Expr, Unknown
-from specc.model.types import Bool, OptionalOf, Type
+from specc.model.types import Bool, OptionalOf, PartialOf, Type
 
 Rule = Callable[["Context", ast.expr, "Type | None"], Expr]
 """Types one kind of syntax. The type is a hint for literals; whether it fits is checked outside."""
@@ -37,21 +37,30 @@ class Context:
     def infer(self, node: ast.expr, hint: Type | None = None) -> Expr:
         """The typed expression; literals take the hinted type if they can.
 
-        Where nothing optional is hinted, an optional value has to be there.
+        Where nothing else is hinted, all of its value has to be there.
         """
-        expr = self.infer_optional(node, hint)
-        return expr if isinstance(hint, OptionalOf) else not_none(expr)
+        return self.whole(node, self.infer_any(node, hint), hint)
 
-    def infer_optional(self, node: ast.expr, hint: Type | None = None) -> Expr:
-        """The typed expression, where None will do."""
+    def infer_any(self, node: ast.expr, hint: Type | None = None) -> Expr:
+        """The typed expression, where None and missing components will do."""
         if isinstance(hint, OptionalOf) and not isinstance(node, ast.IfExp) and not is_none(node):
             hint = hint.value
+        if isinstance(hint, PartialOf) and not isinstance(node, (ast.IfExp, ast.List)):
+            hint = hint.value
         return self.rules[type(node)](self, node, hint)
+
+    def whole(self, node: ast.expr, expr: Expr, wanted: Type | None) -> Expr:
+        """An expression that is there, with all components, unless less is wanted."""
+        expr = expr if isinstance(wanted, OptionalOf) else not_none(expr)
+        if isinstance(expr.type, PartialOf) and not isinstance(wanted, (OptionalOf, PartialOf)):
+            message = f"`{self.quote(node)}` is `{expr.type}`, which may lack components"
+            raise self.error(node, message, code="E0321").because(self.origins(expr))
+        return expr
 
     def expect(self, node: ast.expr, expected: Type | None) -> Expr:
         """The typed expression, which must be of the expected type if there is one."""
         if expected is None:
-            return self.infer_optional(node)
+            return self.infer_any(node)
         expr = served(self.infer(node, expected), expected)
         if fits(expr.type, expected):
             return expr

@@ -22,6 +22,7 @@ _WAYS_OUT = {
     "E0312": "a pose between the frames takes one to the other: `pose[A, B] @ pose[B, C]`",
     "E0313": "choose components, e.g. `v[0]` or `v.x`, or compute it in an operator",
     "E0315": "pass a value of that type",
+    "E0321": "give it to an operator that takes `partial[...]`, or keep the number beside it",
 }
 """What helps with a finding of a code where nothing better is known."""
 

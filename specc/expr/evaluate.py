@@ -1,7 +1,7 @@
 """What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
 
 Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
-rows, a list a tuple, a member of an enum its name, an unused component NaN.
+rows, a list a tuple, a member of an enum its name, a missing component NaN.
 """
 
 from __future__ import annotations
@@ -77,10 +77,22 @@ def _apply(operation: Callable[[Any, Any], Value], left: Value, right: Value) ->
 _ARITHMETIC: dict[str, Callable[[Any, Any], Value]] = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
+    "*": lambda a, b: _bounded(a, b, 1) and a * b,
     "/": lambda a, b: a / b,
-    "**": lambda a, b: a**b,
+    "**": lambda a, b: _bounded(a, a, abs(b)) and a**b,
 }
+_MOST_BITS = 1 << 16
+"""Of a whole number; a run could hold larger ones, no design needs them."""
+
+
+def _bounded(a: Any, b: Any, times: int) -> bool:
+    """True; raises OverflowError where a product of whole numbers would be too long."""
+    whole = isinstance(a, int) and isinstance(b, int)
+    if whole and max(a.bit_length(), b.bit_length()) * (times + 1) > _MOST_BITS:
+        raise OverflowError("the result is too large")
+    return True
+
+
 _COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
     "<": lambda a, b: bool(a < b),
     "<=": lambda a, b: bool(a <= b),
@@ -114,10 +126,9 @@ def _quantifier(e: m.Quantifier, env: Environment) -> Value:
 
 
 def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
-    """The first of the items with the largest or smallest number; NaN is neither."""
-    counted = [number for number in numbers if not math.isnan(number)]
-    best = (max if kind == "argmax" else min)(counted) if counted else numbers[0]
-    return items[numbers.index(best) if counted else 0]
+    """The first of the items with the largest or smallest number."""
+    best = (max if kind == "argmax" else min)(numbers)
+    return items[numbers.index(best)]
 
 
 def _literal(e: Any, env: Environment) -> Value:

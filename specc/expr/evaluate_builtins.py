@@ -77,7 +77,7 @@ def angle(X: PoseRows, Y: PoseRows) -> float:
     chord = math.dist(
         [X[i][j] for i in range(3) for j in range(3)], [Y[i][j] for i in range(3) for j in range(3)]
     )
-    return 2.0 * math.asin(min(chord / math.sqrt(8.0), 1.0)) if chord == chord else math.nan
+    return 2.0 * math.asin(min(chord / math.sqrt(8.0), 1.0))
 
 
 def _rows(*rows: Any) -> PoseRows:

@@ -18,11 +18,13 @@ from specc.model.types import (
     Int,
     ListOf,
     OptionalOf,
+    PartialOf,
     Real,
     Spatial,
     Text,
     Type,
     Vector,
+    whole,
 )
 from specc.model.units import UnitError, unit_of
 
@@ -67,32 +69,37 @@ def quantity(ctx: Context, node: ast.Subscript) -> Expr:
 
 def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
     """`[a, b, c]`: a vector, spatial vector or list, as the hint says."""
-    match hint:
+    kind = hint if hint is None else whole(hint)
+    match kind:
         case Vector():
-            types: Sequence[Type] = [hint.element] * hint.size
+            types: Sequence[Type] = [kind.element] * kind.size
         case Spatial():
-            types = [Real(hint.linear)] * 3 + [Real(hint.angular)] * 3
+            types = [Real(kind.linear)] * 3 + [Real(kind.angular)] * 3
         case ListOf():
-            types = [hint.element] * len(node.elts)
-            hint = ListOf(hint.element, nonempty=bool(node.elts))
+            types = [kind.element] * len(node.elts)
+            kind = ListOf(kind.element, nonempty=bool(node.elts))
         case _:
             return _inferred(ctx, node)
     if len(node.elts) != len(types):
-        message = f"{len(node.elts)} items; `{hint}` has {len(types)}"
-        help = "write as many as it has; `_` stands for one that is not used"
-        raise ctx.error(node, message, help, "E0316")
+        message = f"{len(node.elts)} items; `{kind}` has {len(types)}"
+        raise ctx.error(node, message, "write as many as it has", "E0316")
     pairs = zip(node.elts, types, strict=True)
-    found = ctx.each(*(partial(_item, ctx, item, wanted) for item, wanted in pairs))
-    return Items(tuple(found), type=hint, span=span(node))
+    found = ctx.each(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
+    if isinstance(hint, PartialOf) and any(isinstance(item, Unused) for item in found):
+        kind = hint
+    return Items(tuple(found), type=kind, span=span(node))
 
 
-def _item(ctx: Context, node: ast.expr, wanted: Type) -> Expr:
+def _item(ctx: Context, node: ast.expr, wanted: Type, of: Type | None) -> Expr:
+    """An item where `wanted` is expected, of a vector or list of the type `of`, if known."""
     if not _is_dash(node):
         return ctx.expect(node, wanted)
-    if isinstance(wanted, Real):
+    if isinstance(of, PartialOf):
         return Unused(type=wanted, span=span(node))
-    message = f"`_` stands for a real number that is not used; here `{wanted}` is expected"
-    raise ctx.error(node, message, "write a value", "E0318")
+    help = "write a value"
+    if isinstance(wanted, Real) and not isinstance(of, ListOf):
+        help = f"declare the place as `partial[{of or '...'}]`, or write a number"
+    raise ctx.error(node, "`_` is no value, and every item here has one", help, "E0318")
 
 
 def _is_dash(node: ast.expr) -> bool:
@@ -111,7 +118,7 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
     element = first.type
     found = ctx.each(
         *(
-            partial(_item, ctx, item, element) if item is not decisive else lambda: first
+            partial(_item, ctx, item, element, None) if item is not decisive else lambda: first
             for item in node.elts
         )
     )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Literal
 
 from specc.diagnostics.nearest import nearest
-from specc.expr.alike import Side, infer_alike, unlike
+from specc.expr.alike import Side, infer_alike, needs_context, unlike
 from specc.expr.context import Context
-from specc.expr.errors import ExprError, listed, one_of
+from specc.expr.errors import ExprError, ExprErrors, listed, one_of
 from specc.expr.mismatch import fits, scalar_unit
 from specc.expr.none import absence
 from specc.expr.parse import span
@@ -40,7 +41,10 @@ def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
     if any(isinstance(op, (ast.Is, ast.IsNot)) for op in node.ops):
         return absence(ctx, node)
     nodes = [node.left, *node.comparators]
-    sides = list(zip(nodes, infer_alike(ctx, nodes), strict=True))
+    try:
+        sides = list(zip(nodes, infer_alike(ctx, nodes), strict=True))
+    except ExprErrors as found:
+        raise ExprErrors([*found.errors, *_exact_besides(ctx, node.ops, nodes)]) from None
     links = ctx.each(
         *(partial(_link, ctx, sides[i], op, sides[i + 1]) for i, op in enumerate(node.ops))
     )
@@ -60,18 +64,50 @@ def _check_equality(ctx: Context, left: Side, right: Side) -> None:
     a, b = left[1].type, right[1].type
     if a == b and _is_discrete(a):
         return
-    inexact = isinstance(a, (Real, Pose, Spatial)) or (
-        isinstance(a, Vector) and isinstance(a.element, Real)
-    )
-    if not inexact or not (a == b or fits(b, a)):
+    if not _is_inexact(a) or not (a == b or fits(b, a)):
         raise unlike(ctx, left, right, "cannot be equal")
-    tolerance = "tolerance, rotation_tolerance" if isinstance(a, Pose) else "tolerance"
-    help = f"write `near({ctx.quote(left[0])}, {ctx.quote(right[0])}, {tolerance})`"
-    if isinstance(a, Spatial):
-        help = "compare the components one by one: `near(a.z, b.z, tolerance)`"
-    message = f"values of type `{a}` are not compared exactly"
     # What is meant is clear, so that the rest can be judged.
-    ctx.errors.append(ExprError(message, span(left[0])[0], span(right[0])[1], help, "E0319"))
+    ctx.errors.append(_exact(ctx, left[0], right[0], a))
+
+
+def _exact(ctx: Context, left: ast.expr, right: ast.expr, type: Type) -> ExprError:
+    """The error of values of a type that are asked to be exactly equal."""
+    tolerance = "tolerance, rotation_tolerance" if isinstance(type, Pose) else "tolerance"
+    help = f"write `near({ctx.quote(left)}, {ctx.quote(right)}, {tolerance})`"
+    if isinstance(type, Spatial):
+        help = "compare the components one by one: `near(a.z, b.z, tolerance)`"
+    message = f"values of type `{type}` are not compared exactly"
+    return ExprError(message, span(left)[0], span(right)[1], help, "E0319")
+
+
+def _exact_besides(
+    ctx: Context, ops: Sequence[ast.cmpop], nodes: Sequence[ast.expr]
+) -> Iterator[ExprError]:
+    """What is asked to be exactly equal beside a side of unknown type, whatever that is."""
+    for left, op, right in zip(nodes, ops, nodes[1:], strict=False):
+        if isinstance(op, (ast.Eq, ast.NotEq)):
+            types = [type for node in (left, right) if (type := _type_of(ctx, node))]
+            if len(types) == 1 and _is_inexact(types[0]):
+                yield _exact(ctx, left, right, types[0])
+
+
+def _type_of(ctx: Context, node: ast.expr) -> Type | None:
+    """The type of an expression of its own; None if it has none, or only after more of the like."""
+    if needs_context(node, ctx.scope) or any(isinstance(n, ast.Compare) for n in ast.walk(node)):
+        return None
+    before = len(ctx.errors)
+    try:
+        return ctx.infer(node).type
+    except ExprErrors:
+        return None
+    finally:
+        del ctx.errors[before:]
+
+
+def _is_inexact(type: Type) -> bool:
+    if isinstance(type, Vector):
+        return isinstance(type.element, Real)
+    return isinstance(type, (Real, Pose, Spatial))
 
 
 def _is_discrete(type: Type) -> bool:

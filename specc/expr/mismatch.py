@@ -5,13 +5,24 @@ from __future__ import annotations
 from specc.expr.scope import Scope
 from specc.expr.unify import substitute, unify
 from specc.model.expr import Builtin, Expr, Number
-from specc.model.types import Bool, Int, ListOf, OptionalOf, Pose, Real, Spatial, Type, Vector
+from specc.model.types import (
+    Bool,
+    Int,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Spatial,
+    Type,
+    Vector,
+)
 from specc.model.units import DIMENSIONLESS, RADIAN, Unit
 
 
 def fits(actual: Type, expected: Type) -> bool:
     """Whether a value of type `actual` may stand where `expected` is expected."""
-    if isinstance(expected, OptionalOf) and not isinstance(actual, OptionalOf):
+    if isinstance(expected, (OptionalOf, PartialOf)) and type(actual) is not type(expected):
         return fits(actual, expected.value)
     if isinstance(expected, ListOf) and actual == ListOf(expected.element, nonempty=True):
         return True

@@ -70,7 +70,7 @@ def _member(ctx: Context, node: ast.Name) -> Expr:
 def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
     name, scope = node.id, ctx.scope
     if name == "_":
-        help = "`_` is an item of a vector, e.g. `[_, _, 0, _, _, _]`"
+        help = "`_` is an item where `partial[...]` is expected: `[_, _, 0, _, _, _]`"
         return ctx.error(node, "`_` stands outside a vector", help, "E0318")
     if name == "x":
         return ctx.error(
@@ -95,7 +95,14 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         error.repair = _FOREIGN[name]
     if help and not near:
         return error
-    return error.not_there(f"`{name}` is not there yet", _way_to_declare(hint), name, near)
+    way = _way_to_declare(hint)
+    if (scope.known_peers() or scope.allow_clock) and not isinstance(hint, File):
+        peer = next(iter(scope.known_peers()), "peer")
+        way += (
+            f"; a signal from elsewhere is an element of a buffer, e.g. `x.{peer}.{name}`: declare "
+            "it under `x:` here and under `y:` of what sends it"
+        )
+    return error.not_there(f"`{name}` is not there yet", way, name, near)
 
 
 def _way_to_declare(hint: Type | None) -> str:

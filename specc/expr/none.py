@@ -17,7 +17,7 @@ def absence(ctx: Context, node: ast.Compare) -> Expr:
     if len(node.ops) > 1 or not is_none(right):
         sign = "==" if isinstance(op, ast.Is) else "!="
         raise ctx.error(node, "`is` and `is not` ask for None only", f"write `{sign}`", "E0302")
-    value = ctx.infer_optional(node.left)
+    value = ctx.infer_any(node.left)
     if not isinstance(value.type, OptionalOf):
         message = f"`{ctx.quote(node.left)}` is `{value.type}`, which is never None"
         help = f"leave the test out, or declare it as `optional[{value.type}]`"

@@ -63,7 +63,10 @@ _HINTS = (
     (re.compile(r"\|\|"), "write `or` for `||`"),
     (re.compile(r"!(?!=)"), "write `not` for `!`"),
     (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with `==`"),
-    (re.compile(r"\b\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"), "a unit stands in brackets: `0.02[m/s]`"),
+    (
+        re.compile(r"(?<![\w.])\.?\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"),
+        "a unit stands in brackets: `0.02[m/s]`",
+    ),
     (re.compile(r"[≤≥≠∧∨¬∈×·]"), "use `<=`, `>=`, `!=`, `and`, `or`, `not`, `in`, `*`"),
 )
 

@@ -37,8 +37,12 @@ _USAGE = {
     "list": "list[pose[B, E]]",
     "nonempty": "nonempty[pose[B, E]]",
     "optional": "optional[pose[B, E]]",
+    "partial": "partial[wrench[E]]",
 }
 
+
+TYPE_WORDS = frozenset((*_PLAIN, *_USAGE))
+"""Names of the language; a specification gives them to no type of its own."""
 
 _FOREIGN = {
     **dict.fromkeys(("float", "double", "float32", "float64", "number"), "real"),
@@ -150,6 +154,14 @@ class _Reader:
             raise self._error(node, f"{value} may be None already", "leave one optional[...] out")
         return t.OptionalOf(value)
 
+    def _partial(self, node: ast.expr) -> t.PartialOf:
+        value = self.type(node)
+        match value:
+            case t.Spatial() | t.Vector(element=t.Real()):
+                return t.PartialOf(value)
+        help = "vectors of reals and spatial vectors have components that may be missing"
+        raise self._error(node, f"a `{value}` is there as a whole or not at all", help)
+
     def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
         name = node.id if isinstance(node, ast.Name) else ""
         if name in self.names.types or name in _PLAIN or _is_enum(node):
@@ -234,6 +246,7 @@ _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
     ("list", 1): lambda reader, element: t.ListOf(reader.type(element)),
     ("nonempty", 1): lambda reader, element: t.ListOf(reader.type(element), nonempty=True),
     ("optional", 1): _Reader._optional,
+    ("partial", 1): _Reader._partial,
     ("vector", 1): _Reader._vector,
     ("vector", 2): _Reader._vector,
     ("pose", 2): _Reader._pose,

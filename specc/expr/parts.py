@@ -82,14 +82,12 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
     if peer not in scope.known_peers():
         known = scope.known_peers()
         error = _unknown(node.value, "there is no input buffer of ", peer, known, "E0204")
-        raise _open(error, f"x.{peer}", peer, known)
+        way = f"declare it under `x:` here and under `y:` at its other end, `{peer}`"
+        raise error.not_there(f"`x.{peer}` is not there yet", way, peer, known)
     known = list(scope.elements(peer))
     error = _unknown(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
-    raise _open(error, f"x.{peer}.{element}", element, known)
-
-
-def _open(error: ExprError, part: str, name: str, known: list[str]) -> ExprError:
-    return error.not_there(f"`{part}` is not there yet", "add it under `x:`", name, known)
+    way = f"declare it under `x: {peer}:` here and under `y:` of what sends it, `{peer}`"
+    raise error.not_there(f"`x.{peer}.{element}` is not there yet", way, element, known)
 
 
 def _unknown(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:

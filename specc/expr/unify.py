@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from specc.model.types import Frame, ListOf, Opaque, OptionalOf, Pose, Record, Spatial, Type
+from specc.model.types import (
+    Frame,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Record,
+    Spatial,
+    Type,
+)
 
 Bindings = dict[Frame, Frame]
 """Frame variable, with its question mark -> actual frame."""
@@ -15,8 +25,8 @@ def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
     """Whether `actual` is `pattern` for some frames; binds them. On False, nothing is bound."""
     if pattern == actual and not has_variables(pattern):
         return True
-    if isinstance(pattern, OptionalOf):
-        there = actual.value if isinstance(actual, OptionalOf) else actual
+    if isinstance(pattern, (OptionalOf, PartialOf)):
+        there = actual.value if type(actual) is type(pattern) else actual
         return unify(pattern.value, there, bindings)
     trial = dict(bindings)
     if not _same_shape(pattern, actual):
@@ -46,6 +56,8 @@ def substitute(type: Type, bindings: Mapping[Frame, Frame]) -> Type:
             return replace(type, element=substitute(type.element, bindings))
         case OptionalOf():
             return OptionalOf(substitute(type.value, bindings))
+        case PartialOf(value=Spatial() as value):
+            return PartialOf(replace(value, frame=frame(value.frame)))
         case Opaque():
             return replace(type, frames=tuple(map(frame, type.frames)))
         case Record():
@@ -62,7 +74,7 @@ def frames_of(type: Type) -> Iterator[Frame]:
             yield type.child
         case Spatial():
             yield type.frame
-        case ListOf(element=inner) | OptionalOf(value=inner):
+        case ListOf(element=inner) | OptionalOf(value=inner) | PartialOf(value=inner):
             yield from frames_of(inner)
         case Opaque() | Record():
             yield from type.frames
@@ -84,6 +96,8 @@ def _same_shape(pattern: Type, actual: Type) -> bool:
             enough = actual.nonempty or not pattern.nonempty
             return enough and _same_shape(pattern.element, actual.element)
         case OptionalOf(), OptionalOf():
+            return _same_shape(pattern.value, actual.value)
+        case PartialOf(), PartialOf():
             return _same_shape(pattern.value, actual.value)
         case (Opaque() | Record(), Opaque() | Record()):
             same = type(pattern) is type(actual) and pattern.name == actual.name

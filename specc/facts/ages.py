@@ -17,10 +17,10 @@ from specc.facts.trails import Edges, Timeline, Trail
 
 
 class Held(NamedTuple):
-    """A value that is read although its sender may have been silent since any length of time."""
+    """A value that is read although its source may have been silent since any length of time."""
 
     node: Node
-    sent: Sent
+    source: Sent | Measured
 
 
 class Ages:
@@ -106,9 +106,13 @@ class Ages:
         held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
         for n in order:
             source = self.sources.of(n)
-            if n in held and isinstance(source, Sent) and source.silent is not None:
+            if n in held and source is not None and _may_be_silent(source):
                 return Held(n, source)
         return None
+
+
+def _may_be_silent(source: Sent | Measured) -> bool:
+    return source.unlimited if isinstance(source, Measured) else source.silent is not None
 
 
 def _targets(edges: Edges) -> dict[Node, list[Node]]:

@@ -37,16 +37,28 @@ class Connections:
     def __init__(self, system: System) -> None:
         self.subsystems = {s.qualified_name: s for s in system.subsystems}
         self.devices = {d.qualified_name: d for d in system.devices}
+        self._ends: dict[str, list[tuple[Subsystem, Port]]] = {}
+        for subsystem in self.subsystems.values():
+            for port in subsystem.ports:
+                self._ends.setdefault(port.other_end, []).append((subsystem, port))
+
+    def ends_at(self, name: str) -> list[tuple[Subsystem, Port]]:
+        """The ports whose other end is the subsystem or device of a name."""
+        return self._ends.get(name, [])
 
     def other_port(self, subsystem: Subsystem, port: Port) -> Port | None:
         """The port at the other end of a connection between subsystems."""
-        other = self.subsystems.get(port.other_end)
         direction = "y" if port.direction == "x" else "x"
-        for candidate in other.ports if other else ():
-            names = candidate.direction, candidate.other_end
-            if names == (direction, subsystem.qualified_name):
-                return candidate
-        return None
+        return self._ports.get((port.other_end, direction, subsystem.qualified_name))
+
+    @cached_property
+    def _ports(self) -> dict[tuple[str, str, str], Port]:
+        """Owner, direction and other end -> port, of several the first."""
+        found: dict[tuple[str, str, str], Port] = {}
+        for name, subsystem in self.subsystems.items():
+            for port in subsystem.ports:
+                found.setdefault((name, port.direction, port.other_end), port)
+        return found
 
     def device_elements(self, port: Port) -> tuple[Element, ...]:
         """The elements of the device at the other end of `port`; empty if it is no device."""
@@ -58,11 +70,9 @@ class Connections:
     def owners(self, device: Device) -> list[tuple[Subsystem, Port]]:
         """Who works with an effector or commands a receptor, the one of its name first."""
         name, found = device.qualified_name, dict[str, tuple[Subsystem, Port]]()
-        for subsystem in self.subsystems.values():
-            for port in subsystem.ports:
-                owns = device.kind == "real_effector" or port.direction == "y"
-                if owns and port.other_end == name:
-                    found.setdefault(subsystem.qualified_name, (subsystem, port))
+        for subsystem, port in self.ends_at(name):
+            if device.kind == "real_effector" or port.direction == "y":
+                found.setdefault(subsystem.qualified_name, (subsystem, port))
         return sorted(found.values(), key=lambda owner: owner[0].name != device.name)
 
     @cached_property
@@ -79,6 +89,24 @@ class Connections:
             for element in port.elements
             if element.init is not None or port.other_end in self.devices
         )
+
+    def always_fresh(self, subsystem: Subsystem, broken: Collection[str]) -> frozenset[InputName]:
+        """Inputs that are fresh in every period but the first.
+
+        Every behaviour of the sender writes them, so that one comes into sight in each of its
+        periods but the first, and no period of the reader is shorter. Devices may be late.
+        """
+        found: set[InputName] = set()
+        for port in subsystem.ports:
+            sender, end = self.subsystems.get(port.other_end), self.other_port(subsystem, port)
+            if port.direction == "y" or not sender or not end or port.other_end in broken:
+                continue
+            timed = sender.rated and subsystem.rated and sender.rate_hz >= subsystem.rate_hz
+            behaviours = [state.behaviour for state in sender.states]
+            if timed and behaviours and all(behaviour.whole for behaviour in behaviours):
+                sent = frozenset.intersection(*(_sent(b, end.peer) for b in behaviours))
+                found |= {(port.peer, name) for name in sent if port.element(name)}
+        return frozenset(found)
 
     def arrivals(
         self, subsystem: Subsystem, broken: Collection[str], *, timed: bool = True

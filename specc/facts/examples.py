@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from specc.example.leaves import says_all
 from specc.facts.facts import Facts
+from specc.facts.words import facts_of
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
 from specc.proof import Witness
@@ -24,12 +25,16 @@ class Examples:
     def text(self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness) -> str:
         """Values of an example of a witness about rows, in words.
 
-        Empty if none were found, or if the answers of the witness are all there is to say.
+        Where none are found, the facts of the witness are an example if more is said than these.
+        Empty if they are what is said, or if its answers are all there is to say.
         """
-        if all(says_all(asked) for asked, _ in witness.answers):
+        is_said = witness.everywhere is None
+        if is_said and all(says_all(asked) for asked, _ in witness.answers):
             return ""
         found = self._finder.find(subsystem, state, cause, witness)
-        return found.text if found else ""
+        if found:
+            return found.text
+        return "" if is_said else facts_of(witness)
 
     @cached_property
     def _finder(self) -> Finder:

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
-from specc.facts.not_numbers import NotNumbers
+from specc.facts.misfits import Misfits
 from specc.facts.partial import is_vague
 from specc.facts.presence import Presence, find_presence
 from specc.facts.rates import Rates
 from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
-from specc.facts.unused_components import Carriers
 from specc.facts.views import Views
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.expr import Expr, Truth
+from specc.model.expr import Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
-from specc.proof import Prover, RowVerdict, Witness
+from specc.proof import InputName, Prover, RowVerdict, Witness
+from specc.read import Reach
 
 if TYPE_CHECKING:
     from specc.facts.ages import Ages
@@ -73,8 +73,10 @@ class Facts:
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
         self._dead_ends: dict[str, tuple[State, ...]] = {}
+        self._fresh: dict[str, frozenset[InputName]] = {}
         self._ways: dict[str, bool] = {}
         self._readings: dict[str, Readings] = {}
+        self._misfits: dict[str, Misfits] = {}
         self._views = Views(self._new_prover)
 
     def prover(self, subsystem: Subsystem) -> Prover:
@@ -84,9 +86,16 @@ class Facts:
             self._provers[name] = self._new_prover(subsystem)
         return self._provers[name]
 
-    def _new_prover(self, subsystem: Subsystem, *may_be_nan: Callable[[Expr], bool]) -> Prover:
+    def _new_prover(self, subsystem: Subsystem) -> Prover:
         always = self.connections.always_present(subsystem)
-        return Prover(subsystem, self._constants, always, *may_be_nan)
+        return Prover(subsystem, self._constants, always)
+
+    def misfits(self, owner: Subsystem | System) -> Misfits:
+        """What cannot be meant in the expressions of a subsystem, or in the constants."""
+        name = owner.qualified_name if isinstance(owner, Subsystem) else ""
+        if name not in self._misfits:
+            self._misfits[name] = Misfits(owner, {c.name: c for c in self.system.constants})
+        return self._misfits[name]
 
     @cached_property
     def ages(self) -> Ages:
@@ -94,25 +103,6 @@ class Facts:
         from specc.facts.ages import Ages
 
         return Ages(self)
-
-    @cached_property
-    def carriers(self) -> Carriers:
-        """Where components that are not used can come to."""
-        return Carriers(self.connections)
-
-    def unused_component(
-        self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
-    ) -> Witness | None:
-        """Where rows that are proved for numbers fail for NaN that is known to come up."""
-        return self._not_numbers.witness(subsystem, state, cause, without)
-
-    def is_proved(self, subsystem: Subsystem, state: str, cause: Cause) -> bool:
-        """Whether exactly one row applies, also if any real number there is may be NaN."""
-        return self._not_numbers.is_proved(subsystem, state, cause)
-
-    @cached_property
-    def _not_numbers(self) -> NotNumbers:
-        return NotNumbers(self, self._new_prover)
 
     def rows(self, subsystem: Subsystem, state: str) -> tuple[Transition, ...]:
         """The rows of a state, of both causes."""
@@ -148,6 +138,10 @@ class Facts:
         subsystem, state = decided.subsystem, decided.state.name
         present = self.presence(subsystem).in_conditions(state)
         return self._views.overlap(subsystem, state, decided.cause, pair, present)
+
+    def is_vague(self, decided: Decided) -> bool:
+        """Whether something about the rows of a verdict is unknown."""
+        return self._is_vague(decided.subsystem, decided.state, decided.cause)
 
     def _is_vague(self, subsystem: Subsystem, state: State, cause: Cause) -> bool:
         return subsystem.qualified_name in self.faulty and is_vague(subsystem, state, cause)
@@ -190,28 +184,33 @@ class Facts:
         parameters = {constant.name for constant in subsystem.constants}
         if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
             return None
-        value = self.prover(subsystem).constant(condition.when)
-        minding = None if value is None else self._not_numbers.minding(subsystem)
-        return value if minding is None else minding.constant(condition.when)
-
-    def applies_to_nan(self, decided: Decided, index: int) -> bool:
-        """Whether NaN that is known to come up lets a row of a verdict apply."""
-        minding = self._not_numbers.minding(decided.subsystem)
-        if minding is None or decided.subsystem.qualified_name in self.faulty:
-            return False
-        verdict = minding.prove_rows(decided.state.name, decided.cause)
-        return verdict.decision.satisfiable[index]
+        return self.prover(subsystem).constant(condition.when)
 
     def verdict(
         self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
     ) -> RowVerdict:
-        """The verdict about rows, with what is known of presence; `without` one axiom, if given."""
+        """The verdict about rows, with what is known of presence; `without` one axiom, if given.
+
+        What peers always send makes rows complete, but none superfluous.
+        """
         key = subsystem.qualified_name, state, cause, without
         if key not in self._verdicts:
             present = self.presence(subsystem).in_conditions(state)
-            prover = self.prover(subsystem)
-            self._verdicts[key] = prover.prove_rows(state, cause, present=present, without=without)
+            prove = partial(self.prover(subsystem).prove_rows, state, cause, without=without)
+            verdict = prove(present=present)
+            fresh = () if verdict.proved or self.rates.clash else self._always_fresh(subsystem)
+            if fresh:
+                now = prove(present=present, fresh=fresh).decision
+                verdict = verdict.where_fresh(now, fresh)
+            self._verdicts[key] = verdict
         return self._verdicts[key]
+
+    def _always_fresh(self, subsystem: Subsystem) -> frozenset[InputName]:
+        """Inputs that are fresh whenever conditions are asked, whatever state the sender is in."""
+        name = subsystem.qualified_name
+        if name not in self._fresh:
+            self._fresh[name] = self.connections.always_fresh(subsystem, self.broken)
+        return self._fresh[name]
 
     def ways_are_known(self, subsystem: Subsystem) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
@@ -220,9 +219,7 @@ class Facts:
         """
         name = subsystem.qualified_name
         if name not in self._ways:
-            self._ways[name] = not any(
-                self.settled(subsystem, condition) is not None for condition in _used(subsystem)
-            ) and not any(
+            self._ways[name] = self.conditions_vary(subsystem) and not any(
                 verdict.decision.gap or (verdict.decision.possible and not verdict.rows)
                 for state in subsystem.states
                 for cause in CAUSES
@@ -230,43 +227,29 @@ class Facts:
             )
         return self._ways[name]
 
+    def conditions_vary(self, subsystem: Subsystem) -> bool:
+        """Whether no condition has one value by mistake."""
+        return all(self.settled(subsystem, condition) is None for condition in _used(subsystem))
+
     @cached_property
-    def proved_subsystems(self) -> tuple[Subsystem, ...]:
-        """The whole subsystems about whose rows nothing is refuted."""
+    def known_machines(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems with nothing unknown in what leads from state to state."""
         return tuple(
             s
-            for s in self.whole_subsystems
-            if self.ways_are_known(s)
-            and not any(
-                self.verdict(s, state.name, cause).decision.overlap
-                for state in s.states
-                for cause in CAUSES
-            )
+            for s in self.consistent_subsystems
+            if not any(has_unknown(let.value) for let in s.lets)
+            and not any(self._is_vague(s, state, cause) for state in s.states for cause in CAUSES)
         )
 
     def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
-        """The rows of a subsystem that may be taken, NaN included, in the order of the file.
+        """The rows of a subsystem that may be taken, in the order of the file.
 
         Presence follows from them, so they are found without it.
         """
-        name, prover = subsystem.qualified_name, self.prover(subsystem)
-
-        def prove(state: str, cause: Cause) -> RowVerdict:
-            verdict = prover.prove_rows(state, cause)
-            decision = verdict.decision
-            if all(decision.satisfiable) and not any(decision.ensures):
-                return verdict  # NaN can only add rows, and take away what they ensure
-            if prover.compares_reals(state, cause):
-                return self.strict_prover(subsystem).prove_rows(state, cause)
-            return verdict
-
+        name = subsystem.qualified_name
         if name not in self._steps:
-            self._steps[name] = find_steps(subsystem, prove)
+            self._steps[name] = find_steps(subsystem, self.prover(subsystem).prove_rows)
         return self._steps[name]
-
-    def strict_prover(self, subsystem: Subsystem) -> Prover:
-        """The prover for what no run checks: any real number may be NaN."""
-        return self._not_numbers.strict(subsystem)
 
     def _sure_steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows that may be taken whatever is unknown."""
@@ -310,13 +293,13 @@ class Facts:
 
     @cached_property
     def model(self) -> Model | ModelError | None:
-        """What the plant's model file declares, or why it cannot be read; None without a plant."""
+        """What the plant's model file declares, or why it cannot be read; None without one."""
         plant = self.system.plant
-        if plant is None:
+        if plant is None or not plant.model:
             return None
         base = os.path.dirname(plant.place.file)
         try:
-            return read_model(os.path.join(base, plant.model))
+            return read_model(os.path.join(base, plant.model), Reach(self.system.folders))
         except ModelError as error:
             return error
 

@@ -6,23 +6,65 @@ from specc.facts.bindings import Bound
 from specc.model.system import Binding
 from specc.model.types import Image, Real, Spatial, Type, Vector
 
+_OF_A_MODEL = (
+    "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
+)  # fmt: skip
+
+_OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
+
 
 def wrong_kind(bound: Bound) -> tuple[str, str] | None:
     """What is wrong with the kind of a binding, and a way out; None if nothing is."""
+    if not bound.plant:
+        return None
+    if not bound.commanded and (complaint := _sampled(bound.binding)):
+        return complaint
+    if bound.plant == "python":
+        return _in_python(bound)
     return _commanded(bound) if bound.commanded else _reported(bound)
+
+
+def _sampled(binding: Binding) -> tuple[str, str] | None:
+    """Of samples it is said when they come, or that this is not known."""
+    if binding.sporadic and binding.rate_hz is not None:
+        return (
+            "samples of a sporadic device have no rate: its readers ask in each of their periods",
+            "delete `rate`; `max_gap` says for how long there may be no new sample",
+        )
+    if binding.max_gap_s is not None and not binding.sporadic:
+        return "`max_gap` is for sporadic devices", "add `sporadic: true`, or delete `max_gap`"
+    return None
+
+
+def _in_python(bound: Bound) -> tuple[str, str] | None:
+    """A plant in Python gives and takes the elements themselves."""
+    name = bound.element.name
+    modelled = _named(bound.binding, _OF_A_MODEL)
+    if modelled:
+        return (
+            f"`{modelled}` is for MuJoCo models; the plant in Python "
+            f"{'takes' if bound.commanded else 'gives'} `{name}` itself",
+            f"delete `{modelled}`",
+        )
+    return _command_measured(bound, _OF_SAMPLES)
 
 
 def _commanded(bound: Bound) -> tuple[str, str] | None:
     binding, name = bound.binding, bound.element.name
     if not binding.actuators:
         return f"`{name}` is commanded, but moves no actuator", "add `actuators: [...]`"
-    measured = _named(binding, ("sensors", "camera", "image", "rate_hz", "noise", "depth_noise"))
-    if measured:
-        return (
-            f"`{name}` is commanded: `{measured}` is for what a device reports",
-            f"delete `{measured}`",
-        )
-    return _type_without_through(bound)
+    kinds = ("sensors", "camera", "image", "noise", "depth_noise")
+    return _command_measured(bound, (*kinds, *_OF_SAMPLES)) or _type_without_through(bound)
+
+
+def _command_measured(bound: Bound, kinds: tuple[str, ...]) -> tuple[str, str] | None:
+    measured = _named(bound.binding, kinds) if bound.commanded else ""
+    if not measured:
+        return None
+    return (
+        f"`{bound.element.name}` is commanded: `{measured}` is for what a device reports",
+        f"delete `{measured}`",
+    )
 
 
 def _reported(bound: Bound) -> tuple[str, str] | None:
@@ -75,4 +117,5 @@ def _is_numbers(type_: Type) -> bool:
 def _named(binding: Binding, names: tuple[str, ...]) -> str:
     """The first of these keys that the binding has, as the file spells it."""
     found = (name for name in names if getattr(binding, name))
-    return {"rate_hz": "rate", "depth_noise": "noise"}.get(name := next(found, ""), name)
+    spelt = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap"}
+    return spelt.get(name := next(found, ""), name)

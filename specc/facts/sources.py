@@ -11,7 +11,7 @@ from specc.facts.facts import Facts
 from specc.facts.flow import Flow, Read
 from specc.facts.places import below
 from specc.model.fsm import State
-from specc.model.system import Element, Subsystem
+from specc.model.system import Binding, Device, Element, Subsystem
 from specc.source import Place
 
 
@@ -45,11 +45,22 @@ class Sent(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """An element that a device reports, with the seconds between samples, 0 without a rate."""
+    """An element that a device reports.
+
+    `period_s` are the seconds between samples, 0 without a rate; for a `sporadic` one the longest
+    time without a sample, 0 if that is not known. `shared` tells whether it has several readers.
+    """
 
     device: str
     period_s: Fraction
     place: Place
+    sporadic: bool = False
+    shared: bool = False
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether there may be no new sample for any length of time."""
+        return self.sporadic and not self.period_s
 
 
 class Sources:
@@ -142,10 +153,22 @@ class Sources:
         for bound in self._facts.bindings:
             binding = bound.binding
             name = binding.device, binding.element
-            if name == (device.qualified_name, node.element) and binding.rate_hz is not None:
+            if name != (device.qualified_name, node.element):
+                continue
+            if binding.sporadic:
+                return self._sporadic(node.element, device, binding)
+            if binding.rate_hz is not None:
                 place = below(binding.place, "rate")
                 return Measured(device.qualified_name, 1 / binding.rate_hz, place)
         return Measured(device.qualified_name, Fraction(0), element.place)
+
+    def _sporadic(self, element: str, device: Device, binding: Binding) -> Measured:
+        gap_s, place = binding.max_gap_s, below(binding.place, "sporadic")
+        ports = (p for s in self._facts.system.subsystems for p in s.ports if p.direction == "x")
+        readers = [p for p in ports if p.other_end == device.qualified_name and p.element(element)]
+        return Measured(
+            device.qualified_name, gap_s or Fraction(0), place, True, shared=len(readers) > 1
+        )
 
 
 def bounded(facts: Facts) -> Iterator[tuple[Node, Element]]:

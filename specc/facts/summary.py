@@ -21,7 +21,7 @@ class Proofs:
         `subsystem` is a qualified name; one with errors has nothing proved.
         """
         found = self._subsystems.get(subsystem)
-        return found is not None and self.facts.is_proved(found, state, cause)
+        return found is not None and self.facts.verdict(found, state, cause).proved
 
     def present(self, subsystem: str, state: str) -> frozenset[InputName]:
         """Inputs that surely have a value in the conditions and the functions of a state."""

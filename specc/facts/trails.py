@@ -49,7 +49,9 @@ class Timeline:
         self._sources = sources
         self._order = order
         self._edges = edges
-        samples = {n: s.period_s for n in order if isinstance(s := self._sources.of(n), Measured)}
+        measured = {n: s for n in order if isinstance(s := self._sources.of(n), Measured)}
+        self._sporadic = {n: s for n, s in measured.items() if s.sporadic}
+        samples = {n: s.period_s for n, s in measured.items() if not s.sporadic}
         senders = {
             n: 1 / s.sender.rate_hz for n in order if isinstance(s := self._sources.of(n), Sent)
         }
@@ -85,6 +87,8 @@ class Timeline:
 
     def _trail(self, n: Node, need: Need, found: dict[tuple[Node, Need], Trail]) -> Trail | None:
         read_s = need[0] * self._tick
+        if n in self._sporadic:
+            return Trail(n, read_s, read_s - self._since_sample_s(n, on_arrival=need[1]), None)
         if n in self._sample:
             sample = self._sample[n]
             taken = need[0] - need[0] % sample if sample else need[0]
@@ -101,6 +105,13 @@ class Timeline:
             return None
         before = min(reads, key=lambda t: t.measured_s)
         return Trail(n, read_s, before.measured_s, before)
+
+    def _since_sample_s(self, n: Node, *, on_arrival: bool) -> Fraction:
+        """How old a sample of a sporadic device can be; another reader may have asked for it."""
+        source = self._sporadic[n]
+        if not on_arrival:
+            return source.period_s
+        return self._reader[n] * self._tick if source.shared else Fraction(0)
 
     def _computed(self, n: Node, need: Need) -> range:
         """The time stamps at which the value may have been computed that is read."""

@@ -26,6 +26,9 @@ def _needed_by_agents(system: System) -> set[str]:
     for subsystem in system.subsystems:
         for expression in expressions(subsystem):
             found |= _labels(expression)
+    for device in system.devices:
+        for _, safe in device.safe:
+            found |= _labels(safe.value) | (_labels(safe.otherwise) if safe.otherwise else set())
     return found
 
 

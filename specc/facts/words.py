@@ -5,22 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 
+from specc.expr import show
 from specc.model.expr import Call, walk
 from specc.model.fsm import Behaviour, Cause
 from specc.proof import Witness
 
 
 def situation(witness: Witness) -> str:
-    """`when a is true and b is false`; empty if it is always so."""
-    facts = [f"`{question}` is {answer}" for question, answer in witness.facts]
-    return f"when {listed(facts, 'and')}" if facts else "whatever the conditions are"
+    """`when a is true and b is false`, or whatever else holds in all situations of a witness."""
+    if witness.everywhere is not None:
+        return f"when `{show(witness.everywhere)}`"
+    if not witness.facts:
+        return "whatever the conditions are"
+    return f"when {facts_of(witness)}{', and not only then' if witness.some else ''}"
+
+
+def facts_of(witness: Witness) -> str:
+    """`a is true and b is false`: one situation of a witness."""
+    return listed([f"`{question}` is {answer}" for question, answer in witness.facts], "and")
 
 
 def operators_in(witness: Witness) -> str:
     """What a witness takes of operators, as a last remark; empty if it has to do with none."""
     nodes = (node for asked, _ in witness.answers for node in walk(asked))
     calls = (node.operator for node in nodes if isinstance(node, Call))
-    names = [f"`{name}`" for name in dict.fromkeys(calls) if name != "is_used"]
+    names = [f"`{name}`" for name in dict.fromkeys(calls)]
     if not names:
         return ""
     kind = "an operator, which" if len(names) == 1 else "operators, which"

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from specc.fmt.tree import Collection, Entry
 from specc.read.comments import Comment
+
+_LINE_END = re.compile(r"\r\n|\r|\n")
+_NO_TEXT = re.compile(r"[\s-]*")
+_BLANKS = re.compile(r"\s*")
 
 
 @dataclass(slots=True)
@@ -26,6 +31,7 @@ class Attacher:
         self._text = text
         self._root = root
         self._places: list[_Place] = []
+        self._lines = [0, *(found.end() for found in _LINE_END.finditer(text))]
 
     def attach(self, comments: list[Comment]) -> None:
         """Every comment goes to one entry or to the end of one collection."""
@@ -98,33 +104,37 @@ class Attacher:
             entry.beside = comment.text
 
     def _follows_dash(self, comment: Comment) -> bool:
-        return self._line_before(comment.start).replace("-", " ").isspace()
+        start = self._line_start(comment.start)
+        return start < comment.start and self._is_empty(start, comment.start)
 
     def _blank_before(self, offset: int) -> bool:
         """Whether the line above the one that an entry or comment begins is empty."""
-        if self._line_before(offset).replace("-", " ").strip():
-            return False
-        line = offset - len(self._line_before(offset))
-        if line == 0:
+        line = self._line_start(offset)
+        if line == 0 or not self._is_empty(line, offset):
             return False
         end = line - (2 if self._text[line - 2 : line] == "\r\n" else 1)
-        return not self._line_before(end).strip()
+        start = self._line_start(end)
+        return _BLANKS.fullmatch(self._text, start, end) is not None
 
-    def _line_before(self, offset: int) -> str:
-        start = max(self._text.rfind("\n", 0, offset), self._text.rfind("\r", 0, offset)) + 1
-        return self._text[start:offset]
+    def _is_empty(self, start: int, end: int) -> bool:
+        """Whether nothing but blanks and the dashes of lists stands there."""
+        return _NO_TEXT.fullmatch(self._text, start, end) is not None
+
+    def _line_start(self, offset: int) -> int:
+        return self._lines[bisect_right(self._lines, offset) - 1]
 
     def _column(self, offset: int) -> int:
-        return len(self._line_before(offset))
+        return offset - self._line_start(offset)
 
 
 def _break(whole: Collection, offset: int) -> None:
     """Mark the flow collections that a comment at an offset stands in, unless they are empty."""
     if whole.flow and whole.entries and whole.start < offset < whole.end:
         whole.broken = True
-    for entry in whole.entries:
-        if isinstance(entry.value, Collection):
-            _break(entry.value, offset)
+    inside = bisect_right(whole.entries, offset, key=lambda entry: entry.start) - 1
+    value = whole.entries[inside].value if inside >= 0 else None
+    if isinstance(value, Collection):
+        _break(value, offset)
 
 
 def _tidy(lines: list[str]) -> list[str]:

@@ -46,6 +46,8 @@ CONSTANT = Kind(("is", *_LAST))
 OPERATOR = Kind(("signature", "python", "title", *_TRACE))
 ELEMENT = Kind(("type", "init", *_LAST))
 INPUT = Kind(("type", "init", "max_age", *_LAST))
+SAFE = Kind(("is", "otherwise"))
+COMMAND = Kind(("type", "init", "max_age", "safe", *_LAST), {"safe": SAFE})
 MEMORY = Kind(("type", "init", *_LAST))
 LET = Kind(("is", *_LAST))
 CONDITION = Kind((*_LAST, "when"))
@@ -77,7 +79,7 @@ SUBSYSTEM = Kind(
         "assume": _each(AXIOM),
     },
 )  # fmt: skip
-DEVICE = Kind(("title", *_TRACE, "x", "y"), {"x": _each(INPUT), "y": _each(ELEMENT)})
+DEVICE = Kind(("title", *_TRACE, "x", "y"), {"x": _each(COMMAND), "y": _each(ELEMENT)})
 AGENT = Kind(
     (
         "use", "title", "kind", "with", *_TRACE, "real_effectors", "real_receptors",
@@ -91,8 +93,13 @@ AGENT = Kind(
         "control": SUBSYSTEM,
     },
 )  # fmt: skip
-BINDING = Kind(("actuators", "joints", "sensors", "camera", "image", "rate", "through", "noise"))
-PLANT = Kind(("model", "bind"), {"bind": _each(BINDING)})
+BINDING = Kind(
+    (
+        "actuators", "joints", "sensors", "camera", "image", "rate", "sporadic", "max_gap",
+        "through", "noise",
+    )
+)  # fmt: skip
+PLANT = Kind(("model", "python", "bind"), {"bind": _each(BINDING)})
 CYCLE = Kind(("of", "from", "to"))
 TASK = Kind(("cycle", "scene", "judge", "watch"), {"cycle": CYCLE})
 FILE = Kind(

@@ -15,7 +15,9 @@ from specc.diagnostics import Diagnostic
 from specc.source import Place
 
 _DEEPEST = 100
-_MOST_ELEMENTS = 50_000
+_MOST_ELEMENTS = 4_000
+_MOST_ATTRIBUTES = 20_000
+_ATTRIBUTE = re.compile(r"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")
 
 
 class MarkupError(Exception):
@@ -39,6 +41,8 @@ class Element:
     children: list[Element] = field(default_factory=list)
     text: str = ""
     taken: set[str] = field(default_factory=set)
+    quoted: dict[str, tuple[int, int]] = field(default_factory=dict, repr=False)
+    """Where the values of attributes stand in the text; looked for once."""
     seen: bool = False
 
     @property
@@ -48,12 +52,15 @@ class Element:
 
     def value_place(self, name: str, start: int = 0, end: int | None = None) -> Place:
         """The value of an attribute, or a stretch of it; the start tag if there is none."""
-        tag = self.source[self.start : self.end]
-        quoted = re.search(rf"""\s{re.escape(name)}\s*=\s*(["'])(.*?)\1""", tag, re.DOTALL)
-        if quoted is None:
+        if not self.quoted:
+            self.quoted = {
+                found[1]: (found.start(2) + 1, found.end(2) - 1)
+                for found in _ATTRIBUTE.finditer(self.source, self.start, self.end)
+            }
+        if name not in self.quoted:
             return self.place
-        first, last = (self.start + offset for offset in quoted.span(2))
-        if quoted.group(2) != self.attributes.get(name):
+        first, last = self.quoted[name]
+        if self.source[first:last] != self.attributes.get(name):
             return Place(self.path, (), "text", first, last)
         return Place(self.path, (), "text", first + start, last if end is None else first + end)
 
@@ -114,9 +121,12 @@ class _Builder:
         self._counted, self._characters = 0, 0
         self._open: list[Element] = []
         self._root: Element | None = None
-        self._count = 0
+        self._count = self._attributes = 0
         # A text is handed over, not bytes: its encoding is known, whatever the declaration says.
         self._parser = expat.ParserCreate(namespace_separator=" ")
+        # Otherwise every line break is handed over by itself.
+        self._parser.buffer_text = True
+        self._parser.buffer_size = max(len(self._bytes), 1)
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._characters_read
@@ -137,8 +147,13 @@ class _Builder:
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._count += 1
         start = self._here()
-        if len(self._open) >= _DEEPEST or self._count > _MOST_ELEMENTS:
-            message = f"more than {_DEEPEST} levels or {_MOST_ELEMENTS} elements"
+        self._attributes += len(attributes)
+        many = self._count > _MOST_ELEMENTS or self._attributes > _MOST_ATTRIBUTES
+        if len(self._open) >= _DEEPEST or many:
+            message = (
+                f"more than {_DEEPEST} levels, {_MOST_ELEMENTS} elements "
+                f"or {_MOST_ATTRIBUTES} attributes"
+            )
             raise self._refusal("E0801", message, start)
         element = Element(tag, attributes, self._path, start, self._tag_end(start), self._text)
         if self._open:

@@ -19,6 +19,7 @@ class Names:
     def __init__(self, used: Iterable[str] = ()) -> None:
         self._given: dict[str, str] = {}
         self._used = {*RESERVED, *used}
+        self._counts: dict[str, int] = {}
 
     def of(self, foreign: str) -> str:
         """The name for a foreign one, the same whenever it is asked."""
@@ -31,10 +32,11 @@ class Names:
         base = re.sub(r"\W+", "_", wish, flags=re.ASCII).strip("_")[:_LONGEST] or "unnamed"
         if base[0].isdigit() or keyword.iskeyword(base):
             base = f"n_{base}"
-        name, count = base, 2
+        name, count = base, self._counts.get(base, 2)
         while name in self._used:
             name, count = f"{base}_{count}", count + 1
         self._used.add(name)
+        self._counts[base] = count
         return name
 
     @property

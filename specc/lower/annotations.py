@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from specc.lower.imports import Imports
-from specc.lower.names import BUILTINS, Names, identifier
+from specc.lower.names import OWN_NAMES, Names, identifier
 from specc.lower.text import literal
 from specc.model.types import (
     Bool,
@@ -21,20 +21,22 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
+    whole,
 )
 
 VALUES = "specc_runtime.values"
-VALUE_NAMES = ("Depth", "Pose", "Rgb", "Spatial", "Vector")
 
 
 class TypeNames:
     """Names of the system's own types, the same in all its modules."""
 
     def __init__(self, types: tuple[tuple[str, Type], ...]) -> None:
-        names = Names((*BUILTINS, "Final", "Literal", "annotations", "dataclass", *VALUE_NAMES))
+        names = Names(OWN_NAMES)
         self.of: dict[Type, str] = {}
         self.declared: list[tuple[str, Type]] = []
         for name, type_ in types:
+            if isinstance(type_, Opaque) and not type_.python:
+                continue  # nobody says what its values are
             if isinstance(type_, (Enum, Record, Opaque)) and plain(type_) not in self.of:
                 self.of[plain(type_)] = names.new(name)
                 if not getattr(type_, "python", ""):
@@ -63,6 +65,7 @@ class Annotations:
 
     def of(self, type_: Type) -> str:
         """The annotation of a type."""
+        type_ = whole(type_)
         plain_name = _PYTHON.get(type(type_))
         if plain_name:
             return plain_name
@@ -85,6 +88,8 @@ class Annotations:
         if isinstance(type_, Enum):
             self._imports.add("typing", "Literal")
             return literal_type(type_)
+        if isinstance(type_, Opaque):
+            return self._imports.add("typing", "Any")
         raise TypeError(f"no annotation for {type_!r}")
 
 

@@ -58,8 +58,7 @@ class CycleWriter(Writer):
         self.flow(check.otherwise, if_false)
 
     def _proved(self, flow: Rows, seen: Seen) -> None:
-        *tested, last = flow.rows
-        keyword = "if"
+        tested, last, keyword = flow.tested, flow.rows[-1], "if"
         known, surely = seen.always, flow.surely_from(Certain(seen.always))
         for index, row in enumerate(tested):
             self.nodes.hint = row.transition.condition.name
@@ -72,7 +71,9 @@ class CycleWriter(Writer):
             test, if_true, seen = self.test(row.test, seen)
             self._row(f"{keyword} {test.text}:", row, if_true)
             keyword = "elif"
-        if keyword == "elif":
+        if last in tested:
+            self.write(f"raise self.undecided({literal(flow.cause)}, [])")
+        elif keyword == "elif":
             self._row("else:", last, seen)
         else:
             self.enter(last.enter, seen)

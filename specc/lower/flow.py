@@ -12,6 +12,7 @@ from specc.lower.terms import Term, Terms, TermTable
 from specc.model.expr import Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
+from specc.model.types import Type
 
 
 class Proofs(Protocol):
@@ -77,12 +78,20 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
-    """The rows of one cause. Proved: the first that holds is taken, and the last one needs no test.
-    Otherwise all are tested, and it is a fault unless exactly one holds."""
+    """The rows of one cause. Proved: the first that holds is taken. Otherwise all are tested, and
+    it is a fault unless exactly one holds."""
 
     cause: Cause
     rows: tuple[Row, ...]
     is_proved: bool
+
+    @property
+    def tested(self) -> tuple[Row, ...]:
+        """Proved rows that are tested: the last one only if some row compares rounded numbers."""
+        *most, last = self.rows
+        certain = isinstance(last.test.node, Truth)
+        rounded = any(row.test.rests_on_rounding for row in self.rows)
+        return self.rows if rounded and not certain else tuple(most)
 
     def surely(self, certain: Certain) -> Terms:
         """Terms that are evaluated in any case from here on; a fault evaluates nothing more."""
@@ -92,7 +101,10 @@ class Rows:
 
     def surely_from(self, certain: Certain) -> list[Terms]:
         """For every row of a proved cause, what is evaluated in any case once it is its turn."""
-        after = self.rows[-1].enter.surely(certain)
+        last = self.rows[-1]
+        after = last.enter.surely(certain)
+        if last in self.tested:
+            after = certain.before(last.test, after, after)
         found = [after]
         for row in reversed(self.rows[:-1]):
             after = certain.before(row.test, row.enter.surely(certain), after)
@@ -151,7 +163,8 @@ class Flows:
         self._subsystem = subsystem
         self._table = table
         self._proofs = proofs
-        self.activities = {b.name: _activity(b, table) for b in subsystem.behaviours}
+        types = _target_types(subsystem)
+        self.activities = {b.name: _activity(b, table, types) for b in subsystem.behaviours}
 
     def first(self) -> Enter:
         """The first period: the behaviour of the initial state, no conditions."""
@@ -214,8 +227,23 @@ def _conditions(behaviour: Behaviour) -> tuple[tuple[Cause, Condition], ...]:
     return ("error", behaviour.error), ("terminal", behaviour.terminal)
 
 
-def _activity(behaviour: Behaviour, table: TermTable) -> Activity:
-    works = [Work(f, a, table.of(a.value)) for f in behaviour.functions for a in f.assignments]
+def _target_types(subsystem: Subsystem) -> dict[tuple[str, str], Type]:
+    """The type of every output element and, with the peer "", of every memory element."""
+    types = {("", item.name): item.type for item in subsystem.memory}
+    for port in subsystem.ports:
+        if port.direction == "y":
+            types |= {(port.peer, element.name): element.type for element in port.elements}
+    return types
+
+
+def _activity(
+    behaviour: Behaviour, table: TermTable, types: dict[tuple[str, str], Type]
+) -> Activity:
+    works = [
+        Work(function, item, table.of(item.value, types.get((item.peer, item.name))))
+        for function in behaviour.functions
+        for item in function.assignments
+    ]
     surely = Certain().of(*(work.value for work in works))
     in_sequence = tuple(sorted(works, key=lambda work: not work.assignment.peer))
     return Activity(behaviour, in_sequence, surely)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from specc.lower.names import Names
+
 
 class Imports:
     """Names from modules, in order of their first use."""
@@ -20,3 +22,21 @@ class Imports:
     def lines(self) -> tuple[str, ...]:
         """Import statements."""
         return tuple(self._lines)
+
+
+class Functions:
+    """Imports functions of operators and bindings, `module:name`; two of one name get two names."""
+
+    def __init__(self, imports: Imports, names: Names) -> None:
+        self._imports = imports
+        self._names = names
+        self._known: dict[tuple[str, str], str] = {}
+
+    def use(self, python: str) -> str:
+        """What stands for the function here; a method keeps the path below its class."""
+        module, _, attribute = python.partition(":")
+        first, dot, rest = attribute.partition(".")
+        if (module, first) not in self._known:
+            alias = self._imports.add(module, first, self._names.new(first))
+            self._known[module, first] = alias
+        return self._known[module, first] + dot + rest

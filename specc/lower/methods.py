@@ -116,7 +116,7 @@ class Methods:
         return MethodPlan(name, tuple(parts), "None", doc, lines)
 
     def _start(self) -> MethodPlan:
-        items = [(item, self._table.of(item.init)) for item in self._subsystem.memory]
+        items = [(item, self._table.of(item.init, item.type)) for item in self._subsystem.memory]
         walk = Walk()
         before = walk.values(term for _, term in items)
         walk.enter(self._first, before)

@@ -4,31 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from specc.lower.annotations import VALUE_NAMES, Annotations, TypeNames
+from specc.lower.annotations import Annotations, TypeNames
 from specc.lower.constants import computed
-from specc.lower.imports import Imports
-from specc.lower.names import BUILTINS, Names, identifier, joined
-from specc.lower.plan import ConstantPlan
+from specc.lower.contracts import Contracts
+from specc.lower.imports import Functions, Imports
+from specc.lower.names import OWN_ATTRIBUTES, OWN_NAMES, Names, identifier, joined
+from specc.lower.plan import ConstantPlan, NamedPlan
 from specc.lower.terms import Term
+from specc.lower.text import literal
 from specc.model import expr as e
 from specc.model.system import Constant, Element, Subsystem, System
 
 LANGUAGE = "specc_runtime.builtins"
-BUILTIN_NAMES = (
-    "argmax", "argmin", "identity", "inverse", "near", "near_pose", "norm", "pose", "position",
-    "read_only", "some", "translation", "vector",
-)  # fmt: skip
-FIXED = (
-    "annotations", "Callable", "ClassVar", "Equations", "Final", "Inputs", "Literal", "Mapping",
-    "Memory", "Outputs", "PERIOD", "Subsystem", "Transition", "holds", "memory", "nan", "row",
-    "self", "sqrt", "x", "y",
-)  # fmt: skip
 
 
 class Module:
     """Names for the module of one subsystem, with the constants and imports that are asked for."""
 
-    def __init__(self, system: System, subsystem: Subsystem, types: TypeNames) -> None:
+    def __init__(
+        self, system: System, subsystem: Subsystem, types: TypeNames, *, stand_ins: bool = False
+    ) -> None:
         self.rate_hz = subsystem.rate_hz
         self.imports = Imports()
         self.annotations = Annotations(self.imports, types)
@@ -38,19 +33,22 @@ class Module:
         self._declared: dict[str, Constant] = declared
         self.computed = computed(declared)
         self._operators = {operator.name: operator for operator in system.operators}
-        self._names = Names((*BUILTINS, *FIXED, *VALUE_NAMES, *BUILTIN_NAMES, *types.of.values()))
+        self._names = Names((*OWN_NAMES, *types.of.values()))
         self._aliases = {name: self._names.new(name) for name in self._operators}
+        self.attributes = methods = Names(OWN_ATTRIBUTES)
         self._constant_names = {
-            name: self._names.new(identifier(name) if name in self.computed else name.upper())
+            name: methods.new(name) if name in self.computed else self._names.new(name.upper())
             for name in declared
         }
+        self.contracts = Contracts(
+            self.imports, self.annotations, self._names.new, stand_ins=stand_ins
+        )
+        self.operators: dict[str, NamedPlan] = {}
+        self._functions = Functions(self.imports, self._names)
         self.inputs = buffer_names(subsystem, "x")
         self.outputs = buffer_names(subsystem, "y")
         self.settled: dict[Term, str] = {}
         """Attributes for arrays that stay as they are once the first period is over."""
-        self.attributes = methods = Names(
-            ("files", "periods", "start", "work", *self._constant_names.values())
-        )
         self.state_methods = {
             state.name: f"_{methods.new(f'in_{state.name.lower()}')}" for state in subsystem.states
         }
@@ -76,11 +74,17 @@ class Module:
         return f"x.{kind}_{self.inputs[source.peer, source.element]}"
 
     def operator(self, name: str) -> str:
-        """What calls an operator, by the specification's name of it."""
-        module, _, attribute = self._operators[name].python.partition(":")
-        first, _, rest = attribute.partition(".")
-        called = self.imports.add(module, first, self._aliases[name])
-        return f"{called}.{rest}" if rest else called
+        """What calls an operator, by the specification's name of it; its results are checked."""
+        if name not in self.operators:
+            self.operators[name] = NamedPlan(self._aliases[name], self._checked(name))
+        return self._aliases[name]
+
+    def _checked(self, name: str) -> str:
+        operator = self._operators[name]
+        function = self._functions.use(operator.python)
+        parts = [literal(name), function, self.contracts.of(operator.result)]
+        parts += [literal(said) for said in (str(operator.result), str(operator.trace)) if said]
+        return f"{self.imports.add('specc_runtime.contracts', 'operator')}({', '.join(parts)})"
 
     def builtin(self, name: str) -> str:
         """A function of the language itself."""

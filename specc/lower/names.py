@@ -10,9 +10,32 @@ from collections.abc import Iterable
 _AMBIGUOUS = frozenset("lOI")
 """Letters that fonts do not tell from digits; linters refuse them as names."""
 BUILTINS = frozenset(dir(builtins))
-"""Names that a module and its functions must not hide."""
+_VALUES = ("Depth", "Pose", "Rgb", "Spatial", "Vector")
+_IN_TYPES = ("Any", "Literal", "annotations", "dataclass")
+_IN_SUBSYSTEMS = (
+    "Callable", "ClassVar", "Equations", "Final", "Inputs", "Mapping", "Memory", "Outputs",
+    "PERIOD", "SafeOutputs", "Samples", "Subsystem", "Transition", "holds", "memory", "nan", "row",
+    "self", "sqrt", "x", "y",
+    # functions of the language
+    "argmax", "argmin", "finite", "identity", "inverse", "near", "near_pose", "norm", "pose",
+    "position", "read_only", "some", "translation", "vector",
+)  # fmt: skip
+_CONTRACTS = (
+    "as_any", "as_bool", "as_depth", "as_instance", "as_int", "as_list", "as_member", "as_optional",
+    "as_partial", "as_pose", "as_real", "as_record", "as_rgb", "as_text", "as_tuple", "as_vector",
+    "operator",
+)  # fmt: skip
+_IN_SYSTEM = (
+    "ActuatorBinding", "Connection", "PlantInput", "PlantOutput", "PlantSpec", "Scheduled",
+    "SensorBinding", "System", "Task", "base", "build", "files", "join",
+)  # fmt: skip
+OWN_NAMES = frozenset((*BUILTINS, *_VALUES, *_IN_TYPES, *_IN_SUBSYSTEMS, *_CONTRACTS))
+"""What the modules of types and subsystems have without any name of a specification."""
+ALL_OWN_NAMES = OWN_NAMES | frozenset(_IN_SYSTEM)
+"""The same of all generated modules."""
+OWN_ATTRIBUTES = ("abc_impl", "files", "periods", "start", "work")
+"""Private attributes that every generated class may have, without their underscore."""
 _WORD = re.compile(r"[A-Za-z0-9]+")
-_TITLE_WORDS = 4
 
 
 def identifier(text: str) -> str:
@@ -68,10 +91,6 @@ def joined(
     }
 
 
-def class_name(title: str, otherwise: str) -> str:
-    """`Object recognition` -> `ObjectRecognition`; `otherwise` where the title is no short name."""
-    words = _WORD.findall(title)
-    plain = re.fullmatch(r"[A-Za-z][A-Za-z0-9 -]*", title) is not None
-    if not (plain and 0 < len(words) <= _TITLE_WORDS):
-        words = _WORD.findall(otherwise)
-    return identifier("".join(word[0].upper() + word[1:] for word in words) or "Unnamed")
+def class_name(name: str) -> str:
+    """`irp m` -> `IrpM`."""
+    return identifier("".join(word[0].upper() + word[1:] for word in _WORD.findall(name)))

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from specc.lower import spelling as s
 from specc.lower.constants import shared_name
+from specc.lower.finite import is_array
 from specc.lower.module import Module
 from specc.lower.plan import ConstantPlan
 from specc.lower.spelling import Spelled
-from specc.lower.terms import Term, TermTable, is_array
+from specc.lower.terms import Term, TermTable
 from specc.lower.text import comment, literal
 from specc.model import expr as e
-from specc.model.types import OptionalOf, Pose, Real, Spatial, Type, Vector
+from specc.model.types import OptionalOf, Pose, Real, Spatial, Type, Vector, whole
 
-PYTHON_FUNCTIONS = ("abs", "len", "max", "min")
+PYTHON_FUNCTIONS = ("abs", "float", "len", "max", "min")
 
 
 class Nodes:
@@ -203,7 +204,7 @@ class Nodes:
 
 
 def _unit(type_: Type) -> str:
-    match type_:
+    match whole(type_):
         case Real(unit=unit) | Vector(element=Real(unit=unit)):
             return "" if str(unit) == "1" else str(unit)
         case Spatial(linear=linear, angular=angular):

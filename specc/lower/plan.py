@@ -17,6 +17,14 @@ class ConstantPlan:
 
 
 @dataclass(frozen=True, slots=True)
+class NamedPlan:
+    """A name at the top of a module and its value: a contract, or an operator with its own."""
+
+    name: str
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
 class AttributePlan:
     """An attribute of a buffer or of the memory, or a field of a record."""
 
@@ -64,6 +72,8 @@ class SubsystemPlan:
     about: str
     spec: str
     imports: tuple[str, ...]
+    contracts: tuple[NamedPlan, ...]
+    operators: tuple[NamedPlan, ...]
     constants: tuple[ConstantPlan, ...]
     class_name: str
     inputs: tuple[AttributePlan, ...]
@@ -87,6 +97,39 @@ class SubsystemPlan:
     computed: tuple[ConstantPlan, ...]
     initial_inputs: tuple[str, ...]
     methods: tuple[MethodPlan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SafePlan:
+    """A method that gives the safe value of an element."""
+
+    name: str
+    annotation: str
+    doc: str
+    value: str
+    reads_samples: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DevicePlan:
+    """templates/device.py.j2: the module of a device with safe outputs."""
+
+    title: str
+    about: str
+    spec: str
+    imports: tuple[str, ...]
+    contracts: tuple[NamedPlan, ...]
+    operators: tuple[NamedPlan, ...]
+    constants: tuple[ConstantPlan, ...]
+    computed: tuple[ConstantPlan, ...]
+    class_name: str
+    name: str
+    samples: tuple[AttributePlan, ...]
+    samples_slots: str
+    elements: str
+    reports: tuple[tuple[str, str], ...]
+    uses_files: bool
+    values: tuple[SafePlan, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,13 +170,19 @@ class ScheduledPlan:
 
 @dataclass(frozen=True, slots=True)
 class PlantPlan:
-    """What stands behind the devices; items are calls of constructors."""
+    """What stands behind the devices: an argument that says so, if anything does.
 
-    model: str
+    Items are calls of constructors.
+    """
+
+    contracts: tuple[NamedPlan, ...]
+    made: str
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    safe: tuple[str, ...]
+    """Classes of the devices with safe outputs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +211,7 @@ class PackagePlan:
     spec: str
 
 
-FilePlan = PackagePlan | TypesPlan | SubsystemPlan | WholePlan
+FilePlan = PackagePlan | TypesPlan | SubsystemPlan | DevicePlan | WholePlan
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from specc.lower import spelling as s
+from specc.lower.finite import is_array
 from specc.lower.members import accepted
 from specc.lower.module import Module
 from specc.lower.names import Names
 from specc.lower.nodes import Nodes
 from specc.lower.sharing import LARGEST, TooLarge
 from specc.lower.spelling import Spelled
-from specc.lower.terms import NONE, Term, Terms, TermTable, is_array
+from specc.lower.terms import NONE, Term, Terms, TermTable
 from specc.lower.text import literal
 from specc.model import expr as e
 from specc.model.types import Enum, Pose, Vector
@@ -204,6 +205,8 @@ def _wanted(term: Term) -> str:
     match term.node:
         case e.Call(operator=operator):
             return operator.lower()
+        case e.Builtin(name="finite" | "float"):
+            return _wanted(term.args[0])
         case e.Builtin(name=name):
             return f"{name}_value"
         case e.Binary() | e.Unary():

@@ -17,7 +17,10 @@ from specc.lower.render import Renderer, Seen
 from specc.lower.sharing import TooLarge
 from specc.lower.terms import TermTable
 from specc.lower.text import comment, docstring, in_docstring, literal
+from specc.model.expr import Number
 from specc.model.system import Element, Memory, Subsystem, System
+from specc.model.types import Real
+from specc.model.units import SECOND
 
 KINDS = {
     "control": "control subsystem",
@@ -27,20 +30,31 @@ KINDS = {
 
 
 def subsystem_plan(
-    system: System, subsystem: Subsystem, proofs: Proofs, types: TypeNames, class_name: str
+    system: System,
+    subsystem: Subsystem,
+    proofs: Proofs,
+    types: TypeNames,
+    class_name: str,
+    *,
+    stand_ins: bool = False,
 ) -> SubsystemPlan:
     """What the module of a subsystem contains; raises `TooLarge`."""
     try:
-        return _subsystem_plan(system, subsystem, proofs, types, class_name)
+        module = Module(system, subsystem, types, stand_ins=stand_ins)
+        return _subsystem_plan(system, subsystem, proofs, module, class_name)
     except (TooLarge, RecursionError):
         raise TooLarge(subsystem.qualified_name) from None
 
 
 def _subsystem_plan(
-    system: System, subsystem: Subsystem, proofs: Proofs, types: TypeNames, class_name: str
+    system: System, subsystem: Subsystem, proofs: Proofs, module: Module, class_name: str
 ) -> SubsystemPlan:
-    module = Module(system, subsystem, types)
-    table = TermTable(subsystem.lets, module.computed, _settled(subsystem))
+    declared = (*system.constants, *subsystem.constants)
+    constants = {c.name: c.value for c in declared if c.name not in module.computed}
+    constants["period"] = Number(float(1 / subsystem.rate_hz), type=Real(SECOND))
+    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
+    settled = _settled(subsystem)
+    table = TermTable(subsystem.lets, module.computed, settled, constants, parameters)
     methods = Methods(subsystem, module, table, proofs)
     written = methods.plans()
     initial_inputs = tuple(_initial_inputs(subsystem, module, table))
@@ -48,13 +62,15 @@ def _subsystem_plan(
     outputs = _attributes(module, subsystem, "y")
     memory = tuple(_remembered(module, item) for item in subsystem.memory)
     flags = _flags(module)
-    constants = tuple(module.constants.values())
+    written_constants = tuple(module.constants.values())
     return SubsystemPlan(
         title=in_docstring(subsystem.title or subsystem.name),
         about=in_docstring(_about(subsystem)),
         spec=in_docstring(spec_file(system)),
         imports=module.imports.lines,
-        constants=tuple(c for c in constants if not c.is_computed),
+        contracts=tuple(module.contracts.named),
+        operators=tuple(module.operators.values()),
+        constants=tuple(c for c in written_constants if not c.is_computed),
         class_name=class_name,
         inputs=inputs,
         inputs_slots=literal((*(item.name for item in inputs), *flags)),
@@ -74,7 +90,7 @@ def _subsystem_plan(
         axioms=tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
         uses_files=module.uses_files,
         uses_clock=bool(methods.clocked),
-        computed=tuple(c for c in constants if c.is_computed),
+        computed=tuple(c for c in written_constants if c.is_computed),
         initial_inputs=initial_inputs,
         methods=written,
     )
@@ -133,7 +149,7 @@ def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> I
         if element.init is not None:
             renderer = Renderer(module, table)
             renderer.nodes.hint = f"initial_{element.name}"
-            spelled, _ = renderer.value(table.of(element.init), Seen())
+            spelled, _ = renderer.value(table.of(element.init, element.type), Seen())
             name = module.inputs[peer, element.name]
             yield f"self.x.{name} = {spelled.text}"
             if ("present", peer, element.name) in module.flags:

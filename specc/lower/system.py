@@ -10,9 +10,9 @@ from math import gcd
 from specc.lower.annotations import Annotations, TypeNames, literal_type
 from specc.lower.flow import Proofs
 from specc.lower.imports import Imports
-from specc.lower.module import FIXED, memory_names
+from specc.lower.module import memory_names
 from specc.lower.named_types import named_types
-from specc.lower.names import BUILTINS, Names, class_name, identifier
+from specc.lower.names import ALL_OWN_NAMES, Names, class_name
 from specc.lower.plan import (
     AttributePlan,
     FilePlan,
@@ -25,22 +25,19 @@ from specc.lower.plan import (
     WholePlan,
 )
 from specc.lower.plant import plant_plan
+from specc.lower.safe import device_plan
 from specc.lower.subsystem import spec_file, subsystem_plan
 from specc.lower.text import comment, docstring, in_docstring, literal
 from specc.lower.wiring import connections
 from specc.model.system import System, Task
 from specc.model.types import Enum, Record
 
-RUNTIME_NAMES = (
-    "ActuatorBinding", "Connection", "PlantInput", "PlantOutput", "PlantSpec", "Scheduled",
-    "SensorBinding", "System", "Task", "base", "build", "files", "join",
-)  # fmt: skip
 
-
-def lower(system: System, proofs: Proofs) -> SystemPlan:
+def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> SystemPlan:
     """What the generated package of a system contains.
 
-    `proofs` says which transition tables need no check while they run.
+    `proofs` says which transition tables need no check while they run. `stand_ins` is for code
+    whose operators and devices are played by a test: images and values of classes can be anything.
     """
     types = TypeNames(named_types(system))
     title = in_docstring(system.title or system.name)
@@ -52,24 +49,35 @@ def lower(system: System, proofs: Proofs) -> SystemPlan:
     ]
     for s in system.subsystems:
         name = s.qualified_name
-        part = subsystem_plan(system, s, proofs, types, classes[name])
+        part = subsystem_plan(system, s, proofs, types, classes[name], stand_ins=stand_ins)
         files.append((f"{modules[name]}.py", part))
-    files.append(("system.py", _whole(system, title, modules, classes)))
+    for device in system.devices:
+        if device.safe:
+            name = device.qualified_name
+            spec = in_docstring(spec_file(system))
+            plan = device_plan(system, device, spec, types, classes[name], stand_ins=stand_ins)
+            files.append((f"{modules[name]}.py", plan))
+    files.append(("system.py", _whole(system, title, types, modules, classes, stand_ins=stand_ins)))
     return SystemPlan(system.name, tuple(files))
 
 
 def _classes(system: System, types: TypeNames) -> dict[str, str]:
-    """Class of every subsystem: its title if that is short, else its name."""
-    names = Names((*BUILTINS, *FIXED, *RUNTIME_NAMES, *types.of.values()))
-    return {
-        s.qualified_name: names.new(class_name(s.title, f"{s.agent} {s.name}"))
-        for s in system.subsystems
+    """Class of every subsystem, after its agent and itself; titles may be reworded."""
+    names = Names((*ALL_OWN_NAMES, *types.of.values()))
+    found = {
+        s.qualified_name: names.new(class_name(f"{s.agent} {s.name}")) for s in system.subsystems
     }
+    for device in system.devices:
+        found[device.qualified_name] = names.new(class_name(device.qualified_name))
+    return found
 
 
 def _modules(system: System) -> dict[str, str]:
     names = Names(("system", "types", "__init__"))
-    return {s.qualified_name: names.new(f"{s.agent}_{s.name}") for s in system.subsystems}
+    found = {s.qualified_name: names.new(f"{s.agent}_{s.name}") for s in system.subsystems}
+    for device in system.devices:
+        found[device.qualified_name] = names.new(device.qualified_name.replace(".", "_").lower())
+    return found
 
 
 def _types(system: System, types: TypeNames, title: str) -> Iterator[tuple[str, TypesPlan]]:
@@ -93,13 +101,19 @@ def _types(system: System, types: TypeNames, title: str) -> Iterator[tuple[str, 
 
 def _fields(record: Record, annotations: Annotations) -> tuple[AttributePlan, ...]:
     return tuple(
-        AttributePlan(identifier(name), annotations.of(type_), comment(str(type_)))
+        AttributePlan(name, annotations.of(type_), comment(str(type_)))
         for name, type_ in record.fields
     )
 
 
 def _whole(
-    system: System, title: str, modules: dict[str, str], classes: dict[str, str]
+    system: System,
+    title: str,
+    types: TypeNames,
+    modules: dict[str, str],
+    classes: dict[str, str],
+    *,
+    stand_ins: bool,
 ) -> WholePlan:
     imports = Imports()
     imports.add("specc_runtime.system", "Scheduled")
@@ -111,7 +125,12 @@ def _whole(
     connected = tuple(connections(system))
     if connected:
         imports.add("specc_runtime.system", "Connection")
-    plant = plant_plan(system, imports, Names((*RUNTIME_NAMES, *BUILTINS, *classes.values())))
+    safe = tuple(d.qualified_name for d in system.devices if d.safe)
+    for name in safe:
+        imports.add(f".{modules[name]}", classes[name])
+    names = Names((*ALL_OWN_NAMES, *classes.values()))
+    owners = tuple(classes[name] for name in safe)
+    plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
     if system.files:
         imports.add("os.path", "join")
     if system.task:

@@ -6,12 +6,15 @@ computed once costs a look into a set, however deep the expressions are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 
+from specc.lower import finite
+from specc.lower.finite import is_array
 from specc.model import expr as e
 from specc.model.system import Let
-from specc.model.types import Bool, Enum, Pose, Real, Spatial, Type, Vector
+from specc.model.types import Bool, Enum, Int, Real, Type, Vector
 
 Terms = frozenset["Term"]
 NONE: Terms = frozenset()
@@ -38,8 +41,16 @@ class Term:
     """Terms worth keeping that an evaluation of this one may evaluate; itself among them."""
     let: Let | None = None
     """The let that names it; the first one if there are several."""
+    is_rounded: bool = False
+    """Whether its value comes from arithmetic of reals, which rounds."""
+    rests_on_rounding: bool = False
+    """Whether a comparison with such a value is in it."""
     is_costly: bool = False
     """Whether computing it again costs more than handing its value on."""
+    largest: float = math.inf
+    """No component is larger than this, up to sign; infinite where nothing is known."""
+    is_raw: bool = False
+    """A result of arithmetic that nobody has looked at: it may not be finite."""
 
     @property
     def type(self) -> Type:
@@ -56,14 +67,6 @@ class Term:
         self.perhaps |= {self}
 
 
-def is_array(type_: Type) -> bool:
-    """Whether values of the type are numpy arrays of reals."""
-    match type_:
-        case Vector(element=Real()) | Spatial() | Pose():
-            return True
-    return False
-
-
 def in_order(terms: Iterable[Term]) -> list[Term]:
     """Terms after those that they are made of; lets in the order of the file."""
     return sorted(terms, key=lambda term: term.order)
@@ -77,13 +80,19 @@ class TermTable:
         lets: Iterable[Let] = (),
         computed: Iterable[str] = (),
         settled: Iterable[str] = (),
+        constants: Mapping[str, e.Expr] | None = None,
+        parameters: Mapping[str, tuple[Type, ...]] | None = None,
     ) -> None:
         """`computed`: constants whose value an operator or a file gives; `settled`: memory that
-        keeps its initial value."""
+        keeps its initial value; `constants`: the values of the others
+        and of `period`; `parameters`: the types
+        of the parameters of every operator."""
         self._terms: dict[object, Term] = {}
         self._lets: dict[str, Term] = {}
         self._computed = frozenset(computed)
         self._settled = frozenset(settled)
+        self._constants = constants or {}
+        self._parameters = parameters or {}
         for let in lets:
             self._lets[let.name] = self._named(self.of(let.value), let)
 
@@ -93,13 +102,38 @@ class TermTable:
             term.keep()
         return term
 
-    def of(self, node: e.Expr) -> Term:
-        """The term of an expression."""
+    def of(self, node: e.Expr, as_type: Type | None = None) -> Term:
+        """The term of an expression that is compared, written or handed on: a number is finite.
+
+        `as_type` is the type of the place; an integer becomes a real there.
+        """
+        term = self._raw(node)
+        if term.is_raw:
+            return self._make(e.Builtin("finite", (term.node,), type=term.type), (term,))
+        if isinstance(as_type, Real) and isinstance(term.type, Int):
+            if isinstance(term.node, e.Number):
+                return self._make(e.Number(float(term.node.value), type=as_type), ())
+            return self._make(e.Builtin("float", (term.node,), type=as_type), (term,))
+        return term
+
+    def _raw(self, node: e.Expr) -> Term:
+        """The term of an expression. What is not finite shows in all arithmetic that it enters, so
+        that one look at the end is enough; wherever it could hide, it is looked at before."""
         if isinstance(node, e.LetRef):
             return self._lets[node.name]
         if isinstance(node, (e.Fresh, e.Present)):
             return self._make(node, ())
-        return self.make(node, tuple(self.of(child) for child in e.children(node)))
+        shown = finite.shows(node)
+        args = (
+            self._raw(child) if place in shown else self.of(child, self._place(node, place))
+            for place, child in enumerate(e.children(node))
+        )
+        return self.make(node, tuple(args))
+
+    def _place(self, node: e.Expr, place: int) -> Type | None:
+        if isinstance(node, e.Call) and node.operator in self._parameters:
+            return self._parameters[node.operator][place]
+        return finite.place_type(node, place)
 
     def make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
         """The term of a node over given operands, after folding what is known."""
@@ -153,6 +187,7 @@ class TermTable:
 
     def _new(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
         perhaps = NONE.union(*(arg.perhaps for arg in args))
+        largest = self._largest(node, args)  # may make terms, so before this one has its number
         term = Term(
             order=len(self._terms),
             node=node,
@@ -163,11 +198,20 @@ class TermTable:
             reads_clock=_reads_clock(node) or any(arg.reads_clock for arg in args),
             memory=_memory(node).union(*(arg.memory for arg in args)),
             perhaps=perhaps,
+            is_rounded=_is_rounded(node, args),
+            rests_on_rounding=_compares_rounded(node, args),
         )
+        term.largest = largest
+        term.is_raw = finite.is_raw(node, args, largest)
         term.is_costly = not term.bound and not term.is_settled and _is_costly(node, perhaps)
         if term.is_costly:
             term.keep()
         return term
+
+    def _largest(self, node: e.Expr, args: tuple[Term, ...]) -> float:
+        if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
+            return self._raw(self._constants[node.name]).largest
+        return finite.largest(node, args)
 
 
 def _payload(node: e.Expr) -> object:
@@ -210,7 +254,7 @@ def _is_constant(node: e.Expr, args: tuple[Term, ...], computed: frozenset[str])
             return name not in computed
         case e.Builtin(name="identity"):
             return True
-        case e.Builtin(name="sqrt") | e.Binary(op="/" | "**"):
+        case e.Builtin(name="sqrt" | "finite" | "float") | e.Binary(op="/" | "**"):
             return False  # may fail, so only where it is needed
         case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component():
             return bool(args) and all(arg.is_constant for arg in args)
@@ -227,11 +271,31 @@ def _is_settled(node: e.Expr, args: tuple[Term, ...], settled: frozenset[str]) -
             return name in settled
         case e.Builtin(name="identity"):
             return True
-        case e.Builtin(name="sqrt" | "pose") | e.Binary(op="/" | "**"):
+        case e.Builtin(name="sqrt" | "pose" | "finite" | "float") | e.Binary(op="/" | "**"):
             return False
         case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf():
             return bool(args) and all(arg.is_settled for arg in args)
     return False
+
+
+def _is_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
+    match node:
+        case e.Binary():
+            return not isinstance(node.type, Int)
+        case e.Builtin(name="inverse" | "norm" | "pose" | "sqrt"):
+            return True
+        case e.Call():
+            return False
+    return any(arg.is_rounded for arg in args)
+
+
+def _compares_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
+    match node:
+        case e.Compare() | e.Quantifier() if any(arg.is_rounded for arg in args):
+            return True
+        case e.Builtin(name="near"):
+            return True  # it computes how far the two are apart
+    return any(arg.rests_on_rounding for arg in args)
 
 
 def _is_costly(node: e.Expr, perhaps: Terms) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
 
@@ -60,20 +60,42 @@ def _fixed(analysis: Analysis, fix: Fix) -> tuple[Insertion, ...]:
 
 def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
     """A row for each cause that the table forgets; where it leads is for somebody to edit."""
-    for decided in analysis.proofs.facts.decided() if analysis.proofs else ():
-        rows = decided.verdict.rows
-        wanted = diagnostic.code in ((_NO_ROW_APPLIES,) if rows else (_NO_ROW, _NO_ROW_YET))
-        decision = decided.verdict.decision
-        open_ = decision.gap if rows else decision.possible
-        if decided.state.place == diagnostic.primary and wanted and open_:
-            changes = tuple(_insertions(analysis, decided))
-            if changes:
-                title = f"Insert a row for the {decided.cause} condition of {decided.state.name}"
-                yield Action(title, diagnostic, changes, preferred=False)
+    for decided in _decided(analysis):
+        if decided.state.place != diagnostic.primary or not _is_about(diagnostic, decided):
+            continue
+        told = {place.place for place in diagnostic.related}
+        others = [
+            other
+            for other in _decided(analysis)
+            if other.state.place in told
+            and other.cause == decided.cause
+            and _is_about(diagnostic, other)
+        ]
+        changes = tuple(_insertions(analysis, decided, others))
+        if changes:
+            names = ", ".join(d.state.name for d in (decided, *others))
+            title = f"Insert a row for the {decided.cause} condition of {names}"
+            yield Action(title, diagnostic, changes, preferred=False)
 
 
-def _insertions(analysis: Analysis, decided: Decided) -> Iterator[Insertion]:
-    """The row behind the last one of its state and, if it needs one, its initial condition."""
+def _decided(analysis: Analysis) -> Iterator[Decided]:
+    return analysis.proofs.facts.decided() if analysis.proofs else iter(())
+
+
+def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
+    """Whether a finding can be about the rows of a state and cause."""
+    rows, decision = decided.verdict.rows, decided.verdict.decision
+    wanted = (_NO_ROW_APPLIES,) if rows else (_NO_ROW, _NO_ROW_YET)
+    return diagnostic.code in wanted and bool(decision.gap if rows else decision.possible)
+
+
+def _insertions(
+    analysis: Analysis, decided: Decided, others: Sequence[Decided]
+) -> Iterator[Insertion]:
+    """The initial condition, if one is needed, and a row for it behind the last one of each state.
+
+    `others` are the states that lack the same row.
+    """
     place = decided.state.place
     source = analysis.loader.sources.get(place.file)
     owner = place.route[:-2]
@@ -87,13 +109,13 @@ def _insertions(analysis: Analysis, decided: Decided) -> Iterator[Insertion]:
         if condition is None:
             return
         yield condition
-    rows = [
-        i for i, t in enumerate(decided.subsystem.transitions) if t.source == decided.state.name
-    ]
-    text = f"[{decided.state.name}, {decided.cause}, {name}, {decided.state.name}]"
-    row = _behind(source, (*owner, "transitions"), rows[-1] if rows else None, text)
-    if row is not None:
-        yield row
+    for lacking in (decided, *others):
+        state = lacking.state.name
+        rows = [i for i, t in enumerate(lacking.subsystem.transitions) if t.source == state]
+        text = f"[{state}, {lacking.cause}, {name}, {state}]"
+        row = _behind(source, (*owner, "transitions"), rows[-1] if rows else None, text)
+        if row is not None:
+            yield row
 
 
 def _behind(

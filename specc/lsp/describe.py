@@ -9,7 +9,17 @@ from specc.lsp.index import Index
 from specc.lsp.symbols import Symbol, node_at
 from specc.model.expr import Expr, Number
 from specc.model.trace import Trace
-from specc.model.types import Image, ListOf, OptionalOf, Pose, Real, Spatial, Type, Vector
+from specc.model.types import (
+    Image,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Spatial,
+    Type,
+    Vector,
+)
 from specc.resolve.context import Meaning
 from specc.source import Node, Route
 
@@ -74,8 +84,9 @@ def type_words(type_: Type | None, frames: Mapping[str, str]) -> list[str]:
             return ["a depth map, unit m"]
         case ListOf(element):
             return [f"each: {words}" for words in type_words(element, frames)]
-        case OptionalOf(value):
-            return ["or None", *type_words(value, frames)]
+        case OptionalOf(value) | PartialOf(value):
+            less = "or None" if isinstance(type_, OptionalOf) else "or without some components"
+            return [less, *type_words(value, frames)]
     return []
 
 

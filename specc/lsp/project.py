@@ -12,19 +12,17 @@ from typing import Any
 from specc.diagnostics import Diagnostic
 from specc.lsp.certain import certain
 from specc.lsp.index import Index, build_index
-from specc.lsp.library import check_alone
 from specc.lsp.mending import mended
 from specc.lsp.shift import Shift, shift
 from specc.model.system import System
-from specc.pipeline import compile_spec
-from specc.policy import judge, settings_for
-from specc.read import Document, read_file, read_text
+from specc.pipeline import check_spec
+from specc.policy import judge, reach_of, settings_for
+from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
 from specc.source import SourceFile
 
 _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
-_VERSION = re.compile(r"(?:^|\r)specc\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
 _MOST_FILES = 2000
 _LITTLE = 200
@@ -95,7 +93,7 @@ class Project:
 
     def is_specification(self, path: str) -> bool:
         """Whether a text claims to be one: other YAML files are none of our business."""
-        return bool(_VERSION.search(self.source(path).text))
+        return claims_to_be_one(self.source(path).text)
 
     def is_used(self, path: str) -> bool:
         """Whether a known system reads the file, or looked for it in vain."""
@@ -143,20 +141,17 @@ class Project:
             yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
 
     def _analysed(self, root: str, read: Read) -> Analysis:
-        loader = Loader(Findings(), read)
-        if _SYSTEM.search(self.source(root).text):
-            result = compile_spec(root, loader)
-            analysis = Analysis(
-                root, loader, result.system, result.diagnostics, proofs=result.proofs
-            )
-        else:
-            alone, proofs = check_alone(loader, root)
-            found = tuple(loader.findings.diagnostics)
-            analysis = Analysis(root, loader, alone, found, False, proofs)
+        loader = Loader(Findings(), read, reach=self._reach(root))
+        result = check_spec(root, loader)
         settings = settings_for(os.path.dirname(root)).settings
-        judged = judge(analysis.diagnostics, loader.sources, settings)
-        analysis.diagnostics = judged.diagnostics
-        return analysis
+        judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
+        return Analysis(
+            root, loader, result.system, judged.diagnostics, not result.is_part, result.proofs
+        )
+
+    def _reach(self, root: str) -> Reach:
+        """What a file may name: besides its project, the folders that are open in the editor."""
+        return Reach((*reach_of(root).folders, *map(os.path.realpath, self.folders)))
 
     def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
         """What is wrong with the specifications that read some files, now and with other texts."""

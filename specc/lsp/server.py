@@ -1,4 +1,8 @@
-"""The language server: requests of the protocol in, answers of `specc.lsp.answers` out."""
+"""The language server: requests of the protocol in, answers of another process out.
+
+The loop that speaks with the client does nothing that can take long: texts and questions go to a
+`Desk` in a process of its own, which is ended when its text is no longer the present one.
+"""
 
 from __future__ import annotations
 
@@ -7,77 +11,143 @@ import logging
 import os
 import sys
 import time
+from collections.abc import Iterator
+from typing import Any
 
 from lsprotocol import types as lsp
 from pygls import uris
-from pygls.exceptions import JsonRpcInvalidRequest
+from pygls.exceptions import (
+    JsonRpcContentModified,
+    JsonRpcException,
+    JsonRpcInternalError,
+    JsonRpcInvalidParams,
+    JsonRpcInvalidRequest,
+)
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from specc import __version__
-from specc.lsp import answers, convert, services
-from specc.lsp.convert import Texts
-from specc.lsp.positions import Columns
-from specc.lsp.project import Project
+from specc.lsp.desk import Desk
 from specc.lsp.rename import RenameError
+from specc.lsp.worker import (
+    LIMIT_S,
+    Call,
+    Job,
+    JobAbandonedError,
+    JobFailedError,
+    JobTooLongError,
+    Worker,
+)
 
 _LOG = logging.getLogger(__name__)
 
 PAUSE_S, LONGEST_PAUSE_S = 0.02, 1.0
 """Pause in typing after which a text is analysed."""
-QUICK_S = 0.2
+QUICK_S = 0.5
 """An analysis that takes longer waits as long as it took, so that typing stays smooth."""
+PATIENCE_S = 1.0
+"""An analysis of a text that has changed is ended when it has taken so long."""
 WATCH_S = 3.0
 """How often it is looked whether the client is still there."""
+_GIVEN_UP = f"the check took more than {LIMIT_S:.0f} s and was given up until the text changes"
+
+QUESTIONS: dict[str, tuple[str, Any]] = {
+    lsp.TEXT_DOCUMENT_HOVER: ("hover", None),
+    lsp.TEXT_DOCUMENT_DEFINITION: ("definition", None),
+    lsp.TEXT_DOCUMENT_REFERENCES: ("references", None),
+    lsp.TEXT_DOCUMENT_COMPLETION: (
+        "completion",
+        lsp.CompletionOptions(trigger_characters=[".", "[", "(", "{", ",", " "]),
+    ),
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: ("symbols", None),
+    lsp.TEXT_DOCUMENT_FORMATTING: ("formatting", None),
+    lsp.TEXT_DOCUMENT_CODE_ACTION: (
+        "repairs",
+        lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix]),
+    ),
+    lsp.TEXT_DOCUMENT_SIGNATURE_HELP: (
+        "signature",
+        lsp.SignatureHelpOptions(trigger_characters=["(", ","]),
+    ),
+    lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: ("highlights", None),
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: ("renameable", None),
+    lsp.TEXT_DOCUMENT_RENAME: ("rename", lsp.RenameOptions(prepare_provider=True)),
+}
+"""Methods of the protocol, those of `Desk` that answer them, and how they are announced."""
+
+
+def make_desk() -> Desk:
+    """The desk of a new process."""
+    return Desk(uris.to_fs_path, uris.from_fs_path)
+
+
+class SpecProtocol(LanguageServerProtocol):
+    """The protocol, with an answer also to requests that do not have its form."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """The message of some data; raises JsonRpcException once the client is told why not."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException:
+            if "id" in data and "method" in data:
+                error = JsonRpcInvalidParams(f"not the parameters of {data['method']}")
+                self._send_response(data["id"], None, error.to_response_error())
+            raise
 
 
 class SpecServer(LanguageServer):
-    """The project of an editor, and what was told to it."""
+    """What was told to the client, and what is still to be analysed."""
 
     def __init__(self) -> None:
         super().__init__(
-            "specc", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full
+            "specc",
+            __version__,
+            text_document_sync_kind=lsp.TextDocumentSyncKind.Full,
+            protocol_cls=SpecProtocol,
         )
-        self.project = Project()
-        self._uris: dict[str, str] = {}
+        self.worker = Worker(make_desk, self._first_calls, (RenameError,))
         self._changed: dict[str, bool] = {}
         self._told: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
+        self._check: Job | None = None
         self._took_s = 0.0
         self.said_goodbye = False
         self.left_without_goodbye = False
 
-    @property
-    def texts(self) -> Texts:
-        """The texts as the client counts in them."""
-        return Texts(self.project, Columns(str(self.workspace.position_encoding)), self.uri)
+    def _first_calls(self) -> Iterator[Call]:
+        """What a new process has to know."""
+        yield "begin", (str(self.workspace.position_encoding),)
+        for document in self.workspace.text_documents.values():
+            yield "take", (document.uri, document.source)
 
-    def path(self, uri: str) -> str:
-        """The path of a document; one that is not on the disk is known by its URI."""
-        path = uris.to_fs_path(uri) if uri.startswith("file:") else None
-        path = os.path.normpath(path) if path else uri
-        self._uris.setdefault(path, uri)
-        return path
-
-    def uri(self, path: str) -> str:
-        """The URI of a path, as the client spells it if it has the file open."""
-        return self._uris.get(path) or uris.from_fs_path(path) or path
+    async def answer(self, name: str, params: Any) -> Any:
+        """The desk's answer to a question."""
+        try:
+            return await self.worker.ask(name, params).result
+        except RenameError as error:
+            raise JsonRpcInvalidRequest(str(error)) from None
+        except JobAbandonedError:
+            raise JsonRpcContentModified("given up, since checking the text takes long") from None
+        except JobFailedError as error:
+            raise JsonRpcInternalError(str(error)) from None
 
     def take(self, uri: str, text: str | None, search: bool = False) -> None:
         """Take a text that was opened, changed or (with None) closed, and analyse it soon."""
-        path = self.path(uri)
-        if text is None:
-            self.project.close(path)
-        else:
-            self.project.put(path, text)
-        self.plan(path, search)
+        self.worker.ask("take", uri, text)
+        self.plan(uri, search)
 
-    def plan(self, path: str, search: bool = False) -> None:
+    def plan(self, uri: str, search: bool = False) -> None:
         """Analyse a file after a pause; a change in the pause begins it anew."""
-        self._changed[path] = search or self._changed.get(path, False)
+        self._changed[uri] = search or self._changed.get(uri, False)
         if self._timer is not None:
             self._timer.cancel()
+        loop = asyncio.get_running_loop()
         pause = PAUSE_S if self._took_s < QUICK_S else min(self._took_s, LONGEST_PAUSE_S)
-        self._timer = asyncio.get_running_loop().call_later(pause, self._analyse)
+        self._timer = loop.call_later(pause, self._analyse)
+        if (check := self._check) is not None:
+            now = time.monotonic()
+            left = check.started_s + PATIENCE_S - now if check.started_s is not None else 0.0
+            loop.call_later(max(left, 0.0), self.worker.abandon, check)
 
     def _folders(self) -> tuple[str, ...]:
         """The folders of the client; older ones have a single root instead."""
@@ -85,37 +155,51 @@ class SpecServer(LanguageServer):
         return tuple(filter(None, folders or [self.workspace.root_path]))
 
     def _analyse(self) -> None:
-        """Analyse what has changed and tell the client; a fault of ours must not end the server."""
-        changed, self._changed = self._changed, {}
-        started = time.perf_counter()
-        try:
-            self.project.folders = self._folders()
-            for path, search in changed.items():
-                self.project.forget_deleted(path)
-                if self.project.is_specification(path) or self.project.is_used(path):
-                    for root in self.project.roots(path, search):
-                        self.project.analyse(root)
-            self._tell(set(changed))
-        except Exception:  # noqa: BLE001 - the next text may be one that specc can deal with
-            _LOG.exception("a fault of specc itself, not of your files")
-        self._took_s = time.perf_counter() - started
+        """Have analysed what has changed, unless the desk is at it: then once it is done."""
+        if self._check is None and self._changed:
+            changed, self._changed = self._changed, {}
+            self._check = self.worker.ask("analyse", changed, self._folders(), set(self._told))
+            versions = {uri: d.version for uri, d in self.workspace.text_documents.items()}
+            self._task = asyncio.ensure_future(self._checked(self._check, changed, versions))
 
-    def _tell(self, changed: set[str]) -> None:
-        found = answers.notes(self.project)
-        texts = self.texts
-        for path in sorted({*found, *changed, *self._told}):
-            notes = found.get(path, [])
-            if not notes and path not in self._told and not self.project.is_open(path):
-                continue
-            document = self.workspace.text_documents.get(self.uri(path))
+    async def _checked(
+        self, check: Job, changed: dict[str, bool], versions: dict[str, int | None]
+    ) -> None:
+        """Tell what an analysis finds; a fault of ours must not end the server."""
+        given_up: set[str] = set()
+        try:
+            self._tell(await check.result, versions)
+        except JobTooLongError:
+            given_up = set(changed)
+            self._tell({uri: [_given_up()] for uri in changed}, versions)
+            self._changed = self._others(given_up) | self._changed
+        except JobAbandonedError:
+            others = self._others(given_up) if check.started_s is not None else {}
+            self._changed = others | changed | self._changed
+        except JobFailedError as error:
+            _LOG.error("a fault of specc itself, not of your files: %s", error)
+        self._took_s = time.monotonic() - (check.started_s or time.monotonic())
+        self._check = None
+        self._analyse()
+
+    def _others(self, but: set[str]) -> dict[str, bool]:
+        """The other open documents: a new process knows nothing of them."""
+        return dict.fromkeys(self.workspace.text_documents.keys() - but, True)
+
+    def _tell(
+        self, found: dict[str, list[lsp.Diagnostic]], versions: dict[str, int | None]
+    ) -> None:
+        for uri, diagnostics in found.items():
             self.text_document_publish_diagnostics(
-                lsp.PublishDiagnosticsParams(
-                    self.uri(path),
-                    convert.diagnostics(texts, notes),
-                    document.version if document else None,
-                )
+                lsp.PublishDiagnosticsParams(uri, diagnostics, versions.get(uri))
             )
-            (self._told.add if notes else self._told.discard)(path)
+            (self._told.add if diagnostics else self._told.discard)(uri)
+
+
+def _given_up() -> lsp.Diagnostic:
+    start = lsp.Position(0, 0)
+    warning = lsp.DiagnosticSeverity.Warning
+    return lsp.Diagnostic(lsp.Range(start, start), _GIVEN_UP, severity=warning, source="specc")
 
 
 def create_server() -> SpecServer:
@@ -123,10 +207,26 @@ def create_server() -> SpecServer:
     server = SpecServer()
     _follow_client(server)
     _follow_texts(server)
-    _answer_questions(server)
-    _serve_files(server)
-    _rename(server)
+    for method, (name, options) in QUESTIONS.items():
+        _answer(server, method, name, options)
     return server
+
+
+def _answer(server: SpecServer, method: str, name: str, options: Any) -> None:
+    async def answer(params: Any) -> Any:
+        for position in _positions(params):
+            if position.line < 0 or position.character < 0:
+                raise JsonRpcInvalidParams("lines and characters count from 0")
+        return await server.answer(name, params)
+
+    server.feature(method, options)(answer)
+
+
+def _positions(params: Any) -> Iterator[lsp.Position]:
+    if hasattr(params, "position"):
+        yield params.position
+    if hasattr(params, "range"):
+        yield from (params.range.start, params.range.end)
 
 
 def _follow_client(server: SpecServer) -> None:
@@ -136,9 +236,15 @@ def _follow_client(server: SpecServer) -> None:
         if params.process_id and os.name == "posix" and _lives(params.process_id):
             _watch(params.process_id)
 
+    @server.feature(lsp.INITIALIZED)
+    def initialized(params: lsp.InitializedParams) -> None:
+        # The process takes its time to begin.
+        server.worker.ask("begin", str(server.workspace.position_encoding))
+
     @server.feature(lsp.SHUTDOWN)
     def shutdown(params: None) -> None:
         server.said_goodbye = True
+        server.worker.close()
 
     @server.feature(lsp.EXIT)
     def leave(params: None) -> None:
@@ -175,7 +281,7 @@ def _follow_texts(server: SpecServer) -> None:
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
     def saved(params: lsp.DidSaveTextDocumentParams) -> None:
-        server.plan(server.path(params.text_document.uri), search=True)
+        server.plan(params.text_document.uri, search=True)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
@@ -184,98 +290,7 @@ def _follow_texts(server: SpecServer) -> None:
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def watched(params: lsp.DidChangeWatchedFilesParams) -> None:
         for event in params.changes:
-            server.plan(server.path(event.uri))
-
-
-def _answer_questions(server: SpecServer) -> None:
-    @server.feature(lsp.TEXT_DOCUMENT_HOVER)
-    def hover(params: lsp.HoverParams) -> lsp.Hover | None:
-        path, offset = _asked(server, params.text_document, params.position)
-        return convert.hover(server.texts, answers.hover(server.project, path, offset))
-
-    @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
-    def definition(params: lsp.DefinitionParams) -> list[lsp.Location]:
-        path, offset = _asked(server, params.text_document, params.position)
-        found = answers.definition(server.project, path, offset)
-        return [convert.location(server.texts, stretch) for stretch in found]
-
-    @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
-    def references(params: lsp.ReferenceParams) -> list[lsp.Location]:
-        path, offset = _asked(server, params.text_document, params.position)
-        declarations = params.context.include_declaration
-        found = answers.references(server.project, path, offset, declarations)
-        return [convert.location(server.texts, stretch) for stretch in found]
-
-    @server.feature(
-        lsp.TEXT_DOCUMENT_COMPLETION,
-        lsp.CompletionOptions(trigger_characters=[".", "[", "(", "{", ",", " "]),
-    )
-    def completion(params: lsp.CompletionParams) -> lsp.CompletionList:
-        path, offset = _asked(server, params.text_document, params.position)
-        found = answers.completions(server.project, path, offset)
-        return convert.completions(server.texts, path, offset, found)
-
-
-def _serve_files(server: SpecServer) -> None:
-    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-    def symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-        path = server.path(params.text_document.uri)
-        return convert.symbols(server.texts, path, services.outline(server.project, path))
-
-    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
-    def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-        path = server.path(params.text_document.uri)
-        return convert.whole(server.texts, path, services.layout(server.project, path))
-
-    @server.feature(
-        lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix])
-    )
-    def repairs(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-        path, start = _asked(server, params.text_document, params.range.start)
-        _, end = _asked(server, params.text_document, params.range.end)
-        found = services.repairs(server.project, path, start, end)
-        return [convert.code_action(server.texts, action) for action in found]
-
-    @server.feature(
-        lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=["(", ","])
-    )
-    def signature(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-        path, offset = _asked(server, params.text_document, params.position)
-        return convert.signature_help(services.signature_at(server.project, path, offset))
-
-    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
-    def highlights(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
-        path, offset = _asked(server, params.text_document, params.position)
-        found = answers.references(server.project, path, offset, True)
-        own = (stretch for stretch in found if stretch.path == path)
-        return [lsp.DocumentHighlight(convert.range_of(server.texts, s)) for s in own]
-
-
-def _rename(server: SpecServer) -> None:
-    @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
-    def prepare(params: lsp.PrepareRenameParams) -> lsp.Range | None:
-        path, offset = _asked(server, params.text_document, params.position)
-        try:
-            found = answers.renameable(server.project, path, offset)
-        except RenameError as error:
-            raise JsonRpcInvalidRequest(str(error)) from None
-        return convert.range_of(server.texts, found) if found else None
-
-    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
-    def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-        path, offset = _asked(server, params.text_document, params.position)
-        try:
-            edits = answers.rename_at(server.project, path, offset, params.new_name)
-        except RenameError as error:
-            raise JsonRpcInvalidRequest(str(error)) from None
-        return convert.workspace_edit(server.texts, edits, params.new_name)
-
-
-def _asked(
-    server: SpecServer, document: lsp.TextDocumentIdentifier, position: lsp.Position
-) -> tuple[str, int]:
-    path = server.path(document.uri)
-    return path, convert.offset(server.texts, path, position)
+            server.plan(event.uri)
 
 
 def serve() -> int:
@@ -286,11 +301,15 @@ def serve() -> int:
     logging.basicConfig(level=logging.WARNING)
     logging.getLogger("pygls.protocol.json_rpc").addFilter(_is_fault)
     server = create_server()
-    server.start_io(stdout=output)
+    try:
+        server.start_io(stdout=output)
+    finally:
+        server.worker.close()
     return 1 if server.left_without_goodbye else 0
 
 
 def _is_fault(record: logging.LogRecord) -> bool:
     """Whether a record is more than the refusal of a request, which the client shows."""
     error = record.exc_info[1] if record.exc_info else None
-    return not isinstance(error, JsonRpcInvalidRequest)
+    refusals = JsonRpcInvalidRequest, JsonRpcInvalidParams, JsonRpcContentModified
+    return not isinstance(error, refusals)

@@ -73,7 +73,7 @@ def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[Mention]:
                 yield from _frames(items)
             elif name in _FRAMES:
                 yield from _frames(items[: _FRAMES[name]])
-            elif name in ("list", "vector"):
+            elif name in ("list", "nonempty", "optional", "partial", "vector"):
                 yield from _in_type(items[-1], types)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from specc.model.expr import Expr
@@ -70,10 +70,11 @@ class Behaviour:
     trace: Trace
     place: Place
     whole: bool = True
+    assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
-    @property
-    def assignments(self) -> tuple[Assignment, ...]:
-        return tuple(a for f in self.functions for a in f.assignments)
+    def __post_init__(self) -> None:
+        found = tuple(a for f in self.functions for a in f.assignments)
+        object.__setattr__(self, "assignments", found)
 
 
 @dataclass(frozen=True, slots=True)

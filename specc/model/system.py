@@ -11,6 +11,7 @@ from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
 from specc.model.trace import Trace
 from specc.model.types import Type
+from specc.model.units import Unit
 from specc.source import Place
 
 SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
@@ -41,6 +42,18 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
+class Safe:
+    """What a device gets when a run ends: `value`, or `otherwise` if that fails.
+
+    In both, memory is what the device reported last.
+    """
+
+    value: Expr
+    otherwise: Expr | None
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
 class Element:
     """One element of a communication buffer."""
 
@@ -52,6 +65,8 @@ class Element:
     place: Place
     max_age_s: Fraction | None = None
     """How old the measurements behind a value that is received may be, in seconds."""
+    safe: Safe | None = None
+    """Of what a device accepts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +188,13 @@ class Device:
     y: tuple[Element, ...]
     trace: Trace
     place: Place
+    constants: tuple[Constant, ...] = ()
+    """The parameters of a reused description of its agent, with their values."""
+
+    @property
+    def safe(self) -> tuple[tuple[Element, Safe], ...]:
+        """The elements that have a safe value, with it."""
+        return tuple((element, element.safe) for element in self.x if element.safe)
 
     @property
     def qualified_name(self) -> str:
@@ -198,21 +220,29 @@ class Binding:
 
     device: str
     element: str
-    joints: tuple[str, ...]
-    sensors: tuple[str, ...]
-    actuators: tuple[str, ...]
-    camera: str
-    image: Literal["", "rgb", "depth"]
-    rate_hz: Fraction | None
-    noise: tuple[float, ...]
-    depth_noise: str
-    through: str
     place: Place
+    joints: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()
+    actuators: tuple[str, ...] = ()
+    camera: str = ""
+    image: Literal["", "rgb", "depth"] = ""
+    rate_hz: Fraction | None = None
+    noise: tuple[float, ...] = ()
+    depth_noise: str = ""
+    through: str = ""
+    noise_units: tuple[Unit, ...] = ()
+    """Units in which `noise` is written."""
+    sporadic: bool = False
+    """Whether there may be no new sample, for at most `max_gap_s` if that is known."""
+    max_gap_s: Fraction | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Plant:
+    """What stands behind the devices: the MJCF file `model`, or what `python` makes."""
+
     model: str
+    python: str
     bindings: tuple[Binding, ...]
     place: Place
 
@@ -266,6 +296,8 @@ class System:
     definitions: tuple[Definition, ...] = ()
     """Those of the main file, whose agents name the types in `named_in_agents`."""
     named_in_agents: frozenset[str] = frozenset()
+    folders: tuple[str, ...] = ()
+    """Real paths of the folders in which its files lie; without any, they may lie anywhere."""
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -6,7 +6,7 @@ which stands for any frame (see `specc.expr.unify`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 
@@ -137,6 +137,16 @@ class OptionalOf:
 
 
 @dataclass(frozen=True, slots=True)
+class PartialOf:
+    """A vector of reals or a spatial vector; some of its components may be missing, spelt `_`."""
+
+    value: Vector | Spatial
+
+    def __str__(self) -> str:
+        return f"partial[{self.value}]"
+
+
+@dataclass(frozen=True, slots=True)
 class Record:
     """Named fields. `python` is the class of its values, `module:Class`, or "" to generate one."""
 
@@ -144,6 +154,18 @@ class Record:
     frames: tuple[Frame, ...]
     fields: tuple[tuple[str, Type], ...]
     python: str = ""
+    extent: tuple[int, int] = field(init=False, repr=False, compare=False)
+    """As `extent` of a type; kept, since records of records may share what is in them."""
+    _hash: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        inner = [extent(type_) for _, type_ in self.fields] or [(0, 0)]
+        whole = 1 + sum(parts for parts, _ in inner), 1 + max(levels for _, levels in inner)
+        object.__setattr__(self, "extent", whole)
+        object.__setattr__(self, "_hash", hash((self.name, self.frames, self.fields)))
+
+    def __hash__(self) -> int:
+        return self._hash
 
     def field(self, name: str) -> Type | None:
         return dict(self.fields).get(name)
@@ -164,11 +186,27 @@ class Opaque:
         return _applied(self.name, self.frames)
 
 
+def whole(type: Type) -> Type:
+    """The type of a value of which nothing is missing."""
+    return type.value if isinstance(type, PartialOf) else type
+
+
 def _applied(name: str, frames: tuple[Frame, ...]) -> str:
     return f"{name}[{', '.join(f.lstrip('?') for f in frames)}]" if frames else name
 
 
 Type = (
     Bool | Int | Real | Text | File | Enum | Vector | Spatial | Pose | Image | ListOf
-    | OptionalOf | Record | Opaque
+    | OptionalOf | PartialOf | Record | Opaque
 )  # fmt: skip
+
+
+def extent(type_: Type) -> tuple[int, int]:
+    """Parts of a type with the types in it written out, and how many levels they make."""
+    match type_:
+        case ListOf(element=inner) | OptionalOf(value=inner):
+            parts, levels = extent(inner)
+            return parts + 1, levels + 1
+        case Record():
+            return type_.extent
+    return 1, 1

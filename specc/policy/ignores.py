@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
 from specc.diagnostics.registry import all_codes
@@ -84,12 +85,7 @@ def _line_meant(source: SourceFile, comment: Comment) -> int:
     line = source.span(Place(source.path, (), "text", comment.start, comment.end)).line
     if not comment.alone:
         return line
-    while line < len(source.lines):
-        line += 1
-        text = source.line(line).strip()
-        if text and not text.startswith("#"):
-            break
-    return line
+    return source.next_with_content[min(line, len(source.lines) - 1)]
 
 
 def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
@@ -105,6 +101,7 @@ def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
     return None
 
 
+@lru_cache
 def _code_hint(code: str) -> str:
     if code and any(known.startswith(code) for known in all_codes()):
         return "a comment names whole codes"

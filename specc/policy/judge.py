@@ -28,15 +28,18 @@ class Judged:
         return any(finding.severity == "error" for finding in self.diagnostics)
 
 
-def judge(diagnostics: Iterable[Diagnostic], sources: Sources, settings: Settings) -> Judged:
+def judge(
+    diagnostics: Iterable[Diagnostic], sources: Sources, settings: Settings, whole: bool = True
+) -> Judged:
     """Apply ignore comments, then settings.
 
     Errors and open points always pass. A comment
     counts as used also if the settings would hold the finding back too. While there are any,
-    not everything has been checked, and no comment is called unused.
+    or if the users of a file are left open (`whole` is false), not everything has been checked,
+    and no comment is called unused.
     """
     found = list(dict.fromkeys(diagnostics))
-    complete = all(finding.severity == "warning" for finding in found)
+    complete = whole and all(finding.severity == "warning" for finding in found)
     ignores, faults = _all_ignores(sources)
     kept, used = _commented(found, ignores, sources)
     left = [finding for finding in kept if settings.shows(finding)]

@@ -16,13 +16,25 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.diagnostics.registry import all_codes
+from specc.read import Reach
 from specc.source import Place, SourceFile
 
 FILE = "pyproject.toml"
-KEYS: dict[str, type] = {"select": list, "ignore": list, "strict": bool, "exclude": list}
+KEYS: dict[str, type] = {
+    "select": list,
+    "ignore": list,
+    "strict": bool,
+    "exclude": list,
+    "allow": list,
+}
 """Keys of the section, with the kinds of their values."""
 
-_EXAMPLES = {"select": '["W06"]', "ignore": '["W0611"]', "exclude": '["drafts/*"]'}
+_EXAMPLES = {
+    "select": '["W06"]',
+    "ignore": '["W0611"]',
+    "exclude": '["drafts/*"]',
+    "allow": '["../shared"]',
+}
 _ENCODING = "save the file with the encoding UTF-8"
 _AT = re.compile(r" \(at line (?P<line>\d+), column (?P<column>\d+)\)")
 _SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
@@ -33,13 +45,15 @@ class Settings:
     """What a project asks for.
 
     `select` and `ignore` are codes or beginnings of codes; an empty `select` means all. `exclude`
-    are patterns of paths relative to `base` that are left out when a directory is searched.
+    are patterns of paths relative to `base` that are left out when a directory is searched, `allow`
+    folders relative to it that specifications may name files of.
     """
 
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
     strict: bool = False
     exclude: tuple[str, ...] = ()
+    allow: tuple[str, ...] = ()
     base: str = ""
 
     def shows(self, finding: Diagnostic) -> bool:
@@ -73,6 +87,7 @@ class Overrides:
             settings.ignore if self.ignore is None else self.ignore,
             settings.strict if self.strict is None else self.strict,
             settings.exclude,
+            settings.allow,
             settings.base,
         )
 
@@ -96,6 +111,15 @@ def settings_for(path: str) -> Found:
     return Found()
 
 
+def reach_of(path: str) -> Reach:
+    """What a file may name: its folder, or that of the pyproject.toml above it, and `allow`."""
+    start = Path(os.path.abspath(path)).parent
+    project = next((d for d in (start, *start.parents) if (d / FILE).is_file()), start)
+    settings = settings_for(str(start)).settings
+    allowed = (os.path.join(settings.base, folder) for folder in settings.allow)
+    return Reach(tuple(os.path.realpath(folder) for folder in (str(project), *allowed)))
+
+
 def forget() -> None:
     """Read settings anew when they are asked for again: a file may have changed."""
     _settings_in.cache_clear()
@@ -115,7 +139,7 @@ def code_fault(code: str) -> str:
 def _settings_in(directory: Path) -> Found | None:
     path = directory / FILE
     try:
-        content = path.read_bytes()
+        content = path.read_bytes() if path.is_file() else b""
     except (OSError, ValueError):
         return None
     if b"specc" not in content:

@@ -17,8 +17,14 @@ MOST_CHECKS = 300
 class Cases:
     """The combinations in which everything assumed holds."""
 
-    def __init__(self, table: Table, assumed: Sequence[Formula], judge: Judge | None) -> None:
-        """Without a judge, all combinations may come about."""
+    def __init__(
+        self,
+        table: Table,
+        assumed: Sequence[Formula],
+        judge: Judge | None,
+        context: Sequence[Formula] = (),
+    ) -> None:
+        """Without a judge, all combinations may come about. The `context` is assumed, too."""
         self._table = table
         self._judge = judge
         self._checks = 0
@@ -26,6 +32,12 @@ class Cases:
         for formula in assumed:
             self.allowed &= table.bits(formula)
         self._rounded = 0
+        self.context = tuple(context)
+
+    @property
+    def conceivable(self) -> int:
+        """The combinations that exact or rounded numbers may bring about."""
+        return self.allowed | self._rounded
 
     def some(self, bits: int) -> int:
         """`bits` without combinations that cannot be, so that the first one left can be; or 0.

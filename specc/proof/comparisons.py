@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int, ListOf
+from specc.proof.clock import Timer
 from specc.proof.numbering import Depths, Numbering, Scalar
 from specc.proof.variables import Apart, Bound, Quantity
 
@@ -41,6 +40,7 @@ class Comparisons:
 
     def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
+        self._timer = Timer(numbering)
 
     def question(self, op: str, left: Expr, right: Expr, bound: Depths) -> Question | bool:
         """Quantity, question and the answer with which `left op right`; or its known truth."""
@@ -48,10 +48,11 @@ class Comparisons:
         x, y = _as_number(self._numbering.value(a)), _as_number(self._numbering.value(b))
         if x is not None and y is not None:
             return bool(_COMPUTED[op](x, y))
+        turn = self._timer.turn(op, left, right)
+        if turn is not None:
+            return self._in_periods(*turn)
         if a == b:
             return bool(_COMPUTED[op](0, 0))
-        if any(n is not None and math.isnan(n) for n in (x, y)):
-            return op == "!="
         if x is not None or (y is None and a > b):
             left, right, a, b, y, op = right, left, b, a, x, _MIRRORED[op]
         if y is not None and isinstance(left, Unary):
@@ -61,9 +62,16 @@ class Comparisons:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
         else:
-            quantity = Quantity("value", (a,), whole, *self._range(left, bound))
+            lowest = least(left, partial(self._numbering.number, bound=bound))
+            quantity = Quantity("value", (a,), whole, lowest)
         asked, holds = _QUESTIONS[op]
         return quantity, (asked, y), holds
+
+    def _in_periods(self, turn: int, then: bool) -> Question | bool:
+        """A question about the number of periods that a state has lasted, which is at least one."""
+        if turn <= 1:
+            return then
+        return Quantity("periods", (), True, 1.0), ("<", float(turn)), not then
 
     def near(self, expr: Builtin, bound: Depths) -> tuple[Quantity, Bound] | None:
         """`near(a, b, tolerance)` as a question about a distance, so that tolerances are related.
@@ -89,14 +97,6 @@ class Comparisons:
         if distance is None or angle is None:
             return None
         return Apart((x, y)), (distance, angle)
-
-    def _range(self, expr: Expr, bound: Depths) -> tuple[float | None, Fraction | None]:
-        """The least value of a number by what it is, and the step between its values."""
-        period = self._numbering.period_s
-        if isinstance(expr, Clock) and expr.name == "elapsed" and period is not None:
-            # Conditions are asked from the second period of a state on.
-            return period, self._numbering.exact_period_s
-        return least(expr, partial(self._numbering.number, bound=bound)), None
 
 
 def _as_number(value: Scalar | None) -> float | None:

@@ -10,11 +10,10 @@ from specc.proof.doubt import rounding
 from specc.proof.formula import Atom, Formula, atoms_of
 from specc.proof.relations import Relations, UnsureError
 from specc.proof.relevance import components, conjuncts, related, variables_of
-from specc.proof.repair import condition_for
 from specc.proof.table import Table, TooLargeError
 from specc.proof.variables import Arrival
-from specc.proof.verdict import Decision, InputName, Witness
-from specc.proof.witness import describe
+from specc.proof.verdict import Decision, InputName
+from specc.proof.witness import describe, no_row, two_rows
 
 
 class Question:
@@ -32,6 +31,7 @@ class Question:
         self._conditions = conditions
         given = conjuncts(context)
         about = [*conditions, *given]
+        self._given = given
         self._assumed = given + related(conjuncts(axioms), about)
         self._more = related(
             [a for a in conjuncts(axioms) if a not in self._assumed], about, relations.things
@@ -40,7 +40,7 @@ class Question:
         self.arrivals = frozenset(
             (variable.peer, variable.element)
             for variable in variables_of([*conditions, *self._assumed])
-            if isinstance(variable, Arrival) and not variable.always_present
+            if isinstance(variable, Arrival)
         )
         """Inputs about whose arrival something is asked."""
 
@@ -65,7 +65,7 @@ class Question:
     def _by_table(self, assumed: Sequence[Formula]) -> Decision:
         formulas = [*self._conditions, *assumed]
         table = Table(formulas)
-        decision = _decision(table, Cases(table, assumed, None), self._conditions)
+        decision = _decision(table, Cases(table, assumed, None, self._given), self._conditions)
         atoms = list(atoms_of(formulas))
         if decision.proved:
             return self._with_possible_rows(decision, table, assumed, atoms)
@@ -75,7 +75,7 @@ class Question:
         judge = self._relations.between(list(dict.fromkeys(atoms)))
         if judge is None:
             return decision
-        return _decision(table, Cases(table, assumed, judge), self._conditions)
+        return _decision(table, Cases(table, assumed, judge, self._given), self._conditions)
 
     def _with_possible_rows(
         self, proved: Decision, table: Table, assumed: Sequence[Formula], atoms: Sequence[Atom]
@@ -85,7 +85,7 @@ class Question:
         if judge is None:
             return proved
         try:
-            exact = _decision(table, Cases(table, assumed, judge), self._conditions)
+            exact = _decision(table, Cases(table, assumed, judge, self._given), self._conditions)
         except UnsureError:
             return proved
         return replace(exact, gap=None, overlap=None, unknown="", way_out="")
@@ -135,51 +135,25 @@ def can_hold(formulas: Sequence[Formula], relations: Relations) -> bool | None:
 def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
     """Raises UnsureError where the judge of the cases is."""
     rows = [table.bits(condition) for condition in conditions]
-    gap, overlap = _gap(table, cases, conditions), _overlap(table, cases, conditions)
-    decision = Decision(gap=gap, overlap=overlap)
-    if decision.proved:
+    enabled = several = 0
+    for row in rows:
+        several |= enabled & row
+        enabled |= row
+    none, several = cases.some(table.full & ~enabled), cases.some(several)
+    decision = Decision()
+    if not none and not several:
         decision = _with_rounding(table, cases, conditions)
     holding = [cases.some(row) | cases.some_rounded(row) for row in rows]
-    return replace(
+    decision = replace(
         decision,
         possible=bool(cases.some(cases.allowed) or cases.some_rounded(table.full)),
         satisfiable=tuple(map(bool, holding)),
         ensures=_ensured(table, holding),
     )
-
-
-def _gap(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Witness | None:
-    left = cases.allowed
-    for condition in conditions:
-        left &= ~table.bits(condition)
-    left = cases.some(left)
-    if not left:
-        return None
-    asked = frozenset(atoms_of(conditions))
-    repair = condition_for(table, left, cases.allowed, asked)
-    facts, answers = describe(table, left, cases.allowed, asked)
-    return Witness(facts, repair=repair, answers=answers)
-
-
-def _overlap(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Witness | None:
-    """The first two conditions that can hold together."""
-    seen = 0
-    for index, condition in enumerate(conditions):
-        several = seen & table.bits(condition) & cases.allowed
-        seen |= table.bits(condition)
-        for first in range(index) if several else ():
-            both = cases.some(table.bits(condition) & table.bits(conditions[first]))
-            if not both:
-                continue
-            holding = {i: table.bits(conditions[i]) & cases.allowed for i in (first, index)}
-            asked = frozenset(atoms_of((conditions[first], condition)))
-            facts, answers = describe(table, both, cases.allowed, asked)
-            for one, other in ((index, first), (first, index)):
-                if rest := holding[one] & ~holding[other]:
-                    repair = condition_for(table, rest, cases.allowed, asked)
-                    return Witness(facts, (first, index), repair, one, answers)
-            return Witness(facts, (first, index), answers=answers)
-    return None
+    # What is told comes last: it may spend what questions to the judge are left.
+    gap = no_row(table, cases, none, conditions) if none else None
+    overlap = two_rows(table, cases, several, conditions) if several else None
+    return replace(decision, gap=gap, overlap=overlap)
 
 
 def _with_rounding(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
@@ -192,7 +166,7 @@ def _with_rounding(table: Table, cases: Cases, conditions: Sequence[Formula]) ->
     if not wrong:
         return Decision()
     asked = frozenset(atoms_of(conditions))
-    facts, _ = describe(table, wrong, cases.allowed | wrong, asked)
+    facts, *_ = describe(table, wrong, cases.allowed | wrong, asked)
     return rounding(facts)
 
 

@@ -169,7 +169,8 @@ def _fold(op: str, known: list[Scalar | None]) -> float | None:
     try:
         if len(numbers) == 1:
             return -numbers[0] if op == "-" else None
-        return _arithmetic(op, *numbers)
+        result = _arithmetic(op, *numbers)
+        return None if isinstance(result, float) and not math.isfinite(result) else result
     except (ArithmeticError, ValueError):
         return None
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Literal
 
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
+from specc.model.types import Bool
 from specc.proof.decide import Question, can_hold
-from specc.proof.formula import Formula, atoms_of
-from specc.proof.reals import OfReals
+from specc.proof.formula import Formula
 from specc.proof.relations import Relations
+from specc.proof.relevance import conjuncts, related
 from specc.proof.repair import none_of, only
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
@@ -35,18 +36,17 @@ class Prover:
         subsystem: Subsystem,
         constants: Mapping[str, Expr],
         always_present: Collection[InputName] = (),
-        may_be_unused: Callable[[Expr], bool] = lambda _: False,
     ) -> None:
         """`constants` of the system by name, in order of dependence."""
         own = {c.name: c.value for c in subsystem.constants}
         lets = {item.name: item.value for item in subsystem.lets}
-        known = lets, {**constants, **own}, always_present, may_be_unused
+        known = lets, {**constants, **own}, always_present
         self._translator = Translator(*known, 1 / subsystem.rate_hz)
         self._elsewhere = partial(Translator, *known)
-        self._may_be_unused = may_be_unused
-        self._relations = Relations(self._translator.numbering, may_be_unused)
-        self._of_reals = OfReals(self._translator.numbering)
+        self.numbering = self._translator.numbering
+        self._relations = Relations(self.numbering)
         self._formula = self._translator.formula
+        self._always_present = frozenset(always_present)
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
         self._rows: dict[tuple[str, Cause], tuple[Transition, ...]] = {}
         for row in subsystem.transitions:
@@ -64,12 +64,13 @@ class Prover:
         cause: Cause,
         *,
         present: Collection[InputName] = (),
+        fresh: Collection[InputName] = (),
         without: int | None = None,
     ) -> RowVerdict:
         """Whether exactly one row of a state and cause applies whenever the cause occurs.
 
-        `present` names inputs that are known to have a value in the conditions of the state;
-        `without` leaves an axiom out, by its index.
+        `present` and `fresh` name inputs that are known to have a value in the conditions of the
+        state, or a new one; `without` leaves an axiom out, by its index.
         """
         rows = self._rows.get((state, cause), ())
         conditions = tuple(self._formula(row.condition.when) for row in rows)
@@ -79,20 +80,21 @@ class Prover:
             axioms = [a for index, a in enumerate(self._axioms) if index != without]
             self._questions[key] = Question(conditions, context, axioms, self._relations)
         question = self._questions[key]
-        known = question.arrivals.intersection(present)
-        key = (question, known)
+        known = question.arrivals.intersection(present) - self._always_present
+        new = question.arrivals.intersection(fresh)
+        key = (question, known, new)
         if key not in self._decisions:
             facts = [self._translator.present(*name) for name in sorted(known)]
-            self._decisions[key] = question.decide(facts)
+            facts += [self._translator.fresh(*name) for name in sorted(new)]
+            self._decisions[key] = _where_fresh(question.decide(facts), sorted(new))
         return RowVerdict(rows, _with_repairs(self._decisions[key], rows))
 
-    def compares_reals(self, state: str, cause: Cause) -> bool:
-        """Whether the decision about rows rests on comparisons that are false for NaN."""
+    def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
+        """Whether an axiom, by its index, has to do with the rows of a state and cause."""
         rows = self._rows.get((state, cause), ())
-        asked = [self._formula(row.condition.when) for row in rows]
-        return any(
-            map(self._of_reals, atoms_of([*asked, *self._context(state, cause), *self._axioms]))
-        )
+        about = [*(self._formula(row.condition.when) for row in rows), *self._context(state, cause)]
+        near = related(conjuncts(self._axioms), about, self._relations.things)
+        return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
         """Whether all conditions can hold together; None if the question is too large."""
@@ -107,12 +109,21 @@ class Prover:
         return True if self._can_hold([negated]) is False else None
 
     def implies(
-        self, context: Iterable[Expr], fact: Expr, moment: Moment = "conditions"
+        self,
+        context: Iterable[Expr],
+        fact: Expr,
+        moment: Moment = "conditions",
+        *,
+        assuming: bool = True,
     ) -> bool | None:
-        """Whether the fact holds whenever the context does; None if the question is too large."""
+        """Whether the fact holds whenever the context does; None if the question is too large.
+
+        In conditions the axioms are left out unless they are to be assumed.
+        """
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
-            possible = self._can_hold([*map(self._formula, context), negated])
+            asked = [*map(self._formula, context), negated]
+            possible = self._can_hold(asked) if assuming else can_hold(asked, self._relations)
             return None if possible is None else not possible
         translator, relations = self._anywhere
         said = [*context, *(self._assumed if moment == "functions" else ())]
@@ -144,13 +155,23 @@ class Prover:
     def _anywhere(self) -> tuple[Translator, Relations]:
         """Formulas about any moment, in functions as well."""
         translator = self._elsewhere()
-        return translator, Relations(translator.numbering, self._may_be_unused)
+        return translator, Relations(translator.numbering)
 
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
         key = tuple(formulas)
         if key not in self._possible:
             self._possible[key] = can_hold([*formulas, *self._axioms], self._relations)
         return self._possible[key]
+
+
+def _where_fresh(decision: Decision, fresh: Iterable[InputName]) -> Decision:
+    """The decision with answers that say what is known to be fresh."""
+    inputs = (Input(*name, type=Bool()) for name in fresh)
+    known = tuple((Fresh(element, type=Bool()), True) for element in inputs)
+    gap, overlap = (
+        w and replace(w, answers=w.answers + known) for w in (decision.gap, decision.overlap)
+    )
+    return replace(decision, gap=gap, overlap=overlap) if known else decision
 
 
 def _with_repairs(decision: Decision, rows: tuple[Transition, ...]) -> Decision:

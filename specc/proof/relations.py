@@ -6,7 +6,7 @@ refute, variables that are computed from one thing may not be independent after 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,7 @@ from specc.model.expr import (
 from specc.model.types import Bool, Enum, Int, Text, Vector
 from specc.proof.formula import Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.variables import Apart, Arrival, EnumItem, Flag, Quantity, Variable
+from specc.proof.variables import Apart, Arrival, EnumItem, Quantity, Variable
 
 if TYPE_CHECKING:
     from specc.proof.solver import Theory
@@ -50,9 +50,8 @@ class UnsureError(Exception):
 class Relations:
     """Relations between the atoms of one subsystem."""
 
-    def __init__(self, numbering: Numbering, may_be_unused: Callable[[Expr], bool]) -> None:
+    def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
-        self._may_be_unused = may_be_unused
         self._roots: dict[Atom, frozenset[object]] = {}
 
     def between(self, atoms: Sequence[Atom]) -> Judge | None:
@@ -60,7 +59,7 @@ class Relations:
         met: dict[object, Variable] = {}
         for atom in atoms:
             variable = atom.variable
-            if isinstance(variable, Quantity) and self._computes(atom.expr):
+            if isinstance(variable, Quantity) and self._computes(atom):
                 return self.judge(atoms)
             if any(met.setdefault(root, variable) != variable for root in self._of(atom)):
                 return self.judge(atoms)
@@ -70,13 +69,13 @@ class Relations:
         """Whether numbers are compared that are not constant, or sums."""
         return any(
             isinstance(atom.variable, Quantity)
-            and (atom.variable.kind == "difference" or self._computes(atom.expr))
+            and (atom.variable.kind == "difference" or self._computes(atom))
             for atom in atoms
         )
 
     def judge(self, atoms: Sequence[Atom]) -> Judge:
         """A judge of answers to the questions of the atoms, whatever they have in common."""
-        return Judge(self._numbering, self._may_be_unused, atoms)
+        return Judge(self._numbering, atoms)
 
     def things(self, formulas: Iterable[Formula]) -> set[object]:
         """The variables that formulas ask about, and what the answers depend on."""
@@ -94,8 +93,7 @@ class Relations:
     def _find(self, atom: Atom) -> Iterator[object]:
         """Numbers of what an answer is computed from, as far as the solver knows how."""
         variable = atom.variable
-        is_number = isinstance(variable, Flag) and variable.of < 0
-        if is_number or isinstance(variable, (Apart, Arrival)):
+        if isinstance(variable, (Apart, Arrival)):
             return
         seen: set[int] = set()
         open_ = [variable.expr if isinstance(variable, EnumItem) else atom.expr]
@@ -118,25 +116,25 @@ class Relations:
                 yield "operator", expr.operator
                 open_ += [arg for arg in expr.args if _is_discrete(arg)]
 
-    def _computes(self, expr: Expr | None) -> bool:
+    def _computes(self, atom: Atom) -> bool:
         """Whether a comparison alone may have fewer answers than it seems."""
-        return isinstance(expr, Compare) and any(
-            isinstance(side, (Binary, Choice))
-            or (isinstance(side, Builtin) and side.name in _CHOOSING)
-            for side in map(self._numbering.looked_through, (expr.left, expr.right))
+        expr, in_time = atom.expr, getattr(atom.variable, "kind", "") == "periods"
+        return (
+            isinstance(expr, Compare)
+            and not in_time
+            and any(
+                isinstance(side, (Binary, Choice))
+                or (isinstance(side, Builtin) and side.name in _CHOOSING)
+                for side in map(self._numbering.looked_through, (expr.left, expr.right))
+            )
         )
 
 
 class Judge:
     """Tells which answers are impossible together; z3 is not imported before it is asked."""
 
-    def __init__(
-        self,
-        numbering: Numbering,
-        may_be_unused: Callable[[Expr], bool],
-        atoms: Sequence[Atom],
-    ) -> None:
-        self._of = numbering, may_be_unused, atoms
+    def __init__(self, numbering: Numbering, atoms: Sequence[Atom]) -> None:
+        self._of = numbering, atoms
 
     @cached_property
     def exact(self) -> Theory:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from specc.model.expr import Among, Binary, Call, Compare, Expr, Logic, Member, Unary, walk
+from specc.model.expr import Among, Compare, Expr, Logic, Member, Unary
 from specc.model.types import Bool
+from specc.proof.cases import Cases
 from specc.proof.formula import Atom
 from specc.proof.table import Column, Table
 from specc.proof.variables import Arrival, EnumItem
@@ -26,23 +27,26 @@ class _Literal:
     asked: bool
 
 
-def condition_for(table: Table, target: int, allowed: int, asked: frozenset[Atom]) -> Expr | None:
-    """A condition that, within `allowed`, holds in the combinations `target` and in no other.
+def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom]) -> Expr | None:
+    """A condition that, in the cases that can be, holds in those of `target` and in no other.
 
-    None if there is no such combination or it takes more than `MOST_CASES` alternatives.
+    None if there is no such case or it takes more than `MOST_CASES` alternatives.
+
+    Raises:
+        UnsureError: it is not known which cases can be.
     """
-    cases: list[Expr] = []
+    found: list[Expr] = []
     left = target
-    while left:
-        if len(cases) == MOST_CASES:
+    while left := cases.some(left):
+        if len(found) == MOST_CASES:
             return None
-        case = _smallest(_literals(table, left, asked), table.full, allowed & ~target)
+        case = _smallest(_literals(table, left, asked), table.full, cases.allowed & ~target)
         bits = table.full
         for literal in case:
             bits &= literal.bits
         left &= ~bits
-        cases.append(_joined("and", [literal.expr for literal in case]))
-    return _joined("or", cases) if cases else None
+        found.append(_joined("and", [literal.expr for literal in case]))
+    return _joined("or", found) if found else None
 
 
 def none_of(conditions: Sequence[Expr]) -> Expr:
@@ -60,20 +64,10 @@ def opposite(condition: Expr) -> Expr:
     match condition:
         case Unary(op="not", operand=operand):
             return operand
-        case Compare(op=op, left=left, right=right) if op in ("==", "!=") or not _may_be_nan(
-            condition
-        ):
+        case Compare(op=op, left=left, right=right):
             other = _OPPOSITES[op]
             return Compare(other, left, right, type=_BOOL)  # type: ignore[arg-type]  # one of six
     return Unary("not", condition, type=_BOOL)
-
-
-def _may_be_nan(comparison: Compare) -> bool:
-    """Whether `not a < b` says more than `a >= b`: operators and divisions may give NaN."""
-    return comparison.op not in ("==", "!=") and any(
-        isinstance(node, Call) or (isinstance(node, Binary) and node.op == "/")
-        for node in walk(comparison)
-    )
 
 
 def _smallest(literals: Sequence[_Literal], full: int, forbidden: int) -> list[_Literal]:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import Atom, Formula, atoms_of, in_order
 from specc.proof.variables import Answers, Collection, Variable
 
@@ -44,6 +45,8 @@ class Table:
         groups: dict[Variable, list[Atom]] = {}
         for atom in atoms_of(formulas):
             groups.setdefault(atom.variable, []).append(atom)
+        if not spend("proof", sum(1 + len(atoms) ** 2 for atoms in groups.values())):
+            raise TooLargeError(OUT_OF_STEPS)
         columns: list[Column] = []
         self.size = 1
         for variable, atoms in groups.items():
@@ -52,6 +55,9 @@ class Table:
             self.size *= len(answers)
             if self.size > LIMIT:
                 raise TooLargeError(f"more than {LIMIT} combinations of {len(groups)} facts")
+        # An operation on bits takes about 1 us for as many.
+        if not spend("proof", len(columns) * (1 + self.size // 50_000)):
+            raise TooLargeError(OUT_OF_STEPS)
         self.columns = tuple(columns)
         self.full = (1 << self.size) - 1
         self._bits: dict[Formula, int] = {}

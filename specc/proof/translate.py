@@ -6,16 +6,13 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Collection as Names
+from collections.abc import Mapping
 from fractions import Fraction
 
 from specc.model.expr import (
     Among,
-    Binary,
-    Bound,
     Builtin,
-    Call,
     Choice,
     Clock,
     Compare,
@@ -30,9 +27,8 @@ from specc.model.expr import (
     Quantifier,
     Truth,
     Unary,
-    walk,
 )
-from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Text, Vector
+from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
 from specc.proof.comparisons import Comparisons
 from specc.proof.formula import Atom, Formula, Formulas
 from specc.proof.numbering import Depths, Numbering
@@ -57,18 +53,13 @@ class Translator:
         lets: Mapping[str, Expr],
         constants: Mapping[str, Expr],
         always_present: Names[InputName] = (),
-        may_be_unused: Callable[[Expr], bool] = lambda _: False,
         period_s: Fraction | None = None,
     ) -> None:
         """`always_present`: peer and name of input elements that are never without a value.
 
-        `may_be_unused` tells numbers that may be `_`, with which every comparison but != is false.
         With `period_s`, formulas are about the moments at which conditions are asked: a period
         after a state began, or a multiple of that.
         """
-        self._may_be_unused = may_be_unused
-        self._unused: set[str] = set()
-        # Variables of quantifiers over numbers that may be `_`.
         self.make = Formulas()
         self._lets = lets
         self._always = always_present
@@ -93,6 +84,10 @@ class Translator:
         """The formula that an input element has a value."""
         asked = Present(Input(peer, element, type=Bool()), type=Bool())
         return self.make.atom(Atom(self.arrival(peer, element), "present", asked))
+
+    def fresh(self, peer: str, element: str) -> Formula:
+        """The formula that an input element is fresh."""
+        return self.formula(Fresh(Input(peer, element, type=Bool()), type=Bool()))
 
     def _bool(self, expr: Expr, bound: Depths) -> Formula:
         key = (self._numbering.number(expr, bound), len(bound))
@@ -131,7 +126,7 @@ class Translator:
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
             case Builtin(name="near") if near := self._comparisons.near(expr, bound):
-                return self._near(expr, self._ask(*near, expr), bound)
+                return self._ask(*near, expr)
             case Builtin(name="near") if apart := self._comparisons.near_pose(expr, bound):
                 return self._ask(*apart, expr)
         number = self._numbering.number(expr, bound)
@@ -163,11 +158,9 @@ class Translator:
             return self._same(whole, left, right, op == "==", bound)
         question = self._comparisons.question(op, left, right, bound)
         if isinstance(question, bool):
-            formula = self.make.constant(question)
-        else:
-            variable, test, holds = question
-            formula = self._ask(variable, test, whole, holds)
-        return self._of_numbers(op, formula, (left, right), bound)
+            return self.make.constant(question)
+        variable, test, holds = question
+        return self._ask(variable, test, whole, holds)
 
     def _compare_choices(
         self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths
@@ -188,37 +181,6 @@ class Translator:
                 for b in (right.then, right.otherwise)
             ),
         )
-
-    def _of_numbers(
-        self, op: str, formula: Formula, sides: Sequence[Expr], bound: Depths
-    ) -> Formula:
-        """A comparison whose sides have to be numbers, or that holds if they are not."""
-        numbers = self.make.conjunction(
-            self._ask(Flag(-1 - self._numbering.number(side, bound)), None, _is_number(side))
-            for side in sides
-            if self._may_be_nan(side, bound)
-        )
-        if op == "!=":
-            return self.make.disjunction((self.make.negation(numbers), formula))
-        return self.make.conjunction((numbers, formula))
-
-    def _near(self, expr: Builtin, formula: Formula, bound: Depths) -> Formula:
-        """Two equal infinities are not near each other: their difference is NaN."""
-        a, b = expr.args[:2]
-        both = self._of_numbers("near", formula, (a, b), bound)
-        if both is formula:
-            return formula
-        pair = self._numbering.pair(*(self._numbering.number(side, bound) for side in (a, b)))
-        asked = _is_number(Binary("-", a, b, type=a.type))
-        return self.make.conjunction((self._ask(Flag(-1 - pair), None, asked), both))
-
-    def _may_be_nan(self, side: Expr, bound: Depths) -> bool:
-        known = self._numbering.value(self._numbering.number(side, bound))
-        if known is not None or isinstance(side.type, Int):
-            return False
-        if self._may_be_unused(side):
-            return True
-        return any(isinstance(part, Bound) and part.name in self._unused for part in walk(side))
 
     def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
@@ -283,10 +245,7 @@ class Translator:
 
     def _quantifier(self, whole: Quantifier, bound: Depths) -> Formula:
         """`any(body)`; `all(body)` says that there is no item for which the body is false."""
-        if self._may_be_unused(whole.over):
-            self._unused.add(whole.variable)
         body = self._bool(whole.body, {**bound, whole.variable: len(bound)})
-        self._unused.discard(whole.variable)
         exists = whole.kind == "any"
         test = body if exists else self.make.negation(body)
         if test is self.make.false:
@@ -300,10 +259,6 @@ class Translator:
 
 def _none(value: Expr) -> Expr:
     return IsNone(value, type=Bool())
-
-
-def _is_number(expr: Expr) -> Expr:
-    return Call("is_used", (expr,), type=Bool())
 
 
 def _like(whole: Expr, op: str, left: Expr, right: Expr) -> Expr:

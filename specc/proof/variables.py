@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Literal
 
 from specc.expr import show
@@ -80,20 +79,16 @@ Bound = tuple[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A number; a question compares it with a constant.
+    """A number; a question compares it with a constant."""
 
-    NaN is left out: it stands for a component that is not used, and is not compared.
-    """
-
-    kind: Literal["value", "difference", "distance"]
+    kind: Literal["value", "difference", "distance", "periods"]
     of: tuple[Number, ...]
-    """One number of a value; two of a difference, or of the distance that `near` judges."""
+    """One number of a value; two of a difference, or of the distance that `near` judges; none of
+    the number of periods that the state has lasted."""
     whole: bool
     """Whether it is an integer."""
     least: float | None = None
     """A lower bound by its nature, as of a length."""
-    step: Fraction | None = field(hash=False, default=None)  # the hash of a fraction takes long
-    """It is a whole multiple of this, as the time in a state is of the period."""
 
     def answers(self, tests: Sequence[Bound]) -> list[Answers]:
         """One for every threshold that can be met and every gap between thresholds."""
@@ -113,8 +108,6 @@ class Quantity:
     def _can_be(self, value: float) -> bool:
         if self.least is not None and value < self.least:
             return False
-        if self.step is not None and math.isfinite(value):
-            return any(float(k * self.step) == value for k in _steps_about(value, self.step))
         return not self.whole or float(value).is_integer()
 
     def _has_room(self, below: float, above: float) -> bool:
@@ -125,8 +118,6 @@ class Quantity:
             return self.least < above if not self.whole else math.ceil(self.least) < above
         if below == -math.inf:
             return True
-        if self.step is not None:
-            return any(below < float(k * self.step) < above for k in _steps_about(below, self.step))
         if self.whole:
             return math.floor(below) + 1 < above
         # Beyond this size a whole number may lie between two floats.
@@ -134,12 +125,6 @@ class Quantity:
 
 
 _ALL_WHOLE = 2.0**53
-
-
-def _steps_about(value: float, step: Fraction) -> range:
-    """Numbers of steps of which one may come to `value`, and one is beyond it; rounding and all."""
-    near = int(value / step)
-    return range(max(near - 1, 1), near + 3)
 
 
 def _holds_at(op: str, value: float, threshold: float) -> bool:

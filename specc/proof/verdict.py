@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Fresh
 from specc.model.fsm import Transition
 
 InputName = tuple[str, str]
@@ -19,11 +20,15 @@ Answers = tuple[tuple[Expr, bool], ...]
 
 @dataclass(frozen=True, slots=True)
 class Witness:
-    """A situation in which not exactly one of several conditions holds.
+    """Situations in which not exactly one of several conditions holds.
 
-    `facts` leave out what does not matter; `holding` are indices of conditions that all hold.
-    `repair` is what a new condition, or instead of it the condition of index `repaired`, could ask;
-    it is None where one of two equal conditions has to go. `answers` are the facts as expressions.
+    `facts` leave out what does not matter, and `answers` are the same as expressions. They are all
+    the situations there are, or `everywhere` holds in all of them and in no other; where this would
+    take too many words, they are only `some`.
+
+    `holding` are indices of conditions that all hold. `repair` is what a new condition, or instead
+    of it the condition of index `repaired`, could ask; it is None where one of the conditions that
+    hold has to go, since others hold wherever it does.
     """
 
     facts: Facts
@@ -31,6 +36,17 @@ class Witness:
     repair: Expr | None = None
     repaired: int | None = None
     answers: Answers = ()
+    everywhere: Expr | None = None
+    some: bool = False
+
+    def needs_old(self, elements: Collection[InputName]) -> bool:
+        """Whether it says that one of some inputs is not fresh."""
+        return any(
+            isinstance(asked, Fresh)
+            and not yes
+            and (asked.input.peer, asked.input.element) in elements
+            for asked, yes in self.answers
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +82,26 @@ class RowVerdict:
 
     rows: tuple[Transition, ...]
     decision: Decision
+
+    def where_fresh(self, by: Decision, fresh: Collection[InputName]) -> RowVerdict:
+        """This verdict where some inputs are known to be fresh, with the decision `by` then.
+
+        Which rows may apply, and what they ensure, stays; so does a witness that may still be.
+        """
+        mine = self.decision
+        gap, overlap = (
+            None if now is None or was is None or was.needs_old(fresh) else was
+            for was, now in ((mine.gap, by.gap), (mine.overlap, by.overlap))
+        )
+        decision = replace(
+            mine,
+            gap=gap or by.gap,
+            overlap=overlap or by.overlap,
+            unknown=by.unknown,
+            way_out=by.way_out,
+            possible=mine.possible if self.rows else by.possible,
+        )
+        return RowVerdict(self.rows, decision)
 
     @property
     def proved(self) -> bool:

@@ -1,24 +1,117 @@
-"""The smallest situation that shows a fault: facts that do not matter are left out."""
+"""What is told of a fault: a situation that shows it, all that do, and how it could be mended."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from specc.expr import show
-from specc.model.expr import Among, Call, Expr
+from specc.model.expr import Among, Expr
 from specc.model.types import Bool
-from specc.proof.formula import Atom
+from specc.proof.cases import Cases
+from specc.proof.formula import Atom, Formula, atoms_of
+from specc.proof.relations import UnsureError
+from specc.proof.repair import condition_for
 from specc.proof.table import Column, Table
-from specc.proof.variables import Arrival, EnumItem, Flag
-from specc.proof.verdict import Answers, Facts
+from specc.proof.variables import Arrival, EnumItem
+from specc.proof.verdict import Answers, Facts, Witness
+
+
+def no_row(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
+    """That none of the conditions holds in the combinations `faults`, of which the first can be."""
+    asked = frozenset(atoms_of(conditions))
+    try:
+        found = _witness(table, cases, faults, faults, asked)
+        return replace(found, repair=condition_for(table, cases, faults, asked))
+    except UnsureError:
+        facts, answers, _ = describe(table, faults & -faults, cases.conceivable, asked)
+        return Witness(facts, answers=answers, some=True)
+
+
+def two_rows(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
+    """That several conditions hold in the combinations `faults`, of which the first can be.
+
+    The one that could ask for less keeps what no other condition holds in, so that it stays apart
+    from all of them; without such a one, each that could would ask for what another one asks.
+    """
+    rows = [table.bits(condition) for condition in conditions]
+    asked = frozenset(atoms_of(conditions))
+    try:
+        repaired, first = _narrowed(cases, rows, faults)
+        second = next(
+            index
+            for index, row in enumerate(rows)
+            if index != first and cases.some(row & rows[first])
+        )
+        pair = min(first, second), max(first, second)
+        both = cases.some(rows[first] & rows[second])
+        found = replace(_witness(table, cases, both, faults, asked), holding=pair)
+        if repaired is None:
+            return found
+        repair = condition_for(table, cases, rows[repaired] & ~faults, asked)
+        return replace(found, repair=repair, repaired=repaired)
+    except UnsureError:
+        shown = faults & -faults
+        first, second, *_ = (index for index, row in enumerate(rows) if row & shown)
+        facts, answers, _ = describe(table, shown, cases.conceivable, asked)
+        return Witness(facts, (first, second), answers=answers, some=True)
+
+
+def _narrowed(cases: Cases, rows: Sequence[int], faults: int) -> tuple[int | None, int]:
+    """The condition that could ask for less, if one could, and one that holds in the faults.
+
+    Of several it is the one that is left with the fewest faults, or the last of them.
+    """
+    holding = [index for index, row in enumerate(rows) if cases.some(row & faults)]
+    able = [index for index in holding if cases.some(rows[index] & ~faults)]
+    chosen = max(able or holding, key=lambda index: ((rows[index] & faults).bit_count(), index))
+    return chosen if able else None, chosen
+
+
+def _witness(
+    table: Table, cases: Cases, shown: int, faults: int, asked: frozenset[Atom]
+) -> Witness:
+    """A situation of `shown`, and what all `faults` have in common.
+
+    Raises:
+        UnsureError: it is not known which cases can be.
+    """
+    facts, answers, told = describe(table, shown, cases.conceivable, asked)
+    causes = _causes(table, cases, told) if facts else {}
+    facts += tuple(fact for item in causes.items() for fact in _facts(*item, asked))
+    answers += tuple(said for item in causes.items() for said in _answers(*item))
+    found = Witness(facts, answers=answers)
+    if not cases.some(faults & ~told):
+        return found
+    everywhere = condition_for(table, cases, faults, asked)
+    return replace(found, everywhere=everywhere, some=everywhere is None)
+
+
+def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
+    """What must have ended a state where `told` holds, of all that may end it.
+
+    It goes without saying for a proof, but a reader looks for the cause.
+    """
+    ended = told
+    for formula in cases.context:
+        ended &= table.bits(formula)
+    asked = frozenset(atoms_of(cases.context))
+    found: dict[Column, int] = {}
+    for column in table.columns if ended else ():
+        answers = range(len(column.answers))
+        possible = [i for i in answers if ended & table.where(column, i)]
+        free = [i for i in answers if told & table.where(column, i)]
+        if not asked.isdisjoint(column.atoms) and len(possible) == 1 < len(free):
+            found[column] = possible[0]
+    return found
 
 
 def describe(
     table: Table, faults: int, allowed: int, asked: frozenset[Atom]
-) -> tuple[Facts, Answers]:
+) -> tuple[Facts, Answers, int]:
     """Facts that, within the combinations `allowed`, always lead to one of `faults`.
 
     `faults` must have a combination. Facts about atoms that are not `asked` are left out first.
+    The last of the result are the combinations in which the facts hold.
     """
     combination = (faults & -faults).bit_length() - 1
     chosen = dict(zip(table.columns, table.answers_at(combination), strict=True))
@@ -28,7 +121,8 @@ def describe(
             chosen = rest
     found = chosen.items()
     facts = tuple(fact for column, answer in found for fact in _facts(column, answer, asked))
-    return facts, tuple(said for column, answer in found for said in _answers(column, answer))
+    answers = tuple(said for column, answer in found for said in _answers(column, answer))
+    return facts, answers, _common(table, chosen)
 
 
 def _common(table: Table, chosen: Mapping[Column, int]) -> int:
@@ -48,18 +142,9 @@ def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tupl
     if isinstance(variable, Arrival):
         fresh = [item for item in answered if item[0].test == "fresh" and item[1]]
         answered = fresh or answered
-    if isinstance(variable, Flag) and variable.of < 0:
-        yield from (_number(atom, yes) for atom, yes in answered)
-        return
     told = [(atom, yes) for atom, yes in answered if atom in asked] or answered
     for atom, yes in told:
         yield atom.text, "true" if yes == atom.text_holds else "false"
-
-
-def _number(atom: Atom, yes: bool) -> tuple[str, str]:
-    """Whether something is a number, in words."""
-    of = atom.expr.args[0] if isinstance(atom.expr, Call) else None
-    return show(of) if of is not None else atom.text, "a number" if yes else "NaN"
 
 
 def _answers(column: Column, answer: int) -> Iterator[tuple[Expr, bool]]:

@@ -1,5 +1,6 @@
 """From a file to plain data with places: the only door to ruamel.yaml."""
 
 from specc.read.document import Document, read_file, read_text
+from specc.read.reach import ANYWHERE, Reach, claims_to_be_one
 
-__all__ = ["Document", "read_file", "read_text"]
+__all__ = ["ANYWHERE", "Document", "Reach", "claims_to_be_one", "read_file", "read_text"]

@@ -4,6 +4,7 @@ import re
 from typing import Any, NoReturn
 
 from specc.diagnostics import Diagnostic, Related
+from specc.limits import MAX_DEPTH, MAX_KEYS, MAX_VALUES
 from specc.read.events import (
     AliasEvent,
     DocumentStartEvent,
@@ -20,31 +21,28 @@ from specc.read.syntax import syntax_error
 from specc.read.tree import Built, Tree
 from specc.source import Node, Place
 
-MAX_DEPTH = 64
-MAX_NODES = 400_000
-
 _ANCHOR = re.compile(r"&[^\s,\[\]{}]+(?:\s+(?:#[^\r\n]*)?)*")
 """An anchor with the white space and comments behind it."""
 
 
-def compose(path: str, text: str) -> tuple[Any, Node | None, tuple[Diagnostic, ...]]:
-    """Data, places and findings of a YAML text that holds no forbidden character.
+def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]:
+    """Data with places, and findings, of a YAML text that holds no forbidden character.
 
-    Data is None when the text is not YAML or goes beyond the limits of depth and size.
+    There is no data when the text is not YAML or goes beyond the limits of depth and size.
     """
     composer = _Composer(path, text)
     try:
         for event in events(text):
             composer.take(event)
     except YamlSyntaxError as fault:
-        return None, None, (*composer.findings, syntax_error(path, text, fault))
+        return None, (*composer.findings, syntax_error(path, text, fault))
     except _GiveUpError:
-        return None, None, tuple(composer.findings)
+        return None, tuple(composer.findings)
     root = composer.tree.root
     if root is None or (root.node.scalar == "" and not root.node.style):
         composer.report("E0007", "the file is empty", 0, 0, "start with `specc: 1`")
-        return None, None, tuple(composer.findings)
-    return root.data, root.node, tuple(composer.findings)
+        return None, tuple(composer.findings)
+    return root, tuple(composer.findings)
 
 
 class _GiveUpError(Exception):
@@ -121,6 +119,10 @@ class _Composer:
             self._repeated(key, node, first)
         else:
             keep = True
+            if self.tree.keys > MAX_KEYS:
+                hint = f"a mapping may have {MAX_KEYS} keys"
+                self.report("E0017", "the mapping has too many keys", node.start, node.end, hint)
+                raise _GiveUpError
         self.tree.set_key(key, node, keep)
 
     def _repeated(self, key: str, node: Node, first: Node) -> None:
@@ -168,8 +170,8 @@ class _Composer:
 
     def _count(self, nodes: int, event: Any) -> None:
         self._nodes += nodes
-        if self._nodes > MAX_NODES:
-            hint = f"with its aliases written out, a file may hold {MAX_NODES} values"
+        if self._nodes > MAX_VALUES:
+            hint = f"with its aliases written out, a file may hold {MAX_VALUES} values"
             self._stop("E0017", "the file holds too many values", event, hint)
 
     def _too_deep(self, event: Any) -> NoReturn:

@@ -1,6 +1,6 @@
 """Reading a specification file: its data, its text with places, and what is wrong with it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from specc.diagnostics import Diagnostic
@@ -21,6 +21,8 @@ class Document:
     data: Any
     source: SourceFile
     diagnostics: tuple[Diagnostic, ...] = ()
+    size: int = 0
+    """Number of values, aliases written out."""
 
     @property
     def ok(self) -> bool:
@@ -46,7 +48,7 @@ def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
         Place(path, (), "text", 0, 0),
         help="save the file as UTF-8 without a byte order mark",
     )
-    return Document(document.data, document.source, (warning, *document.diagnostics))
+    return replace(document, diagnostics=(warning, *document.diagnostics))
 
 
 def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:
@@ -54,5 +56,8 @@ def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:
     forbidden = forbidden_characters(path, text)
     if forbidden:
         return Document(None, SourceFile(path, text), forbidden)
-    data, spans, diagnostics = compose(path, text)
-    return Document(data, SourceFile(path, text, spans, row_keys), diagnostics)
+    root, diagnostics = compose(path, text)
+    if root is None:
+        return Document(None, SourceFile(path, text), diagnostics)
+    source = SourceFile(path, text, root.node, row_keys)
+    return Document(root.data, source, diagnostics, root.size)

@@ -4,9 +4,9 @@ import os
 import stat
 
 from specc.diagnostics import Diagnostic
+from specc.limits import MAX_BYTES
 from specc.source import Place
 
-MAX_BYTES = 8_000_000
 _UTF8_MARK = b"\xef\xbb\xbf"
 _OTHER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 

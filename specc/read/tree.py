@@ -52,6 +52,11 @@ class Tree:
         """The key that the next node is the value of."""
         return self._stack[-1].key_node if self._stack else None
 
+    @property
+    def keys(self) -> int:
+        """Number of keys of the innermost mapping, with the one that awaits its value."""
+        return len(self._stack[-1].built.node.keys) + 1
+
     def open(self, data: dict[str, Any] | list[Any], start: int, anchor: str | None) -> None:
         """Start a collection at an offset of the text."""
         self._stack.append(_Open(Built(data, Node(start, start)), anchor))

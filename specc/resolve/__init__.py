@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 from specc.model.system import Agent, Operator, System
+from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver, Setting
-from specc.resolve.context import Findings
+from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.mentions import definitions_of, named_in_agents
 from specc.resolve.plant import resolve_plant, resolve_task
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
+
+
+_NO_NAME = "the file has no `system:`", "add `system: a_name`"
+_NOT_A_SYSTEM = (
+    "the file describes no system, but something for a system to use",
+    "name a file with `system:` that uses it; `specc validate` checks it by itself",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,27 +38,31 @@ class Resolved:
     faulty: frozenset[str]
 
 
-def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
-    """Resolve the system of `file`; other files come through `load`."""
+def resolve(
+    file: Loaded,
+    load: Load,
+    findings: Findings,
+    reach: Reach = ANYWHERE,
+    instead: Mapping[str, Where] | None = None,
+) -> Resolved:
+    """Resolve the system of `file`; other files come through `load`.
+
+    Texts of `instead` take the place of those of its constants and of those in files it uses.
+    """
     spec, top = file.spec, file.top
     if spec.system is None:
-        findings.report(
-            "E0102",
-            "the file has no `system:`",
-            top.place,
-            help="add `system: a_name`; a file with `subsystem:` or `agent:` is used by a system",
-        )
+        message, hint = _NOT_A_SYSTEM if spec.is_part else _NO_NAME
+        findings.report("E0102", message, top.place, help=hint)
     elif not spec.agents:
         findings.report(
             "O0401", "the system has no agents yet", top["system"].key, help="add `agents:`"
         )
-    library = Library(load, os.path.dirname(file.path) or ".", findings)
-    definitions = library.definitions(file)
+    library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
+    definitions = _definitions(library, file, instead or {})
     agents, resolver = _agents(file, library, definitions, findings)
     plant = task = None
     if spec.plant is not None:
-        path = os.path.relpath(library.beside(file, spec.plant.model), library.base)
-        model = path.replace(os.sep, "/")
+        model = _relative(library, file, spec.plant.model) if spec.plant.model else ""
         plant = resolve_plant(spec.plant, top["plant"], model, findings, definitions)
     if spec.task is not None:
         task = resolve_task(
@@ -70,8 +83,24 @@ def resolve(file: Loaded, load: Load, findings: Findings) -> Resolved:
         task,
         definitions_of(file),
         named_in_agents(spec),
+        reach.folders,
     )
     return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
+
+
+def _definitions(library: Library, file: Loaded, instead: Mapping[str, Where]) -> Definitions:
+    """Those of the system; constants inside descriptions are no affair of `instead`."""
+    definitions = replace(library, instead=instead).definitions(file)
+    known = [outside.name for outside in definitions.outside() if outside.kind == "constant"]
+    for name, where in instead.items():
+        if name not in known:
+            library.findings.unknown("E0201", "constant", name, known, where.key)
+    return definitions
+
+
+def _relative(library: Library, file: Loaded, path: str) -> str:
+    """A path in a file, from the folder of the specification."""
+    return os.path.relpath(library.beside(file, path), library.base).replace(os.sep, "/")
 
 
 def _agents(

@@ -16,6 +16,7 @@ from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library, Loaded
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import reuse
+from specc.resolve.safe import with_safe
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Route
@@ -224,7 +225,9 @@ class AgentResolver:
                 here = where[group][name]
                 x = resolve_elements(item.x, here["x"], expressions)
                 y = resolve_elements(item.y, here["y"], expressions)
-                device = Device(agent, name, kind, item.title, x, y, trace_of(item), here.key)
+                x = with_safe(x, item, here["x"], y, expressions)
+                trace = trace_of(item)
+                device = Device(agent, name, kind, item.title, x, y, trace, here.key, at.given)
                 if len(x) + len(y) < len(item.x) + len(item.y):
                     self.broken.add(device.qualified_name)
                 found.append(device)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import ChainMap
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -12,6 +13,7 @@ from typing import Literal
 from specc.diagnostics import nearest
 from specc.expr import RESERVED, Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
+from specc.model.types import Type
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.durations import duration_of
 from specc.resolve.expressions import Expressions
@@ -41,11 +43,11 @@ def resolve_buffers(
     inputs = {(p.peer, e.name): e.type for p in ports if p.direction == "x" for e in p.elements}
     expressions.broken |= _twice(definition, expressions)
     constants = _without(constant_scope(expressions.definitions), expressions.broken)
-    declared = {**constants.declared, **_declared_inputs(ports)}
+    declared = ChainMap(_declared_inputs(ports), constants.declared)  # type: ignore[arg-type]  # only the first of the maps is written to
     outside = replace(constants, inputs=inputs, declared=declared, later=expressions.later)
     memory = _memory(definition, where, outside, expressions)
     known = _without(outside, expressions.broken)
-    declared = {**declared, **{m.name: Declared(m.place) for m in memory}}
+    declared = declared.new_child({m.name: Declared(m.place) for m in memory})
     types = {m.name: m.type for m in memory if _is_clear(m.name, expressions)}
     inside = replace(known, memory=types, declared=declared, later=(), allow_clock=True)
     lets = _Lets(definition, where["let"], inside, expressions).resolve()
@@ -55,9 +57,10 @@ def resolve_buffers(
 
 def _twice(definition: SubsystemDef, expressions: Expressions) -> set[str]:
     """Names that stand for two things here; what expressions mean by them is not known."""
-    outside = {*expressions.definitions.constants, *expressions.definitions.files}
-    memory, lets = set(definition.memory), set(definition.let)
-    return (memory & lets) | (memory & outside) | (lets & outside)
+    constants, files = expressions.definitions.constants, expressions.definitions.files
+    memory, lets = definition.memory.keys(), definition.let.keys()
+    outside = {name for name in memory | lets if name in constants or name in files}
+    return (memory & lets) | outside
 
 
 def _is_clear(name: str, expressions: Expressions) -> bool:
@@ -67,7 +70,9 @@ def _is_clear(name: str, expressions: Expressions) -> bool:
 
 def _without(scope: Scope, broken: Collection[str]) -> Scope:
     """The scope without constants and files that would be taken for what has an error."""
-    constants = {name: type for name, type in scope.constants.items() if name not in broken}
+    constants = scope.constants
+    if any(name in constants for name in broken):
+        constants = {name: type for name, type in constants.items() if name not in broken}
     return replace(scope, constants=constants, files=frozenset(scope.files) - frozenset(broken))
 
 
@@ -159,23 +164,31 @@ class _Lets:
     where: Where
     scope: Scope
     expressions: Expressions
+    _numbers: dict[str, int] = field(default_factory=dict)
 
     def resolve(self) -> tuple[Let, ...]:
+        self._numbers = {name: number for number, name in enumerate(self.definition.let)}
         found: list[Let] = []
         depths: dict[str, int] = {}
+        # One scope, which grows: in this order each let finds those that it may name.
+        types: dict[str, Type] = {}
+        declared: dict[str, Declared] = {}
+        around = ChainMap(declared, self.scope.declared)  # type: ignore[arg-type]  # only the first is written to
+        scope = replace(self.scope, lets=types, declared=around)
         for name in self._order():
             item, at = self.definition.let[name], self.where[name]
             depths[name] = 1 + max((depths.get(used, 0) for used in self._uses(name)), default=0)
             if depths[name] > DEEPEST_LET:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
-            clear = [item for item in found if _is_clear(item.name, self.expressions)]
-            scope = _with_lets(self.scope, clear)
             value = self.expressions.value(at.scalar("is"), item.value, scope, None)
             if value is None:
                 self.expressions.broken.add(name)
             else:
                 found.append(Let(name, value, item.title, trace_of(item), at.key))
+                if _is_clear(name, self.expressions):
+                    types[name] = value.type
+                    declared[name] = Declared(at.key, value)
         return tuple(found)
 
     def _order(self) -> tuple[str, ...]:
@@ -195,7 +208,7 @@ class _Lets:
         if tree is None:
             return []
         names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-        return [other for other in self.definition.let if other in names]
+        return sorted(names & self.definition.let.keys(), key=self._numbers.__getitem__)
 
     def _too_deep(self, name: str, is_first: bool) -> None:
         self.expressions.broken.add(name)

@@ -9,6 +9,7 @@ from specc.expr import ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Type
+from specc.read import Reach
 from specc.schema.base import Traced
 from specc.source import Place, Route
 
@@ -74,6 +75,9 @@ class Findings:
     diagnostics: list[Diagnostic] = field(default_factory=list)
     meanings: list[Meaning] = field(default_factory=list)
     withheld: int = 0
+    depth: int = 0
+    """Of the definition that is being made inside others."""
+    _lacking: dict[object, int] = field(default_factory=dict)
 
     def report(
         self,
@@ -109,6 +113,11 @@ class Findings:
             related += (target,)
         found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=lacks)
         self._add(replace(found, fix=rename(place, error.repair)))
+
+    def outside(self, reach: Reach, path: str, where: Where) -> None:
+        """Report a file that a specification may not name."""
+        message = f"the file lies outside the project: {path}"
+        self.report("E0021", message, where.place, help=reach.way_in(path))
 
     def unknown(
         self,
@@ -146,14 +155,15 @@ class Findings:
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a part that is not there is told once, with all that refers to it."""
         if found.code == "O0205":
-            for index, earlier in enumerate(self.diagnostics):
-                if _same_part(found, earlier):
-                    more = (Related(found.primary, "needed here as well"),)
-                    known = {earlier.primary, *(other.place for other in earlier.related)}
-                    if len(earlier.related) < _MOST_RELATED and found.primary not in known:
-                        self.diagnostics[index] = replace(earlier, related=earlier.related + more)
-                    self.withheld += 1
-                    return
+            index = self._lacking.setdefault(_part(found), len(self.diagnostics))
+            if index < len(self.diagnostics):
+                earlier = self.diagnostics[index]
+                more = (Related(found.primary, "needed here as well"),)
+                known = {earlier.primary, *(other.place for other in earlier.related)}
+                if len(earlier.related) < _MOST_RELATED and found.primary not in known:
+                    self.diagnostics[index] = replace(earlier, related=earlier.related + more)
+                self.withheld += 1
+                return
         self.diagnostics.append(found)
 
 
@@ -169,7 +179,7 @@ _MAY_COME = {
     "terminal condition": "declare it under `conditions:`",
     "error condition": "declare it under `conditions:`",
     "memory target": "declare it under `memory:`",
-    "output target": "declare it under `y:`",
+    "output target": "declare it under `y:` here and under `x:` of what reads it",
     "function": "declare it under `functions:`",
     "behaviour": "declare it under `behaviours:`",
     "state": "declare it under `states:`",
@@ -178,12 +188,11 @@ _MAY_COME = {
 _MOST_RELATED = 4
 
 
-def _same_part(one: Diagnostic, other: Diagnostic) -> bool:
-    """Whether two findings miss one part, of one subsystem or of the whole file."""
-    here, there = one.primary, other.primary
-    same = (one.code, one.message, here.file) == (other.code, other.message, there.file)
-    of_file = one.message.startswith(_OF_A_FILE)
-    return same and (of_file or _owner(here.route) == _owner(there.route))
+def _part(finding: Diagnostic) -> object:
+    """What is not there: a part of one subsystem or of the whole file."""
+    place, message = finding.primary, finding.message
+    of = () if message.startswith(_OF_A_FILE) else _owner(place.route)
+    return place.file, message, of
 
 
 _OF_A_FILE = ("frame ", "type ", "field ", "member ", "operator ")

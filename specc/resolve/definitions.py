@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import islice
+from typing import Any, TypeVar
 
 from specc.diagnostics import Related
 from specc.expr import TypeNames
+from specc.model.expr import Expr
 from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Type
 from specc.resolve.context import Findings
+from specc.resolve.inlining import inlined
 from specc.source import Place
 
+Thing = TypeVar("Thing")
 MakeType = Callable[[tuple[Frame, ...]], Type]
+
+
+@dataclass(frozen=True, slots=True)
+class _Earlier(Mapping[str, Thing]):
+    """A view of the first `count` constants; each constant sees others before it."""
+
+    constants: Mapping[str, Constant]
+    serial: Mapping[str, int]
+    count: int
+    of: Callable[[Constant], Thing]
+
+    def __getitem__(self, name: str) -> Thing:
+        if self.serial.get(name, self.count) >= self.count:
+            raise KeyError(name)
+        return self.of(self.constants[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return islice(self.constants, self.count)
+
+    def __len__(self) -> int:
+        return self.count
 
 
 @dataclass(slots=True)
@@ -35,12 +60,21 @@ class Definitions:
     given: dict[str, Constant] | None = None
     """The parameters of a described file with their values; None for any other file."""
 
-    @property
-    def local(self) -> dict[str, Constant]:
-        """Constants that subsystems know by their values only, since they are no system's."""
-        if self.given is None:
-            return {}
-        return {name: c for name, c in self.constants.items() if name not in self.given}
+    _serial: dict[str, int] = field(default_factory=dict)
+    """Constant -> how many were there before it."""
+
+    def add(self, constant: Constant) -> None:
+        """Take in a constant, which those after it may name."""
+        self._serial.setdefault(constant.name, len(self._serial))
+        self.constants[constant.name] = constant
+
+    def earlier(self, of: Callable[[Constant], Thing]) -> Mapping[str, Thing]:
+        """Something of each constant that is there now, whatever others come later."""
+        return _Earlier(self.constants, self._serial, len(self._serial), of)
+
+    def inlined(self, expr: Expr) -> Expr:
+        """The expression without constants that are no system's; see `inlining` for the error."""
+        return expr if self.given is None else inlined(expr, self.constants, self.given)
 
     def names(self, *, variables: bool = False) -> TypeNames:
         """What type texts may name; with `variables`, undeclared frames are variables."""
@@ -83,7 +117,8 @@ class Definitions:
             case "type":
                 self._copy_type(name, other)
             case "constant":
-                _move(name, other.constants, self.constants)
+                if name in other.constants:
+                    self.add(other.constants[name])
             case "file":
                 _move(name, other.files, self.files)
             case "operator":

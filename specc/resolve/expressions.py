@@ -14,7 +14,6 @@ from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
 from specc.resolve.context import Findings, Meaning, Where
 from specc.resolve.definitions import Definitions
-from specc.resolve.inlining import inlined
 from specc.source import Place
 
 
@@ -86,7 +85,11 @@ class Expressions:
         expr = self._typed(where, text, scope, expected, declared)
         known = None if expr is None or has_unknown(expr) else expr
         self.findings.meanings.append(Meaning(where, text, scope, known))
-        return expr and inlined(expr, self.definitions.local)
+        try:
+            return expr and self.definitions.inlined(expr)
+        except ExprError as error:
+            self._report(where, text, error)
+            return None
 
     def _typed(
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None

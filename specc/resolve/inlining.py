@@ -2,32 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
+from specc.expr import ExprError
+from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model.expr import ConstantRef, Expr, Node
 from specc.model.system import Constant
 
 
-def inlined(expr: Expr, constants: Mapping[str, Constant]) -> Expr:
-    """`expr` with the values of these constants in the place of their names."""
-    if not constants:
-        return expr
-    if isinstance(expr, ConstantRef):
-        found = constants.get(expr.name)
-        return expr if found is None else replace(inlined(found.value, constants), span=expr.span)
-    changed: dict[str, Any] = {}
-    for name in expr.__match_args__:
-        part = getattr(expr, name)
-        if isinstance(part, tuple):
-            new: Any = tuple(_in(element, constants) for element in part)
-        else:
-            new = _in(part, constants)
-        if new != part:
-            changed[name] = new
-    return replace(expr, **changed) if changed else expr
+def inlined(expr: Expr, constants: Mapping[str, Constant], kept: Collection[str] = ()) -> Expr:
+    """`expr` with the values of constants in the place of their names, but for those that are kept.
+
+    Raises:
+        ExprError: the values have too many parts; constants of constants can stand for billions.
+    """
+    return _Inlining(constants, kept).of(expr) if constants else expr
 
 
-def _in(part: Any, constants: Mapping[str, Constant]) -> Any:
-    return inlined(part, constants) if isinstance(part, Node) else part  # type: ignore[arg-type]  # every Node subclass is a member of Expr
+@dataclass(slots=True)
+class _Inlining:
+    constants: Mapping[str, Constant]
+    kept: Collection[str]
+    inside: int = 0
+    """How many constants are being written out, one in the other."""
+    parts: int = 0
+
+    def of(self, expr: Expr) -> Expr:
+        if self.inside:
+            self._count(expr)
+        if isinstance(expr, ConstantRef):
+            return self._value(expr)
+        changed: dict[str, Any] = {}
+        for name in expr.__match_args__:
+            part = getattr(expr, name)
+            if isinstance(part, tuple):
+                new: Any = tuple(map(self._in, part))
+            else:
+                new = self._in(part)
+            if new != part:
+                changed[name] = new
+        return replace(expr, **changed) if changed else expr
+
+    def _value(self, expr: ConstantRef) -> Expr:
+        found = None if expr.name in self.kept else self.constants.get(expr.name)
+        if found is None:
+            return expr
+        self.inside += 1
+        value = replace(self.of(found.value), span=expr.span)
+        self.inside -= 1
+        return value
+
+    def _in(self, part: Any) -> Any:
+        return self.of(part) if isinstance(part, Node) else part  # type: ignore[arg-type]  # every Node subclass is a member of Expr
+
+    def _count(self, expr: Expr) -> None:
+        self.parts += 1
+        if self.parts > MAX_EXPRESSION_PARTS:
+            message = f"with its constants written out, this has over {MAX_EXPRESSION_PARTS} parts"
+            raise ExprError(message, *expr.span, "compute the value in an operator", "E0017")

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 from specc.diagnostics import nearest
-from specc.expr import Declared, ExprError, Scope, TypeNames, parse_signature, parse_type
+from specc.expr import (
+    RESERVED,
+    TYPE_WORDS,
+    Declared,
+    ExprError,
+    Scope,
+    TypeNames,
+    parse_signature,
+    parse_type,
+)
+from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
 from specc.model.system import Constant, Operator
-from specc.model.types import Enum, Frame, Opaque, Record, Type
+from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
+from specc.read import ANYWHERE, Reach
 from specc.resolve.context import FOLLOW_UP, Findings, Where, trace_of
 from specc.resolve.definitions import Definitions, MakeType
 from specc.resolve.expressions import Expressions
@@ -26,18 +38,27 @@ class Loaded:
     top: Where
 
 
+_A = {"type": "a type", "operator": "an operator"}
+
 Load = Callable[[str, Where | None], Loaded | None]
 """Reads and shapes a file, reporting what is wrong at the place that names it."""
 
 
 @dataclass(slots=True)
 class Library:
-    """Definitions of files. `base` is the directory of the main file."""
+    """Definitions of files. `base` is the directory of the main file.
+
+    `instead` has texts that take the place of those of constants, by name.
+    """
 
     load: Load
     base: str
     findings: Findings
+    reach: Reach = ANYWHERE
+    instead: Mapping[str, Where] = field(default_factory=dict)
     _using: tuple[str, ...] = ()
+    _known: dict[str, Definitions] = field(default_factory=dict)
+    """Of files that others use, by path: what two use is built once."""
 
     def definitions(
         self,
@@ -49,7 +70,8 @@ class Library:
         own = Definitions(frames=dict(frames or {}))
         if given is not None:
             own.given = {c.name: c for c in given}
-            own.constants |= own.given
+            for constant in given:
+                own.add(constant)
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
@@ -66,6 +88,10 @@ class Library:
         for index, relative in enumerate(file.spec.use):
             where = file.top["use"][index]
             path = self.beside(file, relative)
+            if len(self._using) >= MAX_DEPTH:
+                message = f"files use files more than {MAX_DEPTH} levels deep"
+                self.findings.report("E0016", message, where.place, help="use them side by side")
+                continue
             if path in (file.path, *self._using):
                 help_text = "delete it, or put what both files need into a third one"
                 message = f"`{relative}` uses itself"
@@ -74,8 +100,10 @@ class Library:
             other = self.load(path, where)
             if other is None:
                 continue
-            inner = Library(self.load, self.base, self.findings, (*self._using, file.path))
-            own.absorb(inner.definitions(other), self.findings)
+            if other.path not in self._known:
+                inner = replace(self, _using=(*self._using, file.path))
+                self._known[other.path] = inner.definitions(other)
+            own.absorb(self._known[other.path], self.findings)
 
     def _frames(self, file: Loaded, own: Definitions) -> None:
         for name, title in file.spec.frames.items():
@@ -86,13 +114,23 @@ class Library:
     def _types(self, file: Loaded, own: Definitions) -> None:
         for name, definition in file.spec.types.items():
             where = file.top["types"][name]
-            if own.claim("type", name, where.key, self.findings):
+            if self._is_free(own, "type", name, where):
                 own.types[name] = _TypeMaker(name, definition, where, own, self.findings)
                 own.type_traces[name] = trace_of(definition)
         for name, definition in file.spec.types.items():
             maker = own.types.get(name)
             if isinstance(maker, _TypeMaker):
                 maker.check(tuple(f"?{f}" for f in definition.frames))
+
+    def _is_free(
+        self, own: Definitions, kind: Literal["type", "operator"], name: str, where: Where
+    ) -> bool:
+        """Whether the name of a type or operator is nobody's; reports those of the language."""
+        if name in (TYPE_WORDS if kind == "type" else RESERVED):
+            message = f"`{name}` is a word of the language and cannot name {_A[kind]}"
+            self.findings.report("E0221", message, where.key, help="choose another name")
+            return False
+        return own.claim(kind, name, where.key, self.findings)
 
     def _files(self, file: Loaded, own: Definitions) -> None:
         for name, relative in file.spec.files.items():
@@ -101,18 +139,18 @@ class Library:
                 continue
             path = self.beside(file, relative)
             own.files[name] = os.path.relpath(path, self.base).replace(os.sep, "/")
-            if not os.path.exists(path):
-                self.findings.report(
-                    "E0208",
-                    f"no file `{relative}`",
-                    where.place,
-                    help=_file_hint(path, relative),
-                )
+            if not self.reach.holds(path):
+                self.findings.outside(self.reach, path, where)
+            elif not (os.path.isfile(path) or os.path.isdir(path)):
+                what = f"`{relative}` is neither a file nor a folder"
+                message = what if os.path.exists(path) else f"no file `{relative}`"
+                hint = _file_hint(path, relative)
+                self.findings.report("E0208", message, where.place, help=hint)
 
     def _operators(self, file: Loaded, own: Definitions) -> None:
         for name, definition in file.spec.operators.items():
             where = file.top["operators"][name]
-            if not own.claim("operator", name, where.key, self.findings):
+            if not self._is_free(own, "operator", name, where):
                 continue
             try:
                 signature = parse_signature(definition.signature, own.names(variables=True))
@@ -137,27 +175,39 @@ class Library:
 
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
+        around = constant_scope(own)
         for name, definition in file.spec.constants.items():
             where = file.top["constants"][name]
             if not own.claim("constant", name, where.key, self.findings):
                 continue
-            scope = constant_scope(own)
+            scope = replace(around, **_of_constants(own))
             value = expressions.value(where.scalar("is"), definition.value, scope, None)
+            place, other = where.key, self.instead.get(name)
+            if value is not None and other is not None:
+                value = expressions.value(other, str(other.raw), scope, value.type, place)
+                place = other.key
             if value is None:
                 own.broken.add(name)
             else:
-                own.constants[name] = Constant(name, value, definition.title, where.key)
+                own.add(Constant(name, value, definition.title, place))
 
 
 def constant_scope(definitions: Definitions) -> Scope:
     """What a constant may name: earlier constants, operators, enum members and files."""
     return Scope(
-        constants={n: c.value.type for n, c in definitions.constants.items()},
-        declared={n: Declared(c.place, c.value) for n, c in definitions.constants.items()},
+        **_of_constants(definitions),
         enums=enum_members(definitions),
         files=frozenset(definitions.files),
         operators=definitions.operators,
     )
+
+
+def _of_constants(definitions: Definitions) -> dict[str, Any]:
+    """What a scope says of the constants that are there now."""
+    return {
+        "constants": definitions.earlier(lambda c: c.value.type),
+        "declared": definitions.earlier(lambda c: Declared(c.place, c.value)),
+    }
 
 
 def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:
@@ -179,11 +229,17 @@ class _TypeMaker:
     where: Where
     definitions: Definitions
     findings: Findings
+    _made: dict[tuple[Frame, ...], Type] = field(default_factory=dict)
     _making: bool = False
     _broken: bool = False
     _enum: Type | None = None
 
     def __call__(self, frames: tuple[Frame, ...]) -> Type:
+        if frames not in self._made:
+            self._made[frames] = self._bounded(frames)
+        return self._made[frames]
+
+    def _bounded(self, frames: tuple[Frame, ...]) -> Type:
         if len(frames) != len(self.definition.frames):
             wanted = len(self.definition.frames)
             raise ExprError(
@@ -199,10 +255,20 @@ class _TypeMaker:
             message, help_text = f"type `{self.name}` contains itself", "break the circle"
             raise ExprError(message, 0, 0, help_text, "E0306")
         self._making = True
+        self.findings.depth += 1
         try:
-            return self._make(frames)
+            if self.findings.depth > MAX_DEPTH:
+                raise _too_large("nested more than", MAX_DEPTH, "levels deep", "E0016")
+            made = self._make(frames)
         finally:
             self._making = False
+            self.findings.depth -= 1
+        parts, levels = extent(made)
+        if levels > MAX_DEPTH:
+            raise _too_large("nested more than", MAX_DEPTH, "levels deep", "E0016")
+        if parts > MAX_TYPE_PARTS:
+            raise _too_large("types written out to more than", MAX_TYPE_PARTS, "parts", "E0017")
+        return made
 
     def enum(self) -> Type | None:
         """The type if it is an enum; made once."""
@@ -252,6 +318,10 @@ class _TypeMaker:
             return Record(self.name, frames, fields, definition.python or "")
         made = self._parsed(self.where.scalar("type"), definition.type or "", names)
         return Enum(self.name, made.members) if isinstance(made, Enum) else made
+
+
+def _too_large(what: str, limit: int, of: str, code: str) -> ExprError:
+    return ExprError(f"this is {what} {limit} {of}", 0, 0, "use an opaque type for a part", code)
 
 
 __all__ = ["Library", "Load", "Loaded", "MakeType", "constant_scope", "enum_members"]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
-from specc.read import Document, read_file
+from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
+from specc.read import ANYWHERE, Document, Reach, claims_to_be_one, read_file
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
-from specc.schema import ROW_KEYS, shape
-from specc.source import Sources
+from specc.schema import ROW_KEYS, SpecFile, shape
+from specc.source import COMMAND_LINE, Place, Sources, on_command_line, real_path
 
 _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004"))
 
@@ -24,14 +25,24 @@ class Loader:
 
     findings: Findings
     read: Callable[[str, tuple[str, ...]], Document] = read_file
+    reach: Reach = ANYWHERE
     sources: Sources = field(default_factory=Sources)
     _files: dict[str, Loaded | None] = field(default_factory=dict)
+    _values: int = 0
+    _full: bool = False
 
     def load(self, path: str, named_at: Where | None = None) -> Loaded | None:
         """The file at `path`; `named_at` is where another file names it."""
-        if path not in self._files:
-            self._files[path] = self._load(path, named_at)
-        return self._files[path]
+        real = real_path(path)
+        if real not in self._files:
+            self._files[real] = self._load(path, named_at)
+        return self._files[real]
+
+    def given(self, values: Mapping[str, str]) -> dict[str, Where]:
+        """Texts of the command line that stand in place of those of constants, by name."""
+        if values:
+            self.sources.add(on_command_line(values))
+        return {name: Where(COMMAND_LINE, (name,), text) for name, text in values.items()}
 
     @property
     def complete(self) -> bool:
@@ -39,14 +50,56 @@ class Loader:
         return all(file is not None for file in self._files.values())
 
     def _load(self, path: str, named_at: Where | None) -> Loaded | None:
+        if named_at is not None and not self.reach.holds(path):
+            self.findings.outside(self.reach, path, named_at)
+            return None
+        if len(self._files) >= MAX_FILES:
+            self._refuse(f"more than {MAX_FILES} files are used", named_at)
+            return None
         document = self.read(path, ROW_KEYS)
+        text = document.source.text
+        if text and not claims_to_be_one(text) and (named_at or not self.reach.holds(path)):
+            place = named_at.place if named_at else Place(path)
+            message = f"not a specification: {path}"
+            self.findings.report("E0022", message, place, help="a specification has `specc: 1`")
+            return None
         self.sources.add(document.source)
+        self._values += document.size
+        if self._values > MAX_VALUES and named_at is not None:
+            message = f"with this file there are more than {MAX_VALUES} values"
+            self._refuse(message, named_at)
+            return None
         self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
         if not document.ok:
             return None
         spec, wrong = shape(document.data, path)
         self.findings.diagnostics += wrong
-        return None if spec is None else Loaded(path, spec, Where(path, (), document.data))
+        if spec is None:
+            return None
+        top = Where(path, (), document.data)
+        if _parts(spec) > MAX_PARTS:
+            message = f"the file describes more than {MAX_PARTS} agents, subsystems and devices"
+            hint = "describe what is alike once, in a file of its own, or split the system"
+            self.findings.report("E0017", message, top["agents"].key, help=hint)
+            return None
+        return Loaded(path, spec, top)
+
+    def _refuse(self, message: str, named_at: Where | None) -> None:
+        """Report, once, that there is too much to read."""
+        if not self._full and named_at is not None:
+            hint = "make a specification of its own of a part of the system"
+            self.findings.report("E0017", message, named_at.place, help=hint)
+        self._full = True
+
+
+def _parts(spec: SpecFile) -> int:
+    """Agents, subsystems and devices."""
+    agents = [*spec.agents.values(), *([spec.agent] if spec.agent else [])]
+    groups = (
+        (a.virtual_effectors, a.virtual_receptors, a.real_effectors, a.real_receptors)
+        for a in agents
+    )
+    return len(agents) + sum(len(group) for groups_ in groups for group in groups_)
 
 
 def _at(finding: Diagnostic, named_at: Where | None) -> Diagnostic:

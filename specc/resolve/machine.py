@@ -17,7 +17,7 @@ from specc.model.fsm import (
     State,
     Transition,
 )
-from specc.model.system import Memory, Port
+from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool, Type
 from specc.resolve.context import Where, nobody_knows, trace_of
@@ -48,9 +48,21 @@ class MachineResolver:
     ports: tuple[Port, ...]
     memory: tuple[Memory, ...]
     expressions: Expressions
+    _memory: dict[str, Memory] = field(init=False)
+    _sent: dict[tuple[str, str], Element] = field(init=False)
+    _peers: set[str] = field(init=False)
+    _outputs: dict[str, Type] = field(init=False)
+    """Types of the elements of output buffers, by `y.peer.element`."""
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        ports = [port for port in self.ports if port.direction == "y"]
+        self._memory = {item.name: item for item in self.memory}
+        self._peers = {port.peer for port in ports}
+        self._sent = {(port.peer, e.name): e for port in ports for e in port.elements}
+        self._outputs = {f"y.{peer}.{name}": e.type for (peer, name), e in self._sent.items()}
 
     def resolve(self) -> Machine:
         """The machine; what has errors is unknown in it or left out, after reporting."""
@@ -143,13 +155,13 @@ class MachineResolver:
         """Peer, element and type of `y.peer.element`, or of a memory element."""
         parts = target.split(".")
         if len(parts) == 3 and parts[0] == "y":
-            type_ = self._outputs().get(target)
+            type_ = self._outputs.get(target)
             if type_ is None and target.rpartition(".")[0] in self.expressions.meant:
                 self.expressions.findings.withheld += 1
             elif type_ is None and parts[2] not in self.expressions.broken:
                 lacks = self.expressions.element(*parts)
                 self.expressions.findings.unknown(
-                    "E0214", "output target", target, self._outputs(), at.key, lacks
+                    "E0214", "output target", target, self._outputs, at.key, lacks
                 )
             return parts[1], parts[2], type_
         if target.startswith("x."):
@@ -157,22 +169,16 @@ class MachineResolver:
             help = "assign an output, `y.peer.element`, or a memory element"
             self.expressions.findings.report("E0214", message, at.key, help=help)
             return "", target, None
-        type_ = {m.name: m.type for m in self.memory}.get(target)
+        type_ = self._memory[target].type if target in self._memory else None
         if type_ is None and target not in self.expressions.broken:
-            known = [*(m.name for m in self.memory), *self._outputs()]
+            known = [*self._memory, *self._outputs]
             self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)
         return "", target, type_
 
-    def _outputs(self) -> dict[str, Type]:
-        """Types of the elements of output buffers, by `y.peer.element`."""
-        ports = [port for port in self.ports if port.direction == "y"]
-        return {f"y.{port.peer}.{e.name}": e.type for port in ports for e in port.elements}
-
     def _declared(self, peer: str, name: str) -> Place | None:
         """Where the memory element, or the element of the output buffer of a peer, is declared."""
-        ends = [port for port in self.ports if (port.direction, port.peer) == ("y", peer)]
-        elements = ends[0].elements if ends else self.memory
-        return next((item.place for item in elements if item.name == name), None)
+        found = self._sent.get((peer, name)) if peer in self._peers else self._memory.get(name)
+        return found.place if found else None
 
     def _resolve_behaviours(self) -> None:
         for name, item in self.definition.behaviours.items():

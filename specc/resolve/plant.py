@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Container
 
 from specc.expr import Scope
-from specc.model.expr import Number
-from specc.model.system import Agent, Binding, Plant, Task
+from specc.model.expr import Number, Truth
+from specc.model.system import Agent, Binding, Plant, Subsystem, Task
 from specc.model.types import Real
+from specc.model.units import Unit
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
+from specc.resolve.durations import duration_of
 from specc.resolve.expressions import Expressions, rate_of
 from specc.schema.files import BindingDef, PlantDef, TaskDef
 
@@ -23,7 +25,29 @@ def resolve_plant(
         at = where["bind"][name]
         device, _, element = name.rpartition(".")
         bindings.append(_binding(device, element, item, at, findings, definitions))
-    return Plant(model, tuple(bindings), where["model"].place)
+    key = "python" if definition.python and not definition.model else "model"
+    if bool(definition.model) == bool(definition.python):
+        _report_kind(definition, where, findings)
+    return Plant(model, definition.python or "", tuple(bindings), where[key].place)
+
+
+def _report_kind(definition: PlantDef, where: Where, findings: Findings) -> None:
+    """A plant that is of no kind, or of two."""
+    if definition.model:
+        findings.report(
+            "E0104",
+            "a plant is made by `model` or by `python`, not by both",
+            where["python"].key,
+            help="keep the one that this system runs with",
+        )
+        return
+    findings.report(
+        "E0102",
+        "missing key `model` in `plant`",
+        where.key,
+        help="add `model: FILE.xml` for MuJoCo, or `python: package.module:factory` for a plant "
+        "of your own",
+    )
 
 
 def _binding(
@@ -35,34 +59,39 @@ def _binding(
     definitions: Definitions,
 ) -> Binding:
     rate = rate_of(item.rate, at["rate"], findings) if item.rate is not None else None
+    gap = duration_of(item.max_gap, at["max_gap"], findings) if item.max_gap is not None else None
     named = item.noise[0] if len(item.noise) == 1 and item.noise[0].isidentifier() else ""
-    noise = () if named else _noise(item, at, findings, definitions)
+    noise = [] if named else _noise(item, at, findings, definitions)
     return Binding(
         device,
         element,
+        at.key,
         tuple(item.joints),
         tuple(item.sensors),
         tuple(item.actuators),
         item.camera,
         item.image,
         rate,
-        noise,
+        tuple(sigma for sigma, _ in noise),
         named,
         item.through or "",
-        at.key,
+        tuple(unit for _, unit in noise),
+        item.sporadic,
+        gap,
     )
 
 
 def _noise(
     item: BindingDef, at: Where, findings: Findings, definitions: Definitions
-) -> tuple[float, ...]:
+) -> list[tuple[float, Unit]]:
+    """Standard deviations, each with its unit; none where one is not."""
     expressions = Expressions(findings, definitions)
     sigmas = []
     for index, text in enumerate(item.noise):
         where = at["noise"][index] if isinstance(at["noise"].raw, list) else at["noise"]
         value = expressions.value(where, text, Scope(), None)
         if isinstance(value, Number) and isinstance(value.type, Real) and value.value >= 0:
-            sigmas.append(float(value.value))
+            sigmas.append((float(value.value), value.type.unit))
         elif value is not None:
             findings.report(
                 "E0506",
@@ -70,7 +99,7 @@ def _noise(
                 where.place,
                 help="write a number with its unit, e.g. `0.3[N]`",
             )
-    return tuple(sigmas) if len(sigmas) == len(item.noise) else ()
+    return sigmas if len(sigmas) == len(item.noise) else []
 
 
 def resolve_task(
@@ -116,8 +145,28 @@ def _report_names(
     for name, key in ((cycle.source, "from"), (cycle.target, "to")):
         if name not in states:
             findings.unknown("E0217", "state", name, states, at[key].place)
+    if cycle.source in states and cycle.target in states:
+        _report_no_row(subsystem, definition, at, findings)
     memory = [m.name for m in subsystem.memory]
     for index, name in enumerate(definition.watch):
         if name not in memory:
             place = where["watch"][index].place
             findings.unknown("E0201", "memory element", name, memory, place)
+
+
+def _report_no_row(
+    subsystem: Subsystem, definition: TaskDef, at: Where, findings: Findings
+) -> None:
+    """E0514; a state without any row that can end is not finished, which is said of it."""
+    source, target = definition.cycle.source, definition.cycle.target
+    targets = dict.fromkeys(row.target for row in subsystem.transitions if row.source == source)
+    when = subsystem.state(source).behaviour.terminal.when
+    if target in targets or not (targets or (isinstance(when, Truth) and not when.value)):
+        return
+    known = ", ".join(f"`{name}`" for name in targets)
+    findings.report(
+        "E0514",
+        f"no row leads from `{source}` to `{target}`: no cycle would ever be counted",
+        at["to"].place,
+        help=f"from `{source}` rows lead to {known}" if known else f"`{source}` is never left",
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
 from specc.expr import ExprError, parse_type
@@ -41,7 +41,7 @@ def reuse(
         return None
     binder = _Binder(arguments, where["with"], where["use"], outer, library.findings)
     frames = binder.frames(file.spec.parameters)
-    scratch = Library(library.load, library.base, Findings())
+    scratch = replace(library, findings=Findings())
     types = scratch.definitions(file, frames)
     given = binder.values(file, types)
     if not binder.complete:
@@ -76,6 +76,7 @@ class _Binder:
     def values(self, file: Loaded, inner: Definitions) -> tuple[Constant, ...]:
         """Value parameters as constants; their arguments are expressions of the using file."""
         constants = []
+        scope = constant_scope(self.outer)
         for name, text in file.spec.parameters.items():
             if text == "frame" or name not in self.arguments:
                 continue
@@ -83,12 +84,17 @@ class _Binder:
             if expected is None:
                 continue
             expressions = Expressions(self.findings, self.outer)
-            where, scope = self.where[name], constant_scope(self.outer)
+            where = self.where[name]
             value = expressions.value(where, self.arguments[name], scope, expected)
             if value is None:
                 self._fail()
             else:
-                value = _outside(value, self.outer, file.spec)
+                try:
+                    value = _outside(value, self.outer, file.spec)
+                except ExprError as error:
+                    self._fail()
+                    self.findings.expression_error(where, error)
+                    continue
                 constants.append(Constant(name, value, "", where.key))
         return tuple(constants)
 

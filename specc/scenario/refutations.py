@@ -13,13 +13,12 @@ from specc.checks import (
 )
 from specc.example.search import Goal
 from specc.facts import Decided, Facts
-from specc.facts.steps import CAUSES
 from specc.facts.words import ending, situation
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
-from specc.proof import InputName, Witness
+from specc.proof import InputName
 
-CODES = ("E0601", "E0602", "E0603", "W0616", "E0701", "E0702", "E0703", "E0704")
+CODES = ("E0601", "E0602", "E0603", "E0701", "E0702", "E0703", "E0704")
 """Codes of findings that a run can show."""
 
 
@@ -51,8 +50,6 @@ def refutations(facts: Facts) -> Iterator[Refutation]:
     """The refutations of a system, in the order of its states."""
     for decided in facts.decided():
         yield from _of_rows(decided, facts)
-    for subsystem in facts.whole_subsystems:
-        yield from _of_unused_components(subsystem, facts)
     for subsystem in facts.consistent_subsystems:
         yield from _of_absence(subsystem, facts)
 
@@ -77,26 +74,6 @@ def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
 def _is_unfinished(decided: Decided, facts: Facts) -> bool:
     """Whether the table has no rows for the state yet."""
     return any(decided.state is state for state in facts.dead_ends(decided.subsystem))
-
-
-def _of_unused_components(subsystem: Subsystem, facts: Facts) -> Iterator[Refutation]:
-    """W0616."""
-    for state in subsystem.states:
-        for cause in CAUSES:
-            witness = facts.unused_component(subsystem, state.name, cause)
-            if witness is not None:
-                rows = _held(witness, subsystem, state.name, cause)
-                count = "two rows apply" if rows else "no row applies"
-                words = f"in state `{state.name}` {count} {situation(witness)}"
-                name = subsystem.qualified_name
-                yield Refutation("W0616", name, state.name, cause, words, witness.answers, rows)
-
-
-def _held(
-    witness: Witness, subsystem: Subsystem, state: str, cause: Cause
-) -> tuple[Transition, ...]:
-    rows = [row for _, row in subsystem.rows(state, cause)]
-    return tuple(rows[index] for index in witness.holding)
 
 
 def _of_absence(subsystem: Subsystem, facts: Facts) -> Iterator[Refutation]:

@@ -35,10 +35,25 @@ def _readable_name(value: str) -> str:
     return value
 
 
+def _field_name(value: str) -> str:
+    if _readable_name(value).startswith("__"):
+        raise PydanticCustomError("private_name", "{meant}", {"meant": f"own{value[1:]}"})
+    return value
+
+
+def _importable(value: str) -> str:
+    if any(map(keyword.iskeyword, re.split("[.:]", value))):
+        raise PydanticCustomError("keyword_in_path", "{meant}", {"meant": ""})
+    return value
+
+
 Name = Annotated[str, AfterValidator(_name)]
 """Letters, digits and `_`, not beginning with a digit."""
 ReadableName = Annotated[str, AfterValidator(_readable_name)]
 """A name that can stand in an expression."""
+
+FieldName = Annotated[str, AfterValidator(_field_name)]
+"""A name that can stand behind a point, in expressions and in Python."""
 
 ExprText = Annotated[
     str,
@@ -76,6 +91,14 @@ DurationText = Annotated[
         examples=["20 ms", "0.5 s"],
     ),
 ]
+GapText = Annotated[
+    str,
+    BeforeValidator(_as_text, json_schema_input_type=str),
+    Field(
+        description="For how long a sporadic device may have no new sample, at most: `200 ms`.",
+        examples=["200 ms", "1 s"],
+    ),
+]
 Numbers = Annotated[
     tuple[int, ...],
     BeforeValidator(_as_tuple, json_schema_input_type=int | list[int]),
@@ -87,6 +110,7 @@ PythonPath = Annotated[
         pattern=PYTHON_PATH,
         description="A Python object as `package.module:name`.",
     ),
+    AfterValidator(_importable),
 ]
 
 

@@ -8,7 +8,8 @@ from pydantic import BeforeValidator, Field
 
 from specc.schema.base import (
     ExprText,
-    Name,
+    FieldName,
+    GapText,
     PythonPath,
     RateText,
     ReadableName,
@@ -17,7 +18,7 @@ from specc.schema.base import (
     TypeText,
     short_form,
 )
-from specc.schema.subsystem import Element, Input, SubsystemDef
+from specc.schema.subsystem import Command, Element, SubsystemDef
 
 
 class TypeDef(Traced):
@@ -27,7 +28,7 @@ class TypeDef(Traced):
     frames: list[ReadableName] = Field(
         [], description="Frame parameters of a record or opaque type."
     )
-    fields: dict[ReadableName, TypeText] | None = Field(None, description="Fields of a record.")
+    fields: dict[FieldName, TypeText] | None = Field(None, description="Fields of a record.")
     opaque: Literal[True] | None = Field(None, description="Only operators look into its values.")
     python: PythonPath | None = None
 
@@ -50,7 +51,7 @@ class OperatorDef(Traced):
 class DeviceDef(Traced):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
-    x: dict[ReadableName, Input] = Field({}, description="What the device accepts.")
+    x: dict[ReadableName, Command] = Field({}, description="What the device accepts.")
     y: dict[ReadableName, Element] = Field({}, description="What the device reports.")
 
 
@@ -84,6 +85,8 @@ class BindingDef(Strict):
     camera: str = Field("", description="Camera of the model.")
     image: Literal["", "rgb", "depth"] = Field("", description="What the camera records.")
     rate: RateText | None = None
+    sporadic: bool = Field(False, description="Whether there may be no new sample.")
+    max_gap: GapText | None = None
     noise: Annotated[
         list[ExprText], BeforeValidator(_as_list, json_schema_input_type=str | list[str])
     ] = Field([], description="Standard deviation per sensor, or `kinect` for a depth image.")
@@ -93,9 +96,12 @@ class BindingDef(Strict):
 
 
 class PlantDef(Strict):
-    """The simulated plant."""
+    """What stands behind the devices: a MuJoCo model, or a plant of one's own."""
 
-    model: str = Field(description="MJCF file, relative to this file.")
+    model: str = Field("", description="MJCF file, relative to this file.")
+    python: PythonPath | None = Field(
+        None, description="What makes a plant of one's own, `package.module:factory`."
+    )
     bind: dict[str, BindingDef] = Field(
         {}, description="Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
     )
@@ -118,11 +124,19 @@ class TaskDef(Strict):
     watch: list[str] = Field([], description="Memory elements that the judge may see.")
 
 
+_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task"))
+_OF_ALL = frozenset(("specc", *Traced.model_fields))
+
+
 class SpecFile(Traced):
-    """A specification (`system:`) or a description to reuse (`subsystem:` or `agent:`)."""
+    """A specification (`system:`), a description to reuse (`subsystem:` or `agent:`), or
+    definitions that other files use.
+    """
 
     specc: Literal[1] = Field(description="Version of the language.")
-    system: Name | None = Field(None, description="Name of the system; generated code goes by it.")
+    system: ReadableName | None = Field(
+        None, description="Name of the system; generated code goes by it."
+    )
     use: list[str] = Field([], description="Files whose definitions are merged in.")
     parameters: dict[ReadableName, TypeText] = Field(
         {}, description="Parameters of a description to reuse: a type, or `frame`."
@@ -149,3 +163,9 @@ class SpecFile(Traced):
     agent: AgentDef | None = Field(None, description="An agent to reuse.")
     plant: PlantDef | None = Field(None, description="What stands behind the devices.")
     task: TaskDef | None = None
+
+    @property
+    def is_part(self) -> bool:
+        """Whether the file has definitions or a description for systems to use, and no system."""
+        given = self.model_fields_set
+        return not given & _OF_SYSTEMS and not given <= _OF_ALL

@@ -39,8 +39,24 @@ class InputDef(ElementDef):
     max_age: DurationText | None = None
 
 
+class SafeDef(Strict):
+    """What an element of a device gets when a run ends."""
+
+    value: ExprText = Field(
+        alias="is", description="Of constants, operators and what the device reported last."
+    )
+    otherwise: ExprText | None = Field(None, description="A constant for when that fails.")
+
+
+class CommandDef(InputDef):
+    """An element that a device accepts."""
+
+    safe: Annotated[SafeDef, short_form("is", SafeDef)] | None = None
+
+
 Element = Annotated[ElementDef, short_form("type", ElementDef)]
 Input = Annotated[InputDef, short_form("type", InputDef)]
+Command = Annotated[CommandDef, short_form("type", CommandDef)]
 InputBufferDef = dict[str, dict[ReadableName, Input]]
 OutputBufferDef = dict[str, dict[ReadableName, Element]]
 

@@ -53,6 +53,14 @@ _NAMES = {
         "{} is not a name",
         "a name is letters, digits and `_`, and does not begin with a digit",
     ),
+    "private_name": (
+        "{} begins with two underscores, which makes it private in Python",
+        "choose another name",
+    ),
+    "keyword_in_path": (
+        "{} has a keyword of Python in it and cannot be imported",
+        "write `package.module:name`",
+    ),
     "word_of_expressions": ("{} is a word of the expression language", "choose another name"),
 }
 _PLAIN = re.compile(r"[\w./-]+")

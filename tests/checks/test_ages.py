@@ -80,12 +80,13 @@ def machine(stage: Stage, source: str, target: str) -> list[str]:
     ]
 
 
-def observed(stages: list[Stage], seed: int) -> Fraction | None:
+def observed(stages: list[Stage], seed: int, gap: int = 0) -> Fraction | None:
     """The greatest age that the last stage meets, pauses coming by chance; None if it meets none.
 
-    A stage that asks may be read only when it has found nothing new.
+    A stage that asks may be read only when it has found nothing new. So it is with a device that
+    may have no sample for up to `gap` ticks.
     """
-    draw = random.Random(seed)
+    draw, taken = random.Random(seed), 0
     ticks = [TICKS_HZ // stage.rate for stage in stages]
     boxes: list[tuple[int | None, bool]] = [(None, False)] * len(stages)
     sent: list[tuple[bool, int | None]] = [(False, None)] * len(stages)
@@ -95,8 +96,10 @@ def observed(stages: list[Stage], seed: int) -> Fraction | None:
         for i in due:
             if sent[i][0] and i + 1 < len(stages):
                 boxes[i + 1] = (sent[i][1], True)
+        if 0 in due and (now - taken > gap or draw.random() < 0.1):
+            taken = now
         for i in due:
-            measured, fresh = (now, True) if i == 0 else boxes[i]
+            measured, fresh = (taken, taken == now) if i == 0 else boxes[i]
             value = measured if fresh or not stages[i].asks else None
             boxes[i] = (boxes[i][0], False)
             if i == len(stages) - 1 and value is not None and now > STEPS // 10:
@@ -124,6 +127,29 @@ def test_the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -
             assert met <= found.age_s
             if not any(stage.pauses for stage in stages[:-1]):
                 assert met == found.age_s
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path: Path) -> None:
+    stages = chain(seed)
+    draw = random.Random(seed)
+    stages[0].asks = draw.random() < 0.3
+    gap = draw.choice((0, 20, 60, 100))
+    limit = f", max_gap: {gap * 1000 // TICKS_HZ} ms" if gap else ""
+    gap = gap * 1000 // TICKS_HZ * TICKS_HZ // 1000
+    path = tmp_path / "chain.yaml"
+    bind = f"{{a1.R.k.v: {{sporadic: true{limit}}}}}"
+    path.write_text(f'{specification(stages)}plant: {{python: "a:b", bind: {bind}}}\n')
+    system = read_spec(str(path)).system
+    assert system is not None
+    last = len(stages) - 1
+    node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
+    found = Ages(Facts(system)).oldest(node)
+    held = any(b.pauses and not r.asks for b, r in pairwise(stages))
+    assert isinstance(found, Held) == (held or (not limit and not stages[0].asks))
+    if isinstance(found, Trail):
+        met = observed(stages, seed, gap or STEPS)
+        assert met is None or met <= found.age_s
 
 
 def test_the_ways_of_a_trail_add_up(tmp_path: Path) -> None:

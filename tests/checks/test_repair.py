@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.expr import show
+from specc.expr import evaluate, show
 from specc.facts.connections import Connections
 from specc.model.expr import TRUE, Expr
 from specc.model.fsm import Condition, Transition
@@ -19,7 +19,7 @@ from specc.model.trace import Trace
 from specc.pipeline import compile_spec
 from specc.proof import Prover, RowVerdict
 from specc.proof.repair import opposite
-from tests.checks.conditions import HERE, condition, machine
+from tests.checks.conditions import HERE, condition, machine, worlds
 from tests.checks.texts import prove
 
 CASES = Path(__file__).resolve().parents[1] / "cases" / "machines"
@@ -27,17 +27,18 @@ ROW = re.compile(
     r'the row `\[(\w+), (\w+), (\w+), \.\.\.\]` with the initial condition `\w+: "(.*)"`'
 )
 MOST_REPAIRS = 40
+WORLDS = list(worlds())
 
 
 def verdict_of(subsystem: Subsystem) -> RowVerdict:
     return Prover(subsystem, {}).prove_rows("S", "terminal")
 
 
-def repaired(subsystem: Subsystem) -> Subsystem:
+def repaired(subsystem: Subsystem, of: str = "either") -> Subsystem:
     """The subsystem after one suggested repair."""
     verdict = verdict_of(subsystem)
     rows = list(subsystem.transitions)
-    witness = verdict.decision.overlap or verdict.decision.gap
+    witness = verdict.decision.overlap or (verdict.decision.gap if of == "either" else None)
     assert witness
     if witness.repair is None:
         rows.remove(rows[witness.holding[-1]])
@@ -62,6 +63,54 @@ def test_repairs_end_in_a_proof(seed: int) -> None:
     raise AssertionError("the repairs do not end")
 
 
+def told_of(rows: list[Expr], terminal: Expr, axiom: Expr) -> list[tuple[bool, ...]]:
+    """Which rows hold in each world in which the state ends and the axiom holds."""
+    there = [world for world in WORLDS if evaluate(terminal, world) and evaluate(axiom, world)]
+    return [tuple(bool(evaluate(row, world)) for row in rows) for world in there]
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_repairs_of_overlaps_keep_rows_apart(seed: int) -> None:
+    """No repair makes two rows ask the same, or leaves a gap, and in the end none overlap."""
+    rng = random.Random(700 + seed)
+    terminal, axiom = condition(rng, 1, {}), condition(rng, 1, {})
+    rows = [condition(rng, 2, {}) for _ in range(rng.randint(2, 4))]
+    subsystem = machine(rows, terminal=terminal, axioms=(axiom,))
+    before = told_of(rows, terminal, axiom)
+    for _ in range(MOST_REPAIRS):
+        asked = [row.condition.when for row in subsystem.transitions]
+        held = told_of(asked, terminal, axiom)
+        assert list(map(any, held)) == list(map(any, before))
+        if not verdict_of(subsystem).decision.overlap:
+            assert not any(sum(row) > 1 for row in held)
+            return
+        columns = set(zip(*held, strict=True))
+        subsystem = repaired(subsystem, "overlap")
+        asked = [row.condition.when for row in subsystem.transitions]
+        now = list(zip(*told_of(asked, terminal, axiom), strict=True))
+        new = [column for column in now if column not in columns]
+        assert len(new) < 2
+        assert all(any(column) for column in new)
+    raise AssertionError("the repairs do not end")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_told_are_all_situations(seed: int) -> None:
+    rng = random.Random(900 + seed)
+    terminal, axiom = condition(rng, 1, {}), condition(rng, 1, {})
+    rows = [condition(rng, 2, {}) for _ in range(rng.randint(1, 4))]
+    decision = verdict_of(machine(rows, terminal=terminal, axioms=(axiom,))).decision
+    there = [world for world in WORLDS if evaluate(terminal, world) and evaluate(axiom, world)]
+    for witness, wrong in ((decision.gap, {0}), (decision.overlap, {2, 3, 4})):
+        for world in there if witness else ():
+            assert witness
+            told = all(bool(evaluate(expr, world)) == yes for expr, yes in witness.answers)
+            if witness.everywhere is not None:
+                told = bool(evaluate(witness.everywhere, world))
+            is_wrong = sum(bool(evaluate(row, world)) for row in rows) in wrong
+            assert told == is_wrong or (witness.some and is_wrong)
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_a_missing_row_is_missing_once(seed: int) -> None:
     rng = random.Random(100 + seed)
@@ -76,10 +125,13 @@ def test_the_row_of_the_report_makes_the_specification_pass(case: Path, tmp_path
     found = ROW.search(finding.help)
     assert found
     state, cause, name, text = found.groups()
+    others = [r.place.route[-1] for r in finding.related if r.message.startswith("ended by")]
     lines = case.read_text(encoding="utf-8").splitlines()
     initial = lines.index("          initial:")
     lines.insert(initial + 1, f'            {name}: "{text}"')
-    lines.append(f"          - [{state}, {cause}, {name}, {state}]")
+    lines += [
+        f"          - [{lacking}, {cause}, {name}, {lacking}]" for lacking in (state, *others)
+    ]
     mended = tmp_path / "mended.yaml"
     mended.write_text("\n".join(lines) + "\n", encoding="utf-8")
     result = compile_spec(str(mended))
@@ -150,12 +202,12 @@ def mended(subsystem: Subsystem, verdict: RowVerdict, at: Transition) -> Subsyst
     ("asked", "expected"),
     [
         ("d < 1", "d >= 1.0"),
-        ("size(d) < 1", "not size(d) < 1.0"),
-        ("d / e < 1", "not d / e < 1.0"),
+        ("size(d) < 1", "size(d) >= 1.0"),
+        ("d / e < 1", "d / e >= 1.0"),
         ("n == 1", "n != 1"),
     ],
 )
-def test_what_nan_would_break_is_not_suggested(asked: str, expected: str) -> None:
+def test_the_opposite_of_a_comparison_is_one(asked: str, expected: str) -> None:
     gap = prove(asked).decision.gap
     assert gap
     assert gap.repair

@@ -66,6 +66,23 @@ def test_verdicts_about_sums_agree_with_trying(seed: int) -> None:
     assert (decision.overlap is not None) == any(count > 1 for count in enabled)
 
 
+@pytest.mark.parametrize("seed", range(30))
+def test_what_is_said_to_be_impossible_is(seed: int) -> None:
+    """No values give the answers that the solver holds against a combination of all answers."""
+    rng = random.Random(500 + seed)
+    prover = Prover(machine([sums(rng) for _ in range(4)]), {})
+    rows = prover.prove_rows("S", "terminal").rows
+    atoms = list(dict.fromkeys(atoms_of(prover._formula(row.condition.when) for row in rows)))
+    exact = prover._relations.judge(atoms).exact
+    worlds = [Environment(memory={"a": a, "b": b}) for a, b in itertools.product(VALUES, repeat=2)]
+    for said in itertools.product((False, True), repeat=len(atoms)):
+        core = exact.conflict(list(zip(atoms, said, strict=True)))
+        asked = [(a.expr, yes == a.text_holds) for a, yes in core or () if a.expr is not None]
+        assert core is None or not any(
+            all(evaluate(expr, world) == holds for expr, holds in asked) for world in worlds
+        )
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_solver_and_tables_agree_on_facts(seed: int) -> None:
     rng = random.Random(3000 + seed)

@@ -87,6 +87,53 @@ REST = {
     "gap": (("moving: not fresh(x.c.stop)", "moving: x.c.go and not fresh(x.c.stop)"), "E0601"),
     "unreached": (("[S0, terminal, go, S1]", "[S0, terminal, go, S0]"), "W0607"),
 }
+NEEDLESS = (
+    "          - [S1, terminal, moving, S1]\n",
+    "          - [S1, terminal, moving, S1]\n"
+    "        assume:\n"
+    '          - {that: "d_d < 1[m] or fresh(x.c.go)", because: it is slow}\n',
+)
+
+
+@pytest.mark.parametrize("fault", ["value of a target", "target", "memory"])
+def test_an_assumption_that_nothing_needs_is_told_beside_an_error(
+    fault: str, tmp_path: Path
+) -> None:
+    wrong, code = FAULTS[fault]
+    assert codes(tmp_path, NEEDLESS) == ["W0610"]
+    assert codes(tmp_path, wrong, NEEDLESS) == sorted([code, "W0610"])
+
+
+def test_an_assumption_may_be_meant_for_rows_that_are_wrong(tmp_path: Path) -> None:
+    change, code = REST["gap"]
+    about_it = ("d_d < 1[m] or fresh(x.c.go)", "x.c.go or fresh(x.c.go)")
+    assert codes(tmp_path, NEEDLESS, about_it) == ["W0610"]
+    assert codes(tmp_path, change, NEEDLESS) == [code, "W0610"]
+    assert codes(tmp_path, change, NEEDLESS, about_it) == [code]
+
+
+SEEN = Path(__file__).resolve().parents[1] / "cases/presence/E0705-nothing-seen.yaml"
+TWICE = "[[S0, terminal, always, S1], [S0, terminal, always, S0]]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("y.E.width: 0}", 'y.E.width: "1[s]"}', "E0310"),
+        ("[look, wait]", "[look, wiat]", "E0215"),
+        ("[[S0, terminal, always, S1]]", TWICE, "E0602"),
+    ],
+)
+def test_an_item_that_may_not_be_there_is_told_beside_an_error(
+    old: str, new: str, code: str, tmp_path: Path
+) -> None:
+    text = SEEN.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "demo.yaml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    assert sorted(d.code for d in compile_spec(str(path)).diagnostics) == sorted(["E0705", code])
+
+
 ELSEWHERE = ["initial condition", "value of a target", "target", "function of a behaviour"]
 
 

@@ -32,7 +32,7 @@ SIGNATURES = {
 
 def _operator(name: str, signature: str) -> Operator:
     parameters, result = parse_signature(signature, NAMES)
-    return Operator(name, parameters, result, "demo:f", "", Trace(), Place(""))
+    return Operator(name, parameters, result, "tool:f", "", Trace(), Place(""))
 
 
 SCOPE = Scope(
@@ -48,22 +48,15 @@ def condition(text: str) -> Expr:
     return expression(text, SCOPE, Bool())
 
 
-def prover(
-    *rows: str, axioms: tuple[str, ...] = (), terminal: str = "True", nan: bool = False
-) -> Prover:
-    """What answers about a machine with these rows, whose period is 1 s.
-
-    With `nan`, every real number may be one.
-    """
+def prover(*rows: str, axioms: tuple[str, ...] = (), terminal: str = "True") -> Prover:
+    """What answers about a machine with these rows, whose period is 1 s."""
     subsystem = machine(
         [condition(row) for row in rows],
         axioms=tuple(condition(axiom) for axiom in axioms),
         terminal=condition(terminal),
     )
     assert subsystem.rate_hz == Fraction(1)
-    from specc.facts.unused_components import is_real
-
-    return Prover(subsystem, {}, (), is_real) if nan else Prover(subsystem, {})
+    return Prover(subsystem, {})
 
 
 def prove(*rows: str, **context: object) -> RowVerdict:

@@ -1,7 +1,7 @@
 """A compiler that reads files but knows no language: the seam that the commands stand on."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -18,7 +18,7 @@ class FakeResult:
     diagnostics: list[Diagnostic]
     sources: Sources
     system: None = None
-    system: None = None
+    is_part: bool = False
 
     @property
     def ok(self) -> bool:
@@ -50,6 +50,9 @@ class FakePipeline:
     fault: BaseException | None = None
     built: list[str] = field(default_factory=list)
 
+    def check_spec(self, path: str) -> FakeResult:
+        return self.compile_spec(path)
+
     def compile_spec(self, path: str) -> FakeResult:
         if self.fault is not None:
             raise self.fault
@@ -60,7 +63,7 @@ class FakePipeline:
                 found.append(Diagnostic(code, f"key {key}", Place(path, (key,), "key")))
         return FakeResult(found, Sources([document.source]))
 
-    def build(self, path: str) -> FakeBuild:
+    def build(self, path: str, values: Mapping[str, str] | None = None) -> FakeBuild:
         result = self.compile_spec(path)
         self.built.append(path)
         if not result.ok:
@@ -79,7 +82,7 @@ def pipeline(monkeypatch: pytest.MonkeyPatch) -> Iterator[FakePipeline]:
 
     fake = FakePipeline()
     module = ModuleType("specc.pipeline")
-    for name in ("compile_spec", "build", "json_schema"):
+    for name in ("check_spec", "compile_spec", "build", "json_schema"):
         setattr(module, name, getattr(fake, name))
     monkeypatch.setitem(sys.modules, "specc.pipeline", module)
     monkeypatch.setattr(specc, "pipeline", module, raising=False)

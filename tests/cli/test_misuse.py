@@ -164,13 +164,13 @@ TEXTS = {
         REFUSED,
         ("E0303", "10000", "let"),
     ),
-    "alias bomb": Misuse(bomb(), REFUSED, ("E0017", "too many values", "400000")),
+    "alias bomb": Misuse(bomb(), REFUSED, ("E0017", "too many values", "100000")),
     "many values": Misuse(
-        "specc: 1\nconstants:\n" + "".join(f"  c{n}: 1\n" for n in range(250_000)),
+        "specc: 1\nconstants: {a: [" + "1, " * 120_000 + "1]}\n",
         REFUSED,
         ("E0017", "too many values"),
     ),
-    "huge": Misuse("specc: 1\n" + "# nothing\n" * 900_000, UNUSABLE, ("E0004", "8 MB")),
+    "huge": Misuse("specc: 1\n" + "# nothing\n" * 300_000, UNUSABLE, ("E0004", "2 MB")),
 }
 
 
@@ -239,7 +239,6 @@ def test_model_that_only_the_simulator_refuses(folder: Path) -> None:
         ("run gate.yaml --seed x", ("--seed", "'x' is not a whole number")),
         ("run gate.yaml --seed -1", ("--seed", "'-1' is not a whole number, 0 or more")),
         ("run gate.yaml --renderer y", ("--renderer", "'y'", "raycast")),
-        ("run gate.yaml --duration 1 --cycles 1", ("--cycles", "not allowed", "--duration")),
         ("run gate.yaml --duration -1", ("--duration", "positive number of seconds")),
         ("run gate.yaml --duration inf", ("--duration", "positive number of seconds")),
         ("run gate.yaml --fast", ("unrecognized arguments: --fast",)),
@@ -281,7 +280,7 @@ def test_folders_and_files_without_permission(folder: Path) -> None:
         (
             "careless:raises",
             REFUSED,
-            ("belt.drive S0 at 0.000 s", "the belt is upside down", "raises (careless.py:2)"),
+            ("at 0.000 s, belt.drive S0", "the belt is upside down", "raises (careless.py:2)"),
         ),
         ("careless:leaves", REFUSED, ("belt.drive S0", "SystemExit: 3")),
     ],
@@ -311,7 +310,7 @@ def test_task_with_a_class_that_is_not_there(part: str, folder: Path) -> None:
         SPEC, "  cycle: {of: gate.c", f'  {part}: "careless:Missing"\n  cycle: {{of: gate.c'
     )
     (folder / "gate.yaml").write_text(text, encoding="utf-8")
-    words = ("cannot load 'careless:Missing'", "no attribute 'Missing'")
+    words = (f"cannot load the {part} 'careless:Missing'", "no attribute 'Missing'")
     assert_said(specc(folder, "run", "gate.yaml"), UNUSABLE, words)
 
 

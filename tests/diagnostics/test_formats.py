@@ -53,6 +53,7 @@ def test_json_has_every_part_of_a_finding(found: Report) -> None:
         "warnings": 1,
         "open_points": 0,
         "ignored": 0,
+        "not_shown": 0,
     }
     codes = [item["code"] for item in data["diagnostics"]]
     assert codes == ["E9999", "E0101", "W0001"]

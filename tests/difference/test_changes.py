@@ -91,6 +91,13 @@ DIFFERENCES: list[tuple[list[Edit], list[Found]]] = [
      [("", "binding", "cart.E.wheels.v_d", "changed", "actuators")]),
     ([(', noise: "0.001[m]"', "")], [("", "binding", "cart.E.wheels.s_m", "changed", "noise")]),
     ([("model: cart.xml", "model: other.xml")], [("", "plant", "", "changed", "model")]),
+    ([("model: cart.xml", 'python: "cart.own:Cart"')], [
+        ("", "plant", "", "changed", "model"), ("", "plant", "", "changed", "python"),
+    ]),
+    ([(', noise: "0.001[m]"', ', noise: "0.001[m]", sporadic: true, max_gap: 50 ms')], [
+        ("", "binding", "cart.E.wheels.s_m", "changed", "sporadic"),
+        ("", "binding", "cart.E.wheels.s_m", "changed", "max_gap"),
+    ]),
     ([("from: going", "from: creeping")], [("", "task", "", "changed", "source")]),
     ([(BASE[BASE.index("task:") :], "")], [("", "task", "", "removed", "")]),
 ]  # fmt: skip

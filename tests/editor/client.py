@@ -17,6 +17,8 @@ Message = dict[str, Any]
 class ServerError(Exception):
     """The server answered a request with an error."""
 
+    code = 0
+
 
 class Client:
     """Starts a server, initialises it, and ends it on leaving the `with` block."""
@@ -24,6 +26,7 @@ class Client:
     def __init__(
         self, command: Sequence[str], folder: Path, settings: dict[str, Any] | None = None
     ) -> None:
+        self.folder = folder
         self._settings = settings or {}
         self._process = subprocess.Popen(
             list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=folder
@@ -74,7 +77,9 @@ class Client:
         self._send({"id": number, "method": method, "params": params})
         answer = self._next(lambda message: message.get("id") == number and "method" not in message)
         if "error" in answer:
-            raise ServerError(answer["error"]["message"])
+            refused = ServerError(answer["error"]["message"])
+            refused.code = answer["error"]["code"]
+            raise refused
         return answer["result"]
 
     def notify(self, method: str, params: Any) -> None:

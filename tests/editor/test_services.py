@@ -73,6 +73,20 @@ def test_inserts_the_missing_row_and_its_condition(break_: str, tmp_path: Path) 
     assert set(codes(project, system, mended)) - set(expected) <= {"W0611"}
 
 
+def test_inserts_the_missing_row_of_all_states_that_lack_it(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    rows = "          - {from: S1, cause: terminal, when: always, to: S0}\n"
+    text = SYSTEM.replace("- [S0, terminal, resting, S0]", "- [S1, terminal, going, S0]")
+    text = text.replace(rows, "").replace("S1: motion", "S1: idle")
+    (action,) = offered(project, system, text, "{S0|: idle, S1")
+    assert "S0, S1" in action.title
+    mended = edited(text, action)
+    assert mended.count("otherwise: ") == 1
+    assert "[S0, terminal, otherwise, S0]" in mended
+    assert "[S1, terminal, otherwise, S1]" in mended
+    assert "E0601" not in codes(project, system, mended)
+
+
 def test_inserts_the_row_of_a_cause_without_any(tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
     text = SYSTEM.replace("terminal: reached}", "terminal: reached, error: far}").replace(

@@ -121,7 +121,7 @@ def spec(t: tuple[str, ...]) -> System:
     return system_of(
         subsystem,
         replace(subsystem, rate_hz=Fraction(100), name=name + "2"),
-        operators=(Operator(operator, (("a", REAL),), REAL, "demo:f", title, trace, HERE),),
+        operators=(Operator(operator, (("a", REAL),), REAL, "tool:f", title, trace, HERE),),
         constants=(Constant(constant, m.Number(0.5, type=REAL), title, HERE),),
         types=((row, trace), (record, NO_TRACE)),
         name=name,

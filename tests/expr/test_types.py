@@ -14,6 +14,7 @@ from specc.model.types import (
     Int,
     ListOf,
     Opaque,
+    PartialOf,
     Pose,
     Real,
     Record,
@@ -39,7 +40,7 @@ NAMES = TypeNames(
         "Mode": lambda _: MODE,
         "Motors": lambda _: Vector(6, Real(RADIAN)),
         "Object": make_object,
-        "Cloud": lambda frames: Opaque("Cloud", frames, "demo:Cloud"),
+        "Cloud": lambda frames: Opaque("Cloud", frames, "tool:Cloud"),
     },
 )
 SIGNATURE_NAMES = TypeNames(NAMES.frames, NAMES.types, variables_allowed=True)
@@ -53,9 +54,11 @@ types = st.recursive(
     | st.builds(Vector, st.integers(1, 9), scalars)
     | st.builds(Pose, frames, frames)
     | st.builds(Spatial, frames, units, units)
+    | st.builds(PartialOf, st.builds(Spatial, frames, units, units))
+    | st.builds(PartialOf, st.builds(Vector, st.integers(1, 9), units.map(Real)))
     | st.builds(Image, st.integers(1, 9), st.integers(1, 9), st.sampled_from([1, 3]))
     | frames.map(lambda f: make_object((f,)))
-    | frames.map(lambda f: Opaque("Cloud", (f,), "demo:Cloud")),
+    | frames.map(lambda f: Opaque("Cloud", (f,), "tool:Cloud")),
     lambda inner: inner.map(ListOf),
     max_leaves=3,
 )
@@ -79,6 +82,7 @@ def test_a_type_reads_back_from_its_text(type: Type) -> None:
         ("twist[E]", Spatial("E", parse_unit("m/s"), parse_unit("rad/s"))),
         ("image[480, 640]", Image(480, 640, 1)),
         ("real[1]", Real()),
+        ("partial[Motors]", PartialOf(Vector(6, Real(RADIAN)))),
         ("vector[6,\n  rad]", Vector(6, Real(RADIAN))),
         ("list[list[Object[P]]]", ListOf(ListOf(make_object(("K",))))),
     ],
@@ -154,6 +158,13 @@ def test_spellings(text: str, type: Type) -> None:
             "Motors",
             "a vector has no `vector[6, rad]` components",
             "a list has any items",
+        ),
+        (
+            "partial[real]",
+            "E0306",
+            "real",
+            "a `real` is there as a whole or not at all",
+            "vectors of reals and spatial vectors have components that may be missing",
         ),
         (
             "image[1, 1, 2]",

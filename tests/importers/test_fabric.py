@@ -113,6 +113,18 @@ def test_faults_of_a_definition_are_found_for_the_right_reason(
     assert "state `moving` has no row for its error condition" in missing.message
 
 
+def test_the_only_cause_of_an_end_is_named(workshop: Workshop) -> None:
+    """A predicate that no row asks can be all that ends a state."""
+    text = (FILES / "ram.xml").read_text()
+    text = text.replace('stop_cond="cmdValid or jammed"', 'stop_cond="cmdValid or inSelfCollision"')
+    text = text.replace('init_cond="jammed"', 'init_cond="FALSE"')
+    text = text.replace("<predicates>", '<predicates><predicate name="inSelfCollision"/>')
+    found = workshop.compile(workshop.fabric(text))
+    (gap,) = [d for d in found.diagnostics if d.code == "E0601"]
+    assert "cmdValid(input_data, components)` is false and" in gap.message
+    assert "inSelfCollision(input_data, components)` is true" in gap.message
+
+
 def test_assumptions_can_be_added_by_hand(workshop: Workshop, codes: Codes) -> None:
     made = import_fabric([RAM])
     assumed = "assume: [{that: not (cmdValid and jammed), because: a jam voids the command}]"
@@ -163,6 +175,48 @@ def test_connections_that_are_not_evident_are_asked_for(workshop: Workshop) -> N
     port = control(found, "press").port("x", "ram")
     assert port is not None
     assert [e.name for e in port.elements] == ["up_st"]
+
+
+def test_buffers_of_one_name_are_connected_though_others_would_fit(workshop: Workshop) -> None:
+    text = (FILES / "press.xml").read_text().replace('alias="ram_st"', 'alias="up_st"')
+    double = '<in alias="ram_st2" type="ram_msgs::Status" side="bottom"/></buffers>'
+    path = workshop.folder / "press.xml"
+    path.write_text(text.replace("</buffers>", double).replace('"ram_st"', '"up_st"'))
+    made = import_fabric([str(path), RAM])
+    assert not [d for d in made.diagnostics if "could be connected" in d.message]
+    found = workshop.compile(made)
+    assert [e.name for e in control(found, "press").port("x", "ram").elements] == ["up_st"]
+    assert "ram_st2" in [e.name for e in control(found, "press").port("x", "press_bottom").elements]
+
+
+def test_what_is_left_after_a_connection_is_connected(workshop: Workshop) -> None:
+    """Two rams under two presses: once one pair has its name, the other has no choice."""
+    press, ram = ((FILES / name).read_text() for name in ("press.xml", "ram.xml"))
+    paths = {name: workshop.folder / f"{name}.xml" for name in ("p1", "p2", "r1", "r2")}
+    for name, text in (("p1", press), ("p2", press), ("r1", ram), ("r2", ram)):
+        paths[name].write_text(text)
+    paths["r1"].write_text(ram.replace("up_st", "ram_st"))
+    made = import_fabric(
+        [str(path) for path in paths.values()], wires=[(("p1", "ram_st"), ("r1", "ram_st"))]
+    )
+    unclear = [d.message for d in made.diagnostics if "could be connected" in d.message]
+    assert not [message for message in unclear if "`p2.ram_st`" in message]
+    port = control(workshop.compile(made), "p2").port("x", "r2")
+    assert port is not None
+    assert [e.name for e in port.elements] == ["up_st"]
+
+
+def test_a_behaviour_that_no_state_executes_is_told(workshop: Workshop, codes: Codes) -> None:
+    text = (FILES / "press.xml").read_text()
+    unused = '<behavior name="rest" stop_cond="gotStop" err_cond="FALSE"/></behaviors>'
+    made = workshop.fabric(text.replace("</behaviors>", unused))
+    (told,) = [d for d in made.diagnostics if "`rest`" in d.message]
+    assert (told.code, told.message) == (
+        "W0801",
+        "behavior `rest` is not carried over: no state executes it",
+    )
+    assert codes(workshop.compile(made)) == []
+    assert "`rest`" in made.text.partition("specc: 1")[0]
 
 
 @pytest.mark.parametrize(

@@ -191,6 +191,35 @@ def holds(guard: str, answers: dict[str, bool]) -> bool:
     return not text or eval(text.replace("true", "True"), {}, dict(answers))
 
 
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        (
+            '<state id="a"><transition target="c"/></state><state id="b"><state id="c"/></state>',
+            "state `c` is inside `b`: nested states are not carried over",
+        ),
+        (
+            '<state id="a"><transition target="d"/></state>'
+            '<state id="b"><parallel><state id="d"/></parallel></state>',
+            "state `d` is inside a <parallel>: nested states are not carried over",
+        ),
+    ],
+)
+def test_a_nested_state_is_not_said_to_be_missing(body: str, told: str, workshop: Workshop) -> None:
+    made = workshop.scxml(f'<scxml version="1.0">{body}</scxml>')
+    assert made.text == ""
+    assert {d.code for d in made.diagnostics if d.severity == "error"} == {"E0808"}
+    assert told in [d.message for d in made.diagnostics]
+
+
+def test_an_initial_state_inside_another_is_said_to_be_so(workshop: Workshop) -> None:
+    body = '<state id="b"><state id="c"/></state>'
+    made = workshop.scxml(f'<scxml version="1.0" initial="c">{body}</scxml>')
+    assert "state `c` is inside `b`: nested states are not carried over" in [
+        d.message for d in made.diagnostics
+    ]
+
+
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(states=charts())
 def test_rows_do_what_an_interpreter_of_charts_does(

@@ -22,7 +22,18 @@ from specc.model import expr as m
 from specc.model.expr import walk
 from specc.model.fsm import Assignment, Behaviour, Function, State, Transition
 from specc.model.system import Constant, Let, Memory, Operator, System
-from specc.model.types import Bool, Enum, ListOf, Pose, Real, Record, Spatial, Type, Vector
+from specc.model.types import (
+    Bool,
+    Enum,
+    ListOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
 from tests.lower.models import (
     HERE,
     NO_TRACE,
@@ -74,6 +85,8 @@ def exact(type: Type) -> st.SearchStrategy[Any]:
             return st.tuples(*[exact(type.element)] * type.size)
         case Spatial():
             return st.tuples(*[EIGHTHS] * 6)
+        case PartialOf(value=inner):
+            return exact(inner)
         case ListOf():
             return st.lists(exact(type.element), max_size=2).map(tuple)
         case Record():
@@ -89,7 +102,7 @@ def _pose(rows: Any, p: Any) -> Any:
 
 def for_runtime(value: Any, type: Type) -> Any:
     """A plain value as the runtime has it."""
-    if isinstance(type, (Pose, Spatial)) or (
+    if isinstance(type, (PartialOf, Pose, Spatial)) or (
         isinstance(type, Vector) and isinstance(type.element, Real)
     ):
         return np.array(value, dtype=float)
@@ -136,6 +149,7 @@ CONSTANT_VALUES: dict[str, m.Expr] = {
 ZERO_VALUES: dict[str, m.Expr] = {
     "q_p": m.Items((m.Number(0.0, type=MEMORY["q_p"].element),) * 6, type=MEMORY["q_p"]),
     "p": m.Items((m.Number(0.0, type=MEMORY["p"].element),) * 3, type=MEMORY["p"]),
+    "push": m.Items((m.Unused(type=MEMORY["push"].value.element),) * 3, type=MEMORY["push"]),
     "count": m.Number(0, type=MEMORY["count"]),
     "X_EO": m.Builtin("identity", (), type=MEMORY["X_EO"]),
     "seen": m.Items((), type=MEMORY["seen"]),

@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import keyword
+from dataclasses import fields, is_dataclass, replace
+from io import StringIO
+from pathlib import Path
+from token import NAME, OP
+from tokenize import generate_tokens
+from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from specc.emit import filled
+from specc.lower import lower
 from specc.lower.names import Names, class_name, identifier, joined
+from specc.pipeline import compile_spec
+
+SPECS = Path(__file__).resolve().parents[2] / "specs"
 
 texts = st.sampled_from(["a", "b", "a_b", "b_c", "c", "_", "__", "class", "l", "", "é"]) | st.text()
 
@@ -54,10 +65,36 @@ def test_flags_keep_their_names_apart_from_elements() -> None:
     assert names["fresh", "c_a"] != "fresh_c_a"
 
 
-def test_classes_are_named_after_short_titles() -> None:
-    assert class_name("Manipulator", "irp m") == "Manipulator"
-    assert class_name("Object recognition", "irp k") == "ObjectRecognition"
-    assert class_name("Two-finger gripper", "irp g") == "TwoFingerGripper"
-    assert class_name("", "irp m") == "IrpM"
-    assert class_name("A title that goes on and on", "irp m") == "IrpM"
-    assert class_name('"); import os', "robot_2 c") == "Robot2C"
+def test_classes_are_named_after_agent_and_subsystem() -> None:
+    assert class_name("irp m") == "IrpM"
+    assert class_name("left_arm grip") == "LeftArmGrip"
+    assert class_name("robot_2 c") == "Robot2C"
+    assert class_name("") == "unnamed"
+
+
+def test_rewording_a_title_changes_no_identifier() -> None:
+    result = compile_spec(str(SPECS / "conveyor_gate.yaml"))
+    assert result.system is not None
+    plain = filled(lower(result.system, result.proofs))
+    reworded = filled(lower(_reworded(result.system), result.proofs))
+    assert {path: _code(text) for path, text in plain.items()} == {
+        path: _code(text) for path, text in reworded.items()
+    }
+
+
+def _reworded(value: Any) -> Any:
+    """A model with every title in it replaced by another one."""
+    if isinstance(value, tuple):
+        return tuple(map(_reworded, value))
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    inside = {
+        part.name: _reworded(getattr(value, part.name)) for part in fields(value) if part.init
+    }
+    return replace(value, **(inside | ({"title": "Reworded"} if "title" in inside else {})))
+
+
+def _code(text: str) -> list[str]:
+    """The names, keywords and operators of a module, in order."""
+    tokens = generate_tokens(StringIO(text).readline)
+    return [token.string for token in tokens if token.type in (NAME, OP)]

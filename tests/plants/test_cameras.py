@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -192,3 +193,15 @@ def test_a_camera_on_the_arm_moves_with_it(tmp_path):
         plant.actuate("lift", height)
         plant.advance(1.0)
         assert plant.sample("d")[240, 320] == pytest.approx(1.0 + plant.sample("x"), abs=1e-5)
+
+
+def test_a_model_without_an_overview_gets_one_that_sees_it(tmp_path: Path) -> None:
+    model = tmp_path / "ball.xml"
+    ball = '<body pos="3 4 5"><freejoint/><geom size="0.2" rgba="1 0 0 1" mass="1"/></body>'
+    model.write_text(f"<mujoco><worldbody>{ball}</worldbody></mujoco>")
+    plant = MujocoPlant(str(model), renderer="raycast")
+    picture = plant.picture("overview", 64, 48).astype(int)
+    plant.close()
+    red = (picture[..., 0] > 60) & (picture[..., 1] < 30)
+    rows, columns = np.nonzero(red)
+    assert 18 <= rows.mean() <= 30 and 26 <= columns.mean() <= 38

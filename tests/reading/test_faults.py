@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from specc.diagnostics.registry import all_codes
+from specc.limits import MAX_BYTES
 from specc.read import Document, read_file, read_text
-from specc.read.load import MAX_BYTES
 
 
 def located(document: Document) -> list[tuple[str, int, int]]:

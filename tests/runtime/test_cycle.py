@@ -6,11 +6,14 @@ import hashlib
 import math
 import random
 import time
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.records import StepRecord
 from specc_runtime.system import PlantInput, PlantOutput, PlantSpec, Task
 
@@ -141,11 +144,7 @@ class OneSensorPlant:
     def reset(self, seed: int) -> None:
         self.ticks = 0
 
-    @property
-    def time_s(self) -> float:
-        return self.ticks * TICK_S
-
-    def sample(self, name: str) -> int:
+    def sample(self, name: str) -> Any:
         self.log.append((name, self.ticks))
         return self.ticks
 
@@ -161,19 +160,32 @@ class OneSensorPlant:
 
 
 def _with_plant(node: Node, rate_hz: float | None) -> OneSensorPlant:
-    from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+    plant = OneSensorPlant()
+    _run(node, plant, SensorBinding("a.E.m", rate_hz=rate_hz))
+    return plant
 
+
+def _run(node: Node, plant: OneSensorPlant, binding: SensorBinding) -> Run:
     node.x = type("X", (), {"__slots__": ("E_m", "fresh_E_m", "present_E_m")})()
     spec = PlantSpec(
         "",
-        (SensorBinding("a.E.m", rate_hz=rate_hz),),
+        (binding,),
         (ActuatorBinding("a.E.c"),),
         (PlantInput("a.E.m", node.name, "E_m"),),
         (PlantOutput(node.name, "value", "a.E.c"),),
     )
-    plant = OneSensorPlant()
-    Run(system(node, plant=spec), 24, plant=plant)
-    return plant
+    return Run(system(node, plant=spec), 24, plant=plant)
+
+
+class QuietPlant(OneSensorPlant):
+    """Has new samples at some ticks only."""
+
+    def __init__(self, *ticks: int) -> None:
+        super().__init__()
+        self.when = ticks
+
+    def sample(self, name: str) -> Any:
+        return self.ticks if self.ticks in self.when else NO_SAMPLE
 
 
 def test_sensor_without_rate_is_fresh_at_every_stamp_and_commands_come_one_period_later() -> None:
@@ -211,6 +223,38 @@ def test_sensor_with_a_rate_is_fresh_when_a_sample_arrived(
     assert seen[: len(expected)] == expected
     samples = [value for name, value in plant.log if name == "a.E.m"]
     assert samples == sorted({value for value, _ in seen})
+
+
+def test_without_a_new_sample_the_value_of_a_sporadic_device_stays_and_is_not_fresh() -> None:
+    seen: list[tuple[int, bool]] = []
+
+    def look(node: Node) -> int:
+        seen.append((node.x.E_m, node.x.fresh_E_m))
+        return 0
+
+    binding = SensorBinding("a.E.m", sporadic=True)
+    run = _run(Node("n", 4, (), look), QuietPlant(0, 8, 9, 20), binding)
+    assert run.executor.faults == []
+    assert seen == [(0, True), (0, False), (8, True), (8, False), (8, False), (20, True)]
+
+
+@pytest.mark.parametrize(
+    ("ticks", "options", "time_ticks", "words"),
+    [
+        ((4, 8), {"sporadic": True}, 0, "no sample at the start"),
+        ((0, 8), {}, 4, "no new sample, and it is not bound as `sporadic`"),
+        ((0, 8), {"sporadic": True, "max_gap_s": 8 * TICK_S}, 20, "no sample for 0.024 s"),
+    ],
+)
+def test_a_sample_that_has_to_be_there_is_a_fault_of_the_device(
+    ticks: tuple[int, ...], options: dict[str, Any], time_ticks: int, words: str
+) -> None:
+    node = Node("n", 4, (), lambda node: 0)
+    run = _run(node, QuietPlant(*ticks), SensorBinding("a.E.m", **options))
+    (fault,) = run.executor.faults
+    assert fault.device == "a.E.m" and fault.culprit == "device a.E.m"
+    assert words in fault.message
+    assert fault.time_s == pytest.approx(time_ticks * TICK_S)
 
 
 def test_watched_memory_is_recorded_for_the_task_only() -> None:

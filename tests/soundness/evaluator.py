@@ -2,7 +2,7 @@
 
 A vector, spatial vector or list is a tuple, a pose a tuple of four rows, a member of an enum its
 name, `_` NaN. This is the tests' own reading, apart from `specc.expr.evaluate`: numbers are IEEE
-doubles, a division of a number by zero raises, one of a vector does not.
+doubles; what divides by zero or overflows raises.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
         case m.Call(operator=name, args=args):
             return at.operators[name](*[value(a, at) for a in args])
         case m.Builtin(name=name, args=args):
-            return _BUILTINS[name](*[value(a, at) for a in args])
+            return _finite(_BUILTINS[name](*[value(a, at) for a in args]))
         case m.FieldOf(value=record, name=name):
             return getattr(value(record, at), name)
         case m.Component(value=vector, index=index):
@@ -119,9 +119,9 @@ def _computed(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # as above
         case m.Quantifier():
             return _quantified(e, at)
         case m.Binary(op="@", left=left, right=right):
-            return composed(value(left, at), value(right, at))
+            return _finite(composed(value(left, at), value(right, at)))
         case m.Binary(op=op, left=left, right=right):
-            return _calculated(op, value(left, at), value(right, at))
+            return _finite(_calculated(op, value(left, at), value(right, at)))
     raise TypeError(f"{e!r} has no value")
 
 
@@ -136,17 +136,16 @@ def _sure(doubtful: m.Expr, at: Situation) -> Value:
 
 
 def _extreme(e: m.Quantifier, at: Situation) -> Value:
-    """The first item with the largest or smallest number; the first of all if all are NaN."""
+    """The first item with the largest or smallest number."""
     items = value(e.over, at)
     if not items:
         raise ValueError("there is no item")
-    best, record = items[0], math.nan
+    best, record = items[0], None
     for item in items:
         outside, at.bound = at.bound, {**at.bound, e.variable: item}
         number = value(e.body, at)
         at.bound = outside
-        better = number > record if e.kind == "argmax" else number < record
-        if better or (math.isnan(record) and not math.isnan(number)):
+        if record is None or (number > record if e.kind == "argmax" else number < record):
             best, record = item, number
     return best
 
@@ -182,7 +181,7 @@ def _calculated(op: str, a: Value, b: Value) -> Value:
     if isinstance(a, tuple) and isinstance(b, tuple):
         return tuple(_calculated(op, p, q) for p, q in zip(a, b, strict=True))
     if isinstance(a, tuple):
-        return tuple(_quotient(p, b) if op == "/" else _calculated(op, p, b) for p in a)
+        return tuple(_calculated(op, p, b) for p in a)
     if isinstance(b, tuple):
         return tuple(_calculated(op, a, q) for q in b)
     match op:
@@ -197,13 +196,15 @@ def _calculated(op: str, a: Value, b: Value) -> Value:
     return a**b
 
 
-def _quotient(p: float, q: float) -> float:
-    """Of IEEE 754, as components of vectors are divided."""
-    if q:
-        return p / q
-    if p == 0.0 or math.isnan(p):
-        return math.nan
-    return math.copysign(math.inf, p) * math.copysign(1.0, q)
+def _finite(number: Value) -> Value:
+    """A number, or the numbers of a vector or pose, none of them too large for a float."""
+    parts = number if isinstance(number, tuple) else (number,)
+    for part in parts:
+        if isinstance(part, tuple):
+            _finite(part)
+        elif isinstance(part, float) and not math.isfinite(part):
+            raise OverflowError("a number is too large")
+    return number
 
 
 # Poses: rows of homogeneous transforms -------------------------------------------------
@@ -251,11 +252,11 @@ def _pose(p: Any, q: Any) -> Rows:
 
 def _near(a: Value, b: Value, tolerance: float, angle: float | None = None) -> bool:
     if angle is not None:
-        apart = math.sqrt(sum((r[3] - s[3]) ** 2 for r, s in zip(a[:3], b[:3], strict=True)))
-        return apart <= tolerance and _turn(a, b) <= angle
+        apart = math.dist([row[3] for row in a[:3]], [row[3] for row in b[:3]])
+        return _finite(apart) <= tolerance and _turn(a, b) <= angle
     if isinstance(a, tuple):
-        return all(abs(p - q) <= tolerance for p, q in zip(a, b, strict=True))
-    return abs(a - b) <= tolerance
+        return all(_near(p, q, tolerance) for p, q in zip(a, b, strict=True))
+    return _finite(abs(a - b)) <= tolerance
 
 
 def _turn(X: Rows, Y: Rows) -> float:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from random import Random
 from typing import Any
 
 from specc.model.fsm import Behaviour
@@ -283,12 +284,34 @@ class Interpreter:
         return inputs, frozenset(fresh)
 
     def sampled(self, element: str, reader: str, tick: int) -> int:
-        """The base tick of the latest sample: with a rate the start of its period, else now."""
+        """The base tick of the latest sample: with a rate the start of its period, else now.
+
+        A sporadic device is asked whenever a reader is due, and may have had nothing new.
+        """
         for binding in self.system.plant.bindings if self.system.plant else ():
-            if f"{binding.device}.{binding.element}" == element and binding.rate_hz:
+            if f"{binding.device}.{binding.element}" != element:
+                continue
+            if binding.sporadic:
+                asked = (t for t in range(tick, -1, -1) if self.is_asked(binding.device, t))
+                return next(t for t in asked if has_new(element, t))
+            if binding.rate_hz:
                 window = int(1 / binding.rate_hz / self.tick_s)
                 return tick // window * window
         return tick
+
+    def is_asked(self, device: str, tick: int) -> bool:
+        """Whether a reader of a device is due."""
+        readers = [
+            name
+            for name, machine in self.machines.items()
+            if any(p.direction == "x" and p.other_end == device for p in machine.subsystem.ports)
+        ]
+        return any(tick % self.ticks(name) == 0 for name in readers)
+
+
+def has_new(element: str, tick: int) -> bool:
+    """Whether a sporadic device has a new sample at a base tick."""
+    return tick == 0 or Random(f"{element} {tick}").random() < 0.4
 
 
 def base_tick_s(system: System) -> Fraction:

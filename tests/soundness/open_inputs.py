@@ -1,5 +1,8 @@
 """One generated subsystem, with all its checks, among peers that may do anything they declare.
 
+Beside it goes the code that is shipped, without the checks that proofs spare: it has to take the
+same row, or stop with a fault where arithmetic has no result.
+
 A sender is in any of its states at each of its time stamps, the first excepted, and writes what the
 behaviour of that state writes; the values are random, among them those that conditions compare with
 and their neighbours. Devices report at their rates. Inputs that break an assumption are drawn
@@ -16,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from random import Random
 from types import ModuleType
+from typing import Literal
 
 import numpy as np
 from specc_runtime.buffers import lower_flags, setter
@@ -23,7 +27,7 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.subsystem import Subsystem as Generated
 
 from specc.emit import filled
-from specc.lower import lower
+from specc.lower import Proofs, lower
 from specc.model.system import Operator, Port, Subsystem, System
 from specc.model.types import Type
 from specc.pipeline import Result
@@ -124,6 +128,18 @@ class Peers:
             for element in port.elements
         }
 
+        sporadic = {
+            f"{b.device}.{b.element}"
+            for b in (system.plant.bindings if system.plant else ())
+            if b.sporadic
+        }
+        self.sporadic = [
+            (port.peer, element.name)
+            for port in ports
+            for element in port.elements
+            if f"{port.other_end}.{element.name}" in sporadic
+        ]
+
     def arrivals(self, tick: int, chooser: Chooser) -> dict[Key, Value]:
         """What became visible since the time stamp before the one at `tick`."""
         before = tick - self.ticks
@@ -133,6 +149,9 @@ class Peers:
         for key, window in self.sensors.items():
             if tick == 0 or tick // window * window > before:
                 found.add(key)
+        for key in self.sporadic:
+            if tick and chooser.rng.random() < 0.5:
+                found.discard(key)
         return {key: chooser.value(self.types[key]) for key in sorted(found)}
 
 
@@ -176,6 +195,7 @@ class Trial:
         system: System,
         operators: Mapping[str, Callable[..., Value]],
         classes: Mapping[str, type[Generated]],
+        shipped: Mapping[str, type[Generated]],
         findings: Findings,
         is_excused: Asks,
         odd: tuple[float, ...] = (),
@@ -184,6 +204,7 @@ class Trial:
         self.is_excused = is_excused
         self.operators = operators
         self.classes = classes
+        self.shipped = shipped
         self.findings = findings
         self.marks = marks_of(system)
         self.odd = odd
@@ -196,8 +217,12 @@ class Trial:
         chooser = Chooser(rng, self.marks, self.odd)
         files = {name: name for name, _ in self.system.files}
         machine = self.classes[subsystem.qualified_name](files)
-        clear = lower_flags(machine.x)
-        puts = {key: setter(machine.x, f"{key[0]}_{key[1]}") for key in peers.types}
+        shipped = self.shipped[subsystem.qualified_name](files)
+        clear = lower_flags(machine.x), lower_flags(shipped.x)
+        puts = {
+            key: [setter(code.x, f"{key[0]}_{key[1]}") for code in (machine, shipped)]
+            for key in peers.types
+        }
         at = Situation({}, frozenset(), {}, {}, constants, self.operators)
         inputs: dict[Key, Value] = {
             (port.peer, e.name): value(e.init, at)
@@ -214,9 +239,16 @@ class Trial:
                 break
             inputs |= arrived
             for key, sent in arrived.items():
-                puts[key](for_runtime(sent, peers.types[key]))
+                for put in puts[key]:
+                    put(for_runtime(sent, peers.types[key]))
+            state = machine.state
+            fresh = frozenset(arrived)
+            now = number and self._situation(subsystem, machine, inputs, fresh, constants)
             outcome = self._stepped(machine)
-            clear()
+            differs = _difference(subsystem, now, state, outcome, self._stepped(shipped))
+            outcome = differs or outcome
+            for lower_all in clear:
+                lower_all()
             self.findings.steps += 1
             visited.add(machine.state)
             if isinstance(outcome, str):
@@ -264,14 +296,8 @@ class Trial:
             arrived = peers.arrivals(number * peers.ticks, chooser)
             if number == 0 or not subsystem.axioms:
                 return arrived
-            now = Situation(
-                inputs | arrived,
-                frozenset(arrived),
-                dict(memory_of(machine)),
-                {item.name: item.value for item in subsystem.lets},
-                constants,
-                self.operators,
-                period=float(1 / subsystem.rate_hz),
+            now = self._situation(
+                subsystem, machine, inputs | arrived, frozenset(arrived), constants
             )
             try:
                 if all(value(axiom.that, now) for axiom in subsystem.axioms):
@@ -280,10 +306,49 @@ class Trial:
                 continue
         return None
 
+    def _situation(
+        self,
+        subsystem: Subsystem,
+        machine: Generated,
+        inputs: Mapping[Key, Value],
+        fresh: frozenset[Key],
+        constants: Mapping[str, Value],
+    ) -> Situation:
+        return Situation(
+            inputs,
+            fresh,
+            dict(memory_of(machine)),
+            {item.name: item.value for item in subsystem.lets},
+            constants,
+            self.operators,
+            period=float(1 / subsystem.rate_hz),
+        )
 
-def _excuse(result: Result, odd: tuple[float, ...]) -> Asks:
-    """Where rows may turn out not to decide: where that is said, and with numbers that are none."""
-    excused = not result.ok or warned(result) or any(not abs(number) < 1e300 for number in odd)
+
+def _difference(
+    subsystem: Subsystem,
+    now: Situation | Literal[0],
+    state: str,
+    checked: int | str,
+    shipped: int | str,
+) -> str:
+    """What the shipped code did that it must not, beside the code with all checks.
+
+    Shipped code evaluates no more than it has to, so it may go on where a condition that it needs
+    not has no value; the row that it takes must be true.
+    """
+    if checked == shipped or (isinstance(checked, str) and isinstance(shipped, str)):
+        return ""
+    if isinstance(shipped, int) and str(checked).startswith("arithmetic"):
+        went_on = shipped < 0 or not now
+        if went_on or value(subsystem.transitions[shipped].condition.when, now):
+            return ""
+    return f"shipped code: {shipped} in {state}, with all checks {checked}"
+
+
+def _excuse(result: Result) -> Asks:
+    """Where rows may turn out not to decide: where that is said."""
+    excused = not result.ok or warned(result)
 
     def is_excused(subsystem: str, state: str, cause: str) -> bool:
         proved = result.proofs.is_proved(subsystem, state, cause)
@@ -292,14 +357,26 @@ def _excuse(result: Result, odd: tuple[float, ...]) -> Asks:
     return is_excused
 
 
+@contextmanager
+def _classes(system: System, proofs: Proofs) -> Iterator[dict[str, type[Generated]]]:
+    """Generated classes of all subsystems, by the names of those."""
+    files = dict(filled(lower(system, proofs, stand_ins=True)))
+    files.pop("system.py")
+    with package(files) as modules:
+        yield {
+            kind.name: kind
+            for module in modules.values()
+            for kind in vars(module).values()
+            if isinstance(kind, type) and issubclass(kind, Generated) and kind is not Generated
+        }
+
+
 def tried(
     result: Result, seed: str, steps: int, findings: Findings, *, odd: tuple[float, ...] = ()
 ) -> None:
     """So many steps of the subsystems of a system, in turn and from the start each time.
 
-    What was not proved and is said so (W0606, W0616) may turn out undecided, and so may what was
-    not proved for NaN where inputs are infinite, no numbers, or so large that sums become it; that
-    is counted.
+    What was not proved and is said so (W0606) may turn out undecided; that is counted.
 
     Raises:
         ImportError: the specification names Python classes that are not there.
@@ -307,16 +384,12 @@ def tried(
     assert result.system is not None
     system = with_stubs(result.system)
     rng = Random(seed)
-    files = dict(filled(lower(system, NothingProved())))
-    files.pop("system.py")
-    with stubs(system, seed, marks_of(system), odd) as operators, package(files) as modules:
-        classes = {
-            kind.name: kind
-            for module in modules.values()
-            for kind in vars(module).values()
-            if isinstance(kind, type) and issubclass(kind, Generated) and kind is not Generated
-        }
-        trial = Trial(system, operators, classes, findings, _excuse(result, odd), odd)
+    with (
+        stubs(system, seed, marks_of(system), odd) as operators,
+        _classes(system, NothingProved()) as classes,
+        _classes(system, result.proofs) as shipped,
+    ):
+        trial = Trial(system, operators, classes, shipped, findings, _excuse(result), odd)
         findings.systems += 1
         goal = findings.steps + steps
         while findings.steps < goal:

@@ -100,7 +100,7 @@ class Phrases:
             case "pose[B, E]":
                 return self.one((
                     "identity()", f"translation({self.metres()}, 0, 0.5[m])",
-                    "pose([0, 0.25[m], 0], [0, 0, 1, 1])",
+                    "pose([0, 0.25[m], 0], [0, 0, 0.6, 0.8])",
                 ))  # fmt: skip
             case "Reading":
                 return f"best(readings({self.rng.randrange(9)}))"

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from specc_runtime.cycle import Executor
 from specc_runtime.faults import AxiomViolated, Fault, StepFailed, UndecidedTransition
+from specc_runtime.plant import NO_SAMPLE
 from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem as Generated
 from specc_runtime.system import System as Built
@@ -24,7 +25,7 @@ from specc.lower import Proofs, lower
 from specc.model.system import System
 from specc.model.types import Type
 from specc.pipeline import Result, compile_spec
-from tests.soundness.interpreter import Failure, Interpreter, Run, Step
+from tests.soundness.interpreter import Failure, Interpreter, Run, Step, has_new
 from tests.soundness.operators import PLAIN
 from tests.soundness.specifications import MODEL, Tree, text_of
 from tests.soundness.values import Chooser, for_runtime, plain
@@ -77,7 +78,7 @@ def package(files: Mapping[str, str]) -> Iterator[dict[str, ModuleType]]:
 @contextmanager
 def built(system: System, proofs: Proofs) -> Iterator[Built]:
     """The generated system, ready to run."""
-    with package(filled(lower(system, proofs))) as modules:
+    with package(filled(lower(system, proofs, stand_ins=True))) as modules:
         yield modules["system.py"].build("")
 
 
@@ -93,6 +94,8 @@ class Script:
         self.types: dict[str, Type] = {
             f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y
         }
+        bindings = system.plant.bindings if system.plant else ()
+        self.sporadic = {f"{b.device}.{b.element}" for b in bindings if b.sporadic}
 
     def measure(self, name: str, tick: int) -> Any:
         """The plain value of an element at a base tick."""
@@ -108,14 +111,12 @@ class ScriptedPlant:
         self.tick = 0
         self.commands: list[tuple[int, str, Any]] = []
 
-    @property
-    def time_s(self) -> float:
-        return 0.0
-
     def reset(self, seed: int) -> None:
         pass
 
     def sample(self, name: str) -> Any:
+        if name in self.script.sporadic and not has_new(name, self.tick):
+            return NO_SAMPLE
         return for_runtime(self.script.measure(name, self.tick), self.script.types[name])
 
     def actuate(self, name: str, value: Any) -> None:

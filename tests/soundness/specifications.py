@@ -64,7 +64,7 @@ class Author:
         agents = self._agents()
         tree: Tree = {
             "specc": 1,
-            "system": "random",
+            "system": "random_system",
             "frames": {"B": "base", "E": "effector"},
             "types": {
                 "Mode": f"enum[{', '.join(MODES)}]",
@@ -83,6 +83,9 @@ class Author:
             },
             "agents": agents,
         }  # fmt: skip
+        for bound in self.bind.values():
+            if "joints" in bound and "rate" not in bound and self.rng.random() < 0.3:
+                bound["sporadic"] = True
         if self.bind:
             tree["plant"] = {"model": "plant.xml", "bind": self.bind}
         return tree

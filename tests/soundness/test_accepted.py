@@ -11,7 +11,7 @@ from specc.pipeline import compile_spec
 from tests.soundness.open_inputs import Findings, tried
 from tests.soundness.running import compiled
 from tests.soundness.specifications import Tree, specification
-from tests.soundness.values import NASTY
+from tests.soundness.values import EXTREMES
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = [
@@ -29,7 +29,7 @@ def test_written_specifications(path: Path) -> None:
         pytest.skip("not accepted for building")
     findings = Findings()
     try:
-        tried(result, "1", 400, findings, odd=NASTY)
+        tried(result, "1", 400, findings, odd=EXTREMES)
     except ImportError as missing:
         pytest.skip(f"its types are classes that are not there: {missing}")
     assert findings.faults == []
@@ -51,7 +51,7 @@ def test_random_specifications(tmp_path: Path) -> None:
     for seed in range(20):
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok and result.system is not None:
-            tried(result, str(seed), 150, findings, odd=NASTY)
+            tried(result, str(seed), 150, findings, odd=EXTREMES)
     assert findings.faults == []
     assert findings.systems >= 4
     assert findings.rows_taken > 20

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import pytest
 
+from specc.emit import filled
+from specc.lower import lower
 from tests.soundness.open_inputs import Findings, tried
 from tests.soundness.running import compiled
 from tests.soundness.specifications import Tree
@@ -95,13 +96,11 @@ def test_times_between_two_periods_do_not_occur(
     ],
     ids=["reading", "overflow", "product", "negated", "near", "largest", "absolute"],
 )
-def test_what_is_proved_holds_of_infinities_and_of_no_numbers(
-    rows: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_what_is_proved_holds_of_the_largest_numbers(rows: tuple[str, ...], tmp_path: Path) -> None:
     result = compiled(three(rows, "real"), tmp_path)
     assert result.ok
     found = Findings()
-    tried(result, "1", STEPS, found, odd=(1.7e308, -1.7e308, math.inf, -math.inf, math.nan))
+    tried(result, "1", STEPS, found, odd=(1.7e308, -1.7e308, 5e-324, -0.0))
     assert found.faults == []
 
 
@@ -113,3 +112,18 @@ def test_whole_numbers_beside_equal_real_ones(tmp_path: Path) -> None:
     agent["virtual_effectors"]["m"]["x"]["E"]["n"] = "int"
     result = compiled(tree, tmp_path)
     assert {d.code for d in result.diagnostics if d.code[0] == "E"} == {"E0601", "E0602"}
+
+
+@pytest.mark.parametrize(
+    ("last", "is_tested"),
+    [("{q} + {p} >= {r}", True), ("not {p} + {q} < {r}", False), ("{p} >= {r}", False)],
+    ids=["asked", "negated", "read"],
+)
+def test_a_last_row_about_a_sum_is_tested(last: str, is_tested: bool, tmp_path: Path) -> None:
+    first = "{p} < {r}" if last == "{p} >= {r}" else "{p} + {q} < {r}"
+    result = compiled(three((first, last), "real"), tmp_path)
+    assert result.ok
+    assert result.system is not None
+    assert result.proofs.is_proved("a.m", "S0", "terminal")
+    module = filled(lower(result.system, result.proofs))["a_m.py"]
+    assert ("raise self.undecided(" in module) == is_tested

@@ -21,6 +21,7 @@ from specc.model.types import (
     Int,
     ListOf,
     OptionalOf,
+    PartialOf,
     Pose,
     Real,
     Record,
@@ -42,6 +43,8 @@ IDENTITY = (
     (0.0, 0.0, 0.0, 1.0),
 )
 NASTY = (0.0, -0.0, 5e-324, -1e-9, 1e-9, 1e16, -1e16, 1e100)
+EXTREMES = (*NASTY, 1e200, 1.7e308, -1.7e308)
+HUGE = (2**53 + 1, -(2**63), 2**64, 10**400)
 
 
 class Chooser:
@@ -62,6 +65,8 @@ class Chooser:
             case Bool():
                 return rng.random() < 0.5
             case Int():
+                if self.odd and rng.random() < 0.05:
+                    return rng.choice(HUGE)
                 near = [int(m) for m in self.marks if float(m).is_integer() and abs(m) < 1e6]
                 if near and rng.random() < 0.4:
                     return rng.choice(near) + rng.choice((-1, 0, 1))
@@ -82,6 +87,9 @@ class Chooser:
                 return tuple(self.number() for _ in range(6))
             case ListOf():
                 return tuple(self.value(type_.element) for _ in range(self._size(type_)))
+            case PartialOf():
+                whole = self.value(type_.value)
+                return tuple(math.nan if rng.random() < 0.5 else number for number in whole)
             case OptionalOf():
                 return None if rng.random() < 0.3 else self.value(type_.value)
             case Pose():
@@ -129,7 +137,7 @@ def record(type_: Record, parts: dict[str, Any]) -> Any:
 def for_runtime(value: Any, type_: Type) -> Any:
     """A plain value as generated code has it."""
     match type_:
-        case Pose() | Spatial() | Vector(element=Real()):
+        case Pose() | Spatial() | Vector(element=Real()) | PartialOf():
             made = np.array(value, dtype=float)
             made.setflags(write=False)
             return made

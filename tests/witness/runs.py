@@ -47,6 +47,17 @@ def run(scenario: Path, tmp_path: Path) -> Exception | None:
     return None
 
 
+def others_of(finding: Diagnostic) -> list[str]:
+    """The states that a finding about rows is about beside the first."""
+    said = (r for r in finding.related if r.message.startswith("ended by"))
+    return [str(related.place.route[-1]) for related in said]
+
+
+def states_of(finding: Diagnostic) -> int:
+    """How many states a finding about rows is about."""
+    return 1 + len(others_of(finding))
+
+
 def mended(text: str, finding: Diagnostic) -> str:
     """The text of a case with the suggested repair of its finding."""
     lines = text.splitlines()
@@ -54,12 +65,14 @@ def mended(text: str, finding: Diagnostic) -> str:
     if found := ADDED.search(finding.help):
         state, cause, name, asked = found.groups()
         lines.insert(initial + 1, f'            {name}: "{asked}"')
-        lines.append(f"          - [{state}, {cause}, {name}, {state}]")
+        for lacking in (state, *others_of(finding)):
+            lines.append(f"          - [{lacking}, {cause}, {name}, {lacking}]")
     elif asked_instead := ASKED.search(finding.help):
         which, asked, name = asked_instead.groups()
         rows = [i for i, line in enumerate(lines) if f", {name}, " in line]
         row = rows[-1] if which == "this row" else rows[0]
-        lines[row] = lines[row].replace(f", {name}, ", ", mended, ")
+        for each in rows if others_of(finding) else [row]:
+            lines[each] = lines[each].replace(f", {name}, ", ", mended, ")
         lines.insert(initial + 1, f'            mended: "{asked}"')
     elif found := re.search(r"add a row, e\.g\. `(\[.*\])`", finding.help):
         lines.append(f"          - {found[1]}")

@@ -15,12 +15,12 @@ from bench.seeding.score import spread
 from bench.seeding.sheet import Edit, Sheet
 from specc.diagnostics import Diagnostic
 from specc.pipeline import compile_spec
-from tests.witness.runs import ADDED, ASKED, ROOT, run, written
+from tests.witness.runs import ADDED, ASKED, ROOT, others_of, run, written
 
 SPECS = ROOT / "specs"
 NAMES = ("conveyor_gate.yaml", "irp_picking.yaml")
 MOST = 2
-STATE = re.compile(r"of state `(\w+)`")
+STATE = re.compile(r"of states? `(\w+)`")
 CAUSE = re.compile(r"by its (\w+) condition")
 
 
@@ -32,14 +32,20 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
     if not conditions:
         return None
     edits: list[Edit] = []
+    others = others_of(finding)
     if found := ADDED.search(finding.help):
         state, cause, name, asked = found.groups()
-        row = machine.rows_of(state, cause)[0][0]
-        edits.append(sheet.beside(row, f"[{state}, {cause}, {name}, {state}]"))
+        for lacking in (state, *others):
+            row = machine.rows_of(lacking, cause)[0][0]
+            edits.append(sheet.beside(row, f"[{lacking}, {cause}, {name}, {lacking}]"))
     elif found := ASKED.search(finding.help):
-        which, asked, _ = found.groups()
+        which, asked, old = found.groups()
         name, row = "mended", route if which == "this row" else finding.related[0].place.route
-        edits.append(sheet.replaced(sheet.at((*row[: len(machine.route) + 2], 2)), name))
+        row = row[: len(machine.route) + 2]
+        cause = sheet.get(row)[1]
+        rows = [each for state in others for each in machine.rows_of(state, cause)]
+        also = [other for other, cells in rows if cells[2] == old]
+        edits += [sheet.replaced(sheet.at((*each, 2)), name) for each in (row, *also)]
     else:
         return None
     edits.append(sheet.beside(conditions[0], f'{name}: "{asked}"'))

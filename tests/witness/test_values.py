@@ -17,9 +17,9 @@ system: demo
 frames: {B: base, E: end}
 types: {Mode: "enum[u, c, s]", Item: {fields: {d: "real[m]", mode: Mode}}}
 operators:
-  IS_SAFE: {signature: "(d: real) -> bool", python: "demo:is_safe"}
-  SIZE: {signature: "(items: list[Item]) -> real", python: "demo:size"}
-  WHERE: {signature: "(d: real) -> pose[B, E]", python: "demo:where"}
+  IS_SAFE: {signature: "(d: real) -> bool", python: "tool:is_safe"}
+  SIZE: {signature: "(items: list[Item]) -> real", python: "tool:size"}
+  WHERE: {signature: "(d: real) -> pose[B, E]", python: "tool:where"}
 constants: {limit: "2.5"}
 agents:
   a:
@@ -63,7 +63,7 @@ OVERLAPS = {
     "memory": ("n > 2", "n < 6"),
     "vectors": ("norm(v - [1, 0, 0]) < 3", "x.c.go > 3"),
     "choices": ("(x.c.d if x.c.go > 2 else -x.c.d) > 1", "x.c.d < -1"),
-    "freshness": ("fresh(x.c.d) and not fresh(x.c.go)", "present(x.c.items)"),
+    "freshness": ("present(x.c.d) and fresh(x.c.go)", "present(x.c.items)"),
 }
 
 

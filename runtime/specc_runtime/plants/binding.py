@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from specc_runtime.contracts import Contract, as_any
+
 Image = Literal["rgb", "depth"]
 DepthNoise = Literal["none", "kinect"]
 
@@ -12,11 +14,13 @@ DepthNoise = Literal["none", "kinect"]
 class SensorBinding:
     """One element that the plant writes.
 
+    A plant that is no MuJoCo model knows it by its name; of the rest, only `rate_hz`, `sporadic`
+    and `max_gap_s` are about it.
     The raw measurement is either an image of `camera` or the concatenation, in this order, of the
     positions of `joints`, the data of `sensors` and the forces of `actuators`.
 
     Attributes:
-        name: of the binding, e.g. "irp.E_m.m_m"; unique among the sensors of a plant.
+        name: of the binding, e.g. "irp.E.m.m_m"; unique among the sensors of a plant.
         joints: names of joints; hinges and slides give one number each, in rad and m.
         sensors: names of sensors of the model.
         actuators: names of actuators; each gives the force it exerts now, N or Nm.
@@ -29,6 +33,11 @@ class SensorBinding:
         depth_noise: "kinect" adds the depth noise of `noise.kinect_depth`.
         rate_hz: the value is taken at the first sample in each period 1/rate_hz and held for the
             rest of it; none means taken afresh whenever time has passed.
+        sporadic: whether there may be no new sample, but at time 0.
+        max_gap_s: for how long there may be none; none means for any length of time.
+        contract: what every sample is checked with.
+        declared: the type of the element, in the specification's words.
+        is_vector: one raw number is a vector of one, not a number.
     """
 
     name: str
@@ -41,6 +50,11 @@ class SensorBinding:
     noise: tuple[float, ...] = ()
     depth_noise: DepthNoise = "none"
     rate_hz: float | None = None
+    sporadic: bool = False
+    max_gap_s: float | None = None
+    contract: Contract = as_any
+    declared: str = "any value"
+    is_vector: bool = False
 
 
 @dataclass(frozen=True, slots=True)

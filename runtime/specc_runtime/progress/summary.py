@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 from rich.console import Console
@@ -15,7 +19,17 @@ CYCLES_ABREAST = 4
 
 def show(report: Report, console: Console | None = None) -> None:
     """Print cycles, subsystems, figures and faults."""
-    console = console or Console()
+    own = console or Console()
+    with own.capture() as captured:
+        _show(report, own)
+    # Rich would end the process where nobody reads; who called says what that means.
+    if sys.stdout is None:
+        raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+    sys.stdout.write(captured.get())
+    sys.stdout.flush()
+
+
+def _show(report: Report, console: Console) -> None:
     for first in range(0, len(report.cycles), CYCLES_ABREAST):
         console.print(_cycles(report.cycles[first : first + CYCLES_ABREAST], first + 1))
     console.print(_subsystems(report))
@@ -28,12 +42,27 @@ def show(report: Report, console: Console | None = None) -> None:
     )
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
     for fault in report.faults:
-        where = f"{fault['subsystem']} {fault['state']}".strip() or "plant"
-        text = f"{fault['fault']} in {where} at {fault['time_s']:.3f} s: {fault['message']}"
-        raised = f", raised by {fault['place']}" if fault.get("place") else ""
-        console.print(f"[red]fault[/] {escape(text + raised)}", highlight=False, soft_wrap=True)
-        if fault.get("line"):
-            console.print(f"      in {escape(fault['line'])}", highlight=False, soft_wrap=True)
+        for line in _told(fault):
+            console.print(line, highlight=False, soft_wrap=True)
+
+
+def _told(fault: dict[str, Any]) -> Iterator[str]:
+    """Who is to blame for what; then where, as far as it is known."""
+    yield f"[red]fault[/] {escape(': '.join((fault['culprit'], fault['message'])))}"
+    parts = [f"{fault['fault']} at {fault['time_s']:.3f} s"]
+    if fault["subsystem"]:
+        parts.append(f"{fault['subsystem']} {fault['state']}".strip())
+    if fault["stamp"] >= 0:
+        parts.append(f"stamp {fault['stamp']}")
+    if fault["condition"]:
+        parts.append(f"condition {fault['condition']}")
+    if fault["equations"]:
+        parts.append(f"eq. {', '.join(map(str, fault['equations']))}")
+    if fault["place"]:
+        parts.append(f"raised by {fault['place']}")
+    yield f"      {escape(', '.join(parts))}"
+    if fault["line"]:
+        yield f"      in {escape(fault['line'])}"
 
 
 def _cycles(cycles: list[dict[str, Any]], first: int) -> Table:

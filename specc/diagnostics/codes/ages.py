@@ -56,9 +56,9 @@ CODES = (
     Code(
         "W0416",
         "age that nothing limits",
-        "A buffer keeps its last value. In some state of the sender none is sent, so that the "
-        "value grows older for as long as the sender stays there, and the reader uses it also "
-        "when it is not fresh.",
+        "A buffer keeps its last value. In some state of the sender none is sent, or a sporadic "
+        "device may have no new sample, so that the value grows older for as long as that lasts, "
+        "and the reader uses it also when it is not fresh.",
         _EYE % ("20 Hz", "x.R.d", "rest"),
         _GOOD,
     ),

@@ -1,4 +1,4 @@
-"""E0205 to E0221: what files declare, and how the parts of a subsystem refer to each other."""
+"""E0205 to E0222: what files declare, and how the parts of a subsystem refer to each other."""
 
 from textwrap import fill
 
@@ -14,6 +14,14 @@ def _lets(count: int) -> str:
         "behaviours: {idle: {functions: [hold, sense, keep]}}\n"
     )
 
+
+_REPEATED = """\
+agents:
+  irp:
+    control:
+      behaviours: {command: {functions: [command], terminal: always}}
+      transitions: [[S0, terminal, always, S0]]
+"""
 
 CODES = (
     Code(
@@ -143,8 +151,8 @@ CODES = (
         "unknown subsystem",
         "The task counts the cycles of a subsystem that does not exist. A subsystem is named by "
         "its agent and its own name; the control subsystem is always called `c`.",
-        "task: {cycle: {of: irp.control, from: S0, to: S0}}\n",
-        "task: {cycle: {of: irp.c, from: S0, to: S0}}\n",
+        _REPEATED + "task: {cycle: {of: irp.control, from: S0, to: S0}}\n",
+        _REPEATED + "task: {cycle: {of: irp.c, from: S0, to: S0}}\n",
         "file",
     ),
     Code(
@@ -152,7 +160,8 @@ CODES = (
         "name with two meanings",
         "In expressions memory elements, lets, constants, parameters and files are called by "
         "their bare names, beside the words of the language (`x`, `elapsed`, `near`, ...). One "
-        "name for two of them could be read either way.",
+        "name for two of them could be read either way. Operators and types do not take words of "
+        "the language either.",
         "memory: {q: {type: int, init: 0}}\nlet: {q: 2 * x.c.d}\n",
         "memory: {q_p: {type: int, init: 0}}\nlet: {q: 2 * x.c.d}\n",
         "subsystem",

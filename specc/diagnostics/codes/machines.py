@@ -18,6 +18,12 @@ _FAILING = (
     "conditions: {error: {stopped: fresh(x.c.v)}}\n"
     "behaviours: {idle: {terminal: always, error: stopped}}\ntransitions:\n"
 )
+_ENDED = "conditions: {terminal: {ended: %s}}\nbehaviours: {idle: {terminal: ended}}\n"
+_TIMED = (
+    'conditions: {terminal: {called: fresh(x.c.v)}, error: {late: "elapsed %s 2[s]"}}\n'
+    "behaviours: {idle: {terminal: called, error: late}}\n"
+    "transitions: [[S0, terminal, always, S0], [S0, error, always, S0]]\n"
+)
 _STATES = "states: {S0: idle, S1: idle}\ninitial_state: S0\ntransitions:\n"
 _ASSUME = "assume:\n  - {that: fresh(x.c.v), because: both are sent in every period}\n"
 
@@ -35,9 +41,10 @@ CODES = (
         "E0601",
         "no row applies",
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
-        "There is a situation in which none does; the message says which, and leaves out what "
-        "does not matter. Values that lead there are an example. `specc witness` writes a test "
-        "that runs into it.",
+        "There are situations in which none does; the message says which, and leaves out what "
+        "does not matter. Values that lead there are an example. Where several states ask the "
+        "same conditions and fail alike, it is said once, for all of them. `specc witness` writes "
+        "a test for each that runs into it.",
         f"conditions: {{initial: {{{_FRESH}}}}}\ntransitions:\n  - [S0, terminal, commanded, S0]\n",
         f"conditions: {{initial: {{{_FRESH}}}}}\n"
         "transitions:\n"
@@ -49,8 +56,12 @@ CODES = (
         "E0602",
         "several rows apply",
         "When a state ends by a cause, exactly one of its rows with that cause must apply (2.4). "
-        "There is a situation in which two do; values that lead there are an example. Rows have no "
-        "order of precedence. `specc witness` writes a test that runs into it.",
+        "There are situations in which two do; the message says which, of all rows together, and "
+        "beside each two rows it says where these do. Values that lead there are an example. Rows "
+        "have no order of precedence. The row that could ask for less is one that applies where no "
+        "other row does: it keeps that, so that no two rows come to ask the same. Where several "
+        "states ask the same conditions and fail alike, it is said once, for all of them. "
+        "`specc witness` writes a test for each that runs into it.",
         _SIZES % "> 1[rad]",
         _SIZES % ">= 2[rad]",
         "subsystem",
@@ -141,6 +152,28 @@ CODES = (
         "written nor watched.",
         'let: {q_c: "x.E.m_m[0]"}\n',
         'let: {q_c: "x.E.m_m[0]"}\nfunctions: {sense: {y.c.q: q_c}}\n',
+        "subsystem",
+    ),
+    Code(
+        "W0617",
+        "part of a condition that is constant",
+        "A part of a condition always holds, or never does, by what its own subsystem says: its "
+        "parts contradict each other or cover everything, time settles it, or functions always "
+        "assign the same to the memory that it asks. `entered` never holds in "
+        "conditions. What is settled by a literal `True` or `False`, or by constants or parameters "
+        "alone, is taken to be meant, and so is what peers happen to send.",
+        _ENDED % '"fresh(x.c.v) or x.c.d > 2[rad] and x.c.d < 1[rad]"',
+        _ENDED % '"fresh(x.c.v) or x.c.d > 1[rad] and x.c.d < 2[rad]"',
+        "subsystem",
+    ),
+    Code(
+        "W0618",
+        "condition that comes too late",
+        "Some time after its start a state is over for certain, and this condition can hold only "
+        "later. If an error condition holds in every case when it is first asked, the terminal "
+        "condition never has its turn: an error is asked first.",
+        _TIMED % "<",
+        _TIMED % ">",
         "subsystem",
     ),
 )

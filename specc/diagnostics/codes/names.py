@@ -50,11 +50,11 @@ CODES = (
         "with a signature that says what it takes and gives.",
         _constants(
             "half: half_off(2)",
-            'operators: {half_of: {signature: "(a: real) -> real", python: "demo:half_of"}}\n',
+            'operators: {half_of: {signature: "(a: real) -> real", python: "tool:half_of"}}\n',
         ),
         _constants(
             "half: half_of(2)",
-            'operators: {half_of: {signature: "(a: real) -> real", python: "demo:half_of"}}\n',
+            'operators: {half_of: {signature: "(a: real) -> real", python: "tool:half_of"}}\n',
         ),
     ),
     Code(

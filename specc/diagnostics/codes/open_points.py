@@ -64,6 +64,8 @@ CODES = (
         "function, behaviour or state, a buffer element, a field, a device, a type, a frame. Its "
         "name is not one letter away from that of another part, so it may well be still to come; "
         "else it would be an error (E02xx). Each part is told once, with the places that need it. "
+        "A signal needs a buffer: an element under `x:` where it is read and the same under `y:` "
+        "where it is sent. "
         "As a slip cannot be excluded, this is the one open point with which `specc validate` "
         "fails.",
         "functions: {sense: {y.c.q: current}}\n",

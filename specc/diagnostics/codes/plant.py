@@ -1,9 +1,16 @@
-"""E05xx: what stands behind the devices, compared with the model file of the plant."""
+"""E05xx: what stands behind the devices, compared with the model of the plant; and the task."""
 
 from specc.diagnostics.code import Code
 
 _ARM = """\
     irp.E.m.c_d: {actuators: [shoulder_motor, elbow_motor]}
+    irp.E.m.m_m: {joints: [shoulder, elbow]}
+"""
+_DRIVEN = """\
+    irp.E.m.c_d:
+      actuators: [shoulder_motor, elbow_motor]
+      joints: [%s]
+      through: "arm.drives:torques"
     irp.E.m.m_m: {joints: [shoulder, elbow]}
 """
 _WRIST = "    irp.E.m.F_m: {sensors: [wrist_force, wrist_torque]}\n"
@@ -46,7 +53,8 @@ CODES = (
         "binding of the wrong kind",
         "An element that a device accepts moves actuators; one that it reports is measured by "
         "joints, sensors, the force of actuators, or a camera, which stands alone and gives an "
-        "rgb or depth image. Without `through:` the element is a number or a vector of numbers.",
+        "rgb or depth image. Without `through:` the element is a number or a vector of numbers. A "
+        "plant in Python gives and takes the elements themselves: only rates are said of them.",
         _plant(_ARM + _WRIST + _EYE.replace(", image: rgb", "")),
         _plant(_ARM + _WRIST + _EYE),
         "file",
@@ -90,10 +98,55 @@ CODES = (
     Code(
         "E0510",
         "noise does not fit",
-        "Noise is for data of sensors, with one standard deviation for each, and `kinect` is for "
-        "depth images.",
+        "Noise is for data of sensors, with one standard deviation for each, in the unit of what "
+        "the sensor gives; `kinect` is for depth images.",
         _plant(_ARM + _EYE + _WRIST.replace("]}", "], noise: '0.3[N]'}")),
         _plant(_ARM + _EYE + _WRIST.replace("]}", "], noise: ['0.3[N]', '0.01[N*m]']}")),
+        "file",
+    ),
+    Code(
+        "E0511",
+        "units differ from the plant's",
+        "Without a function in between (`through:`), the numbers of the plant are those of the "
+        "element: a servo for positions takes no speed, and a range finder gives no angle. Units "
+        "follow from the kind of a sensor or actuator and of its joint; where a gear is given, "
+        "they may be anything.",
+        _plant(
+            _ARM
+            + _WRIST.replace("[wrist_force, wrist_torque]", "[wrist_torque, wrist_force]")
+            + _EYE
+        ),
+        _plant(_ARM + _WRIST + _EYE),
+        "file",
+    ),
+    Code(
+        "E0512",
+        "listed twice in a binding",
+        "A joint or sensor stands twice in the list of one element: two numbers of the element "
+        "would always be equal.",
+        _plant(_ARM.replace("[shoulder, elbow]", "[shoulder, shoulder]") + _WRIST + _EYE),
+        _plant(_ARM + _WRIST + _EYE),
+        "file",
+    ),
+    Code(
+        "W0513",
+        "joints in another order than actuators",
+        "The function of `through:` gets the joints and sets the actuators of one binding in the "
+        "order in which they are listed. They are usually listed alike: the first actuator drives "
+        "the first joint.",
+        _plant(_DRIVEN % "elbow, shoulder" + _WRIST + _EYE),
+        _plant(_DRIVEN % "shoulder, elbow" + _WRIST + _EYE),
+        "file",
+    ),
+    Code(
+        "E0514",
+        "cycle that no row ends",
+        "A cycle of a task ends with a transition, `from` one state `to` another. The table of the "
+        "subsystem has no such row, so a run that counts cycles would never end.",
+        "task: {cycle: {of: irp.m, from: S0, to: S1}}\n"
+        "agents: {irp: {virtual_effectors: {m: {states: {S0: idle, S1: idle}, transitions: "
+        "[[S0, terminal, always, S0], [S1, terminal, always, S0]]}}}}\n",
+        "task: {cycle: {of: irp.m, from: S0, to: S0}}\n",
         "file",
     ),
 )

@@ -1,13 +1,8 @@
-"""W0612 to W0614 and W0616: machines that cannot go on as they seem to."""
+"""W0612 to W0614: machines that cannot go on as they seem to."""
 
 from specc.diagnostics.code import Code
 
 _STATES = "states: {S0: idle, S1: idle}\ntransitions:\n  - [S0, terminal, always, S1]\n"
-_UNUSED = (
-    'memory: {n: {type: "vector[2]", init: "[1, _]"}}\n'
-    'conditions: {initial: {small: "n[0] < 2", large: "%s"}}\n'
-    "transitions: [[S0, terminal, small, S0], [S0, terminal, large, S0]]\n"
-)
 
 CODES = (
     Code(
@@ -47,17 +42,6 @@ CODES = (
         '  error: {too_high: "x.c.d > 2[rad]"}\n'
         "behaviours: {idle: {terminal: high, error: too_high}}\n"
         "transitions: [[S0, terminal, always, S0], [S0, error, always, S0]]\n",
-        "subsystem",
-    ),
-    Code(
-        "W0616",
-        "rows proved for numbers only",
-        "Every comparison with NaN but `!=` is false: neither `a < b` nor `a >= b` holds. The rows "
-        "are complete and exclusive for numbers, and what they compare may be NaN: a component "
-        "that is not used (`_`), the result of an operator, which is not known, or that of a "
-        "division by zero. In generated code the rows are checked in every run.",
-        _UNUSED % "n[0] >= 2",
-        _UNUSED % "not n[0] < 2",
         "subsystem",
     ),
 )

@@ -32,7 +32,7 @@ CODES = (
     Code(
         "E0004",
         "file too large",
-        "The file is larger than 8 MB. Specifications are written by people; a file of that size "
+        "The file is larger than 2 MB. Specifications are written by people; a file of that size "
         "is a log, a model or an image that was named by mistake.",
         "$ specc validate recording.mcap",
         "$ specc validate demo.yaml",
@@ -141,8 +141,8 @@ CODES = (
     Code(
         "E0016",
         "nested too deep",
-        "Values are nested more than 64 levels deep. No part of a specification is nested deeper "
-        "than a dozen levels.",
+        "Values, types in types, or files that use files are nested more than 64 levels deep. No "
+        "part of a specification is nested deeper than a dozen levels.",
         "a: " + "[" * 65 + "]" * 65,
         "a: [[[]]]",
         "yaml",
@@ -150,8 +150,12 @@ CODES = (
     Code(
         "E0017",
         "too many values",
-        "With its aliases written out, the file holds more than 400000 values. A few lines of "
-        "aliases to aliases can stand for billions; the limit keeps specc from trying.",
+        "With aliases written out, the files of a specification hold at most 100000 values, a "
+        "mapping at most 2000 keys, and a file at most 400 agents, subsystems and devices; a "
+        "specification uses at most 200 files, and a type has at most 2000 parts with the types in "
+        "it written out, as has an expression with the constants of a description. A few lines of "
+        "aliases to aliases, or of records of records, can stand for billions; the limits keep "
+        "specc from trying.",
         "a: &a [x, x, x, x, x, x, x, x, x, x]\n"
         "b: &b [*a, *a, *a, *a, *a, *a, *a, *a, *a, *a]\n"
         "c: &c [*b, *b, *b, *b, *b, *b, *b, *b, *b, *b]\n"
@@ -169,6 +173,23 @@ CODES = (
         "gain: 1e999",
         "gain: 1e9",
         "yaml",
+    ),
+    Code(
+        "E0021",
+        "file outside the project",
+        "`use`, `files`, the model of a plant and what it includes name files inside the project: "
+        "the folder of the specification, or of the nearest pyproject.toml above it, links "
+        "resolved. Nothing is read beyond it, and `fmt` and `build` write nothing there. A folder "
+        "elsewhere is allowed by `allow` in `[tool.specc]`.",
+        "specc: 1\nsystem: demo\nuse: [../shared/frames.yaml]\n",
+        "specc: 1\nsystem: demo\nuse: [lib/frames.yaml]\n",
+    ),
+    Code(
+        "E0022",
+        "not a specification",
+        "What is used has no `specc: 1`. Nothing of its text is shown.",
+        "specc: 1\nsystem: demo\nuse: [notes.txt]\n",
+        "specc: 1\nsystem: demo\nuse: [lib/frames.yaml]\n",
     ),
     Code(
         "W0001",

@@ -87,4 +87,20 @@ CODES = (
         f"agents:\n  two:\n{_CONTROL}{_EFFECTOR}    virtual_receptors:\n      k: {{{_IDLE}}}\n",
         "file",
     ),
+    Code(
+        "E0412",
+        "safe output that may fail",
+        "What a device gets when a run ends must be there whatever has happened. An operator may "
+        "raise an exception, and what the device reports may never have come, so a `safe` that "
+        "asks for them says with `otherwise` what is sent if it fails: a constant that no "
+        "operator computes.",
+        "real_effectors:\n  m: {x: {c_d: {type: 'vector[2, A]', safe: 'm_m * 1[A/rad]'}}}\n",
+        "real_effectors:\n"
+        "  m:\n"
+        "    x:\n"
+        "      c_d:\n"
+        "        type: 'vector[2, A]'\n"
+        "        safe: {is: 'm_m * 1[A/rad]', otherwise: '[0, 0]'}\n",
+        "agent",
+    ),
 )

@@ -7,8 +7,8 @@ _FRAMES = _TOP + "frames: {B: robot base, E: end-effector, K: camera}\n"
 _POSES = (
     _FRAMES
     + "operators:\n"
-    + '  grip: {signature: "() -> pose[B, E]", python: "demo:grip"}\n'
-    + '  look: {signature: "(width: real[m]) -> pose[B, K]", python: "demo:look"}\n'
+    + '  grip: {signature: "() -> pose[B, E]", python: "tool:grip"}\n'
+    + '  look: {signature: "(width: real[m]) -> pose[B, K]", python: "tool:look"}\n'
 )
 
 
@@ -22,12 +22,22 @@ def _pose(value: str) -> str:
 
 def _middle(value: str) -> str:
     signature = "(span: vector[2, m]) -> real[m]"
-    operators = f'operators: {{mid: {{signature: "{signature}", python: "demo:mid"}}}}\n'
+    operators = f'operators: {{mid: {{signature: "{signature}", python: "tool:mid"}}}}\n'
     return f'{_TOP}{operators}constants: {{a: "{value}"}}\n'
 
 
+def _pulled(type: str, value: str) -> str:
+    kept = "partial[vector[2, N]]"
+    return (
+        f"{_TOP}operators:\n"
+        f'  held: {{signature: "(F: {kept}) -> {kept}", python: "tool:held"}}\n'
+        f'  pull: {{signature: "(F: {type}) -> real[N]", python: "tool:pull"}}\n'
+        f'constants: {{a: "{value}"}}\n'
+    )
+
+
 def _operator(signature: str) -> str:
-    return f'{_FRAMES}operators: {{turn: {{signature: "{signature}", python: "demo:turn"}}}}\n'
+    return f'{_FRAMES}operators: {{turn: {{signature: "{signature}", python: "tool:turn"}}}}\n'
 
 
 CODES = (
@@ -164,11 +174,12 @@ CODES = (
     ),
     Code(
         "E0318",
-        "unused component out of place",
-        "`_` is the paper's dash: a component of a vector of real numbers that the chosen mode "
-        "does not use. It stands for no other value.",
-        _constant("1 + _"),
-        _constant("[1, _]"),
+        "missing component out of place",
+        "`_` is the paper's dash: a component that the chosen mode does not use. It is no number, "
+        "and stands only where a type says that one may be missing: `partial[T]` of a vector of "
+        "reals or of a spatial vector T.",
+        _pulled("vector[2, N]", "pull([1[N], _])"),
+        _pulled("partial[vector[2, N]]", "pull([1[N], _])"),
     ),
     Code(
         "E0319",
@@ -185,5 +196,15 @@ CODES = (
         "The set behind `in` names something that is not a member of the enum it is asked of.",
         _TOP + "types: {Mode: 'enum[free, held]'}\nconstants: {a: 'free in {free, hold}'}\n",
         _TOP + "types: {Mode: 'enum[free, held]'}\nconstants: {a: 'free in {free, held}'}\n",
+    ),
+    Code(
+        "E0321",
+        "components may be missing",
+        "A value of type `partial[T]` is compared, computed with, taken apart, or stands where a "
+        "whole T is asked for. Some of its components may be no numbers. It is kept and sent as it "
+        "is, and given to operators whose signatures take `partial[T]`; their other arguments tell "
+        "them which components are there. A T serves as a `partial[T]`.",
+        _pulled("partial[vector[2, N]]", "pull(held([1[N], _])[0] * [1, 1])"),
+        _pulled("partial[vector[2, N]]", "pull(held([1[N], _]))"),
     ),
 )

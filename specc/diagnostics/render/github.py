@@ -10,7 +10,10 @@ _PROPERTY = {**_DATA, **str.maketrans({":": "%3A", ",": "%2C"})}
 
 def render(report: Report) -> str:
     """One command a line for each finding."""
-    return "".join(f"{_command(finding)}\n" for finding in report.findings)
+    commands = [_command(finding) for finding in report.shown]
+    if report.not_shown:
+        commands.append(f"::notice title=specc::{report.not_shown} more findings are not shown")
+    return "".join(f"{command}\n" for command in commands)
 
 
 def _place(spot: Spot) -> str:

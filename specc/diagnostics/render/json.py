@@ -26,8 +26,9 @@ def _report(report: Report) -> dict[str, Any]:
             "warnings": report.count("warning"),
             "open_points": report.count("open"),
             "ignored": report.ignored,
+            "not_shown": report.not_shown,
         },
-        "diagnostics": [_finding(finding) for finding in report.findings],
+        "diagnostics": [_finding(finding) for finding in report.shown],
     }
 
 

@@ -1,5 +1,6 @@
 """A report as JUnit XML, for services that show test results: one test case a file."""
 
+from collections.abc import Iterable
 from xml.sax.saxutils import escape, quoteattr
 
 from specc.diagnostics.diagnostic import Severity
@@ -12,8 +13,13 @@ _SEVERITIES: tuple[Severity, ...] = ("error", "warning", "open")
 def render(report: Report) -> str:
     """A suite with a case for every file that was checked or has a finding."""
     files = dict.fromkeys([*report.checked, *(item.primary.span.file for item in report.findings)])
-    cases = "".join(_case(file, report) for file in files)
-    failed = len({item.primary.span.file for item in _of(report, "error")})
+    by_file: dict[str, list[Finding]] = {}
+    for item in report.shown:
+        by_file.setdefault(item.primary.span.file, []).append(item)
+    cases = "".join(_case(file, by_file.get(file, [])) for file in files)
+    failed = len({item.primary.span.file for item in _of(report.findings, "error")})
+    if report.not_shown:
+        cases += f"<system-out>{report.not_shown} more findings are not shown</system-out>\n"
     counts = f'tests="{len(files)}" failures="{failed}" errors="0"'
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -22,12 +28,9 @@ def render(report: Report) -> str:
     )
 
 
-def _case(file: str, report: Report) -> str:
+def _case(file: str, findings: list[Finding]) -> str:
     head = f'<testcase classname="specc" name={quoteattr(visible(file))}'
-    errors, warnings, points = (
-        [item for item in _of(report, severity) if item.primary.span.file == file]
-        for severity in _SEVERITIES
-    )
+    errors, warnings, points = (_of(findings, severity) for severity in _SEVERITIES)
     body = ""
     if errors:
         message = quoteattr(visible(errors[0].diagnostic.message))
@@ -38,8 +41,8 @@ def _case(file: str, report: Report) -> str:
     return f"{head}>\n{body}</testcase>\n" if body else f"{head}/>\n"
 
 
-def _of(report: Report, severity: Severity) -> list[Finding]:
-    return [item for item in report.findings if item.diagnostic.severity == severity]
+def _of(findings: Iterable[Finding], severity: Severity) -> list[Finding]:
+    return [item for item in findings if item.diagnostic.severity == severity]
 
 
 def _lines(findings: list[Finding]) -> str:

@@ -15,12 +15,13 @@ _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 def render(report: Report) -> str:
     """The report as a SARIF log with one run."""
-    used = sorted({finding.diagnostic.code for finding in report.findings})
+    used = sorted({finding.diagnostic.code for finding in report.shown})
     driver = {"name": "specc", "version": __version__, "rules": [_rule(code) for code in used]}
     run = {
         "tool": {"driver": driver},
         "columnKind": "unicodeCodePoints",
-        "results": [_result(finding, used) for finding in report.findings],
+        "results": [_result(finding, used) for finding in report.shown],
+        "properties": {"notShown": report.not_shown},
     }
     return json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
 

@@ -30,7 +30,7 @@ def render(report: Report, colour: bool = False, columns: int = 2 * MAX_COLUMNS)
 
 def _apart(report: Report) -> list[Finding]:
     """Open points behind all that is wrong."""
-    return sorted(report.findings, key=lambda finding: finding.diagnostic.severity == "open")
+    return sorted(report.shown, key=lambda finding: finding.diagnostic.severity == "open")
 
 
 class _Paint:
@@ -85,7 +85,8 @@ def _summary(report: Report) -> str:
         counts.append(_plural(points, "open point"))
     if report.ignored:
         counts.append(f"{report.ignored} ignored")
-    return f"{checked} checked: {', '.join(counts)}"
+    shown = f"; {len(report.shown)} of them are shown" if report.not_shown else ""
+    return f"{checked} checked: {', '.join(counts)}{shown}"
 
 
 def _plural(count: int, noun: str) -> str:

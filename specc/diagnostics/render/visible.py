@@ -1,6 +1,11 @@
 """Characters as a terminal shows them: nothing that a file contains may steer the terminal."""
 
+import re
 import unicodedata
+from typing import Literal
+
+Form = Literal["text", "markdown", "xml", "json", "commands"]
+"""What a text is written in; `commands` are workflow commands that specc gives itself."""
 
 TAB = "    "
 # Format characters reorder or hide text (bidirectional overrides, zero-width ones); the others are
@@ -20,11 +25,38 @@ def visible_lines(text: str) -> str:
     return "\n".join(visible(line) for line in text.split("\n"))
 
 
+def harmless(text: str, form: Form = "text") -> str:
+    """A whole output as it may be printed: no character is hidden, no line is a command.
+
+    Runners of continuous integration obey lines that begin with `::`, and `##[` or `##word[`
+    anywhere in a line. JSON from `json.dumps` is ASCII already, but for what it spells out in
+    strings.
+    """
+    if form != "json":
+        text = visible_lines(text)
+    if form != "commands":
+        text = _COMMAND.sub(rf"\1{_COLONS[form]}", text)
+    return _HASHED.sub(lambda _: f"{_HASHES[form]}#", text)
+
+
 def width(text: str) -> int:
     """Terminal columns of a text that is visible already."""
     if text.isascii():
         return len(text)
     return sum(_columns(char) for char in text)
+
+
+# `::: ` before a second place is no command: these have a name right behind the two colons.
+_COMMAND = re.compile(r"^([^\S\n]*)::(?!: )", re.MULTILINE)
+_COLONS = {"text": r"\\x3a:", "markdown": "&#58;:", "xml": "&#58;:", "json": "::"}
+_HASHED = re.compile(r"##(?=[a-z]*\[)")
+_HASHES = {
+    "text": r"\x23",
+    "markdown": "&#35;",
+    "xml": "&#35;",
+    "json": r"\u0023",
+    "commands": "%23",
+}
 
 
 def _shown(char: str, tab: str) -> str:

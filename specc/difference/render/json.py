@@ -19,7 +19,7 @@ def render(comparison: Comparison, old: str, new: str) -> str:
         "differences": [_change(change) for change in comparison.differences],
         "remarks": [_change(change) for change in comparison.remarks],
     }
-    return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(document, indent=2) + "\n"
 
 
 def _change(change: Difference) -> dict[str, Any]:

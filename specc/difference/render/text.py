@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from specc.diagnostics.render.visible import visible
 from specc.difference.record import Comparison, Difference
 from specc.difference.render.words import by_place, counted, facts, headline, shortened
 
@@ -16,7 +17,8 @@ def render(comparison: Comparison, old: str, new: str) -> str:
     if comparison.remarks:
         lines += ["without a change of meaning:", "", *_section(comparison.remarks)]
     differences = counted(len(comparison.differences), "difference")
-    lines.append(f"{old} -> {new}: {differences}, {counted(len(comparison.remarks), 'remark')}")
+    remarks = counted(len(comparison.remarks), "remark")
+    lines.append(f"{visible(old)} -> {visible(new)}: {differences}, {remarks}")
     return "\n".join(lines) + "\n"
 
 
@@ -25,7 +27,7 @@ def _section(changes: Iterable[Difference]) -> Iterator[str]:
         yield where
         for change in group:
             yield f"  {_SIGNS[change.change]} {headline(change)}"
-            yield from (f"      {line}" for line in _details(change))
+            yield from (f"      {visible(line)}" for line in _details(change))
         yield ""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 
+from specc.diagnostics.render.visible import visible
 from specc.difference.record import Difference
 from specc.proof.verdict import Facts
 
@@ -13,26 +14,26 @@ LONGEST = 400
 
 def headline(change: Difference) -> str:
     """What changed: `state S1 added`, `row S0 --terminal--> S1: condition changed`."""
-    what = f"{change.part} {change.name}".strip()
+    what = visible(f"{change.part} {change.name}".strip())
     if change.change != "changed":
         return f"{what} {change.change}"
-    return f"{what}: {change.aspect} changed" if change.aspect else f"{what} changed"
+    return f"{what}: {visible(change.aspect)} changed" if change.aspect else f"{what} changed"
 
 
 def facts(found: Facts) -> str:
     """Facts of a witness in one line."""
-    return ", ".join(f"{fact} is {answer}" for fact, answer in found)
+    return visible(", ".join(f"{fact} is {answer}" for fact, answer in found))
 
 
 def shortened(text: str) -> str:
-    """A text that may be long, fit for a line."""
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+    """A text that may be long, or of several lines, fit for a line."""
+    return visible(text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}...")
 
 
 def by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Difference]]]:
     """Changes of the system, then of each agent, subsystem and device in the order given."""
     for where, group in groupby(changes, key=lambda change: change.where):
-        yield where or "system", list(group)
+        yield visible(where) or "system", list(group)
 
 
 def counted(count: int, noun: str) -> str:

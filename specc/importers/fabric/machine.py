@@ -53,6 +53,11 @@ class _Maker:
         for state in definition.states:
             for arc in state.arcs:
                 self._rows(state, arc)
+        executed = {name for state in definition.states for name in state.behaviours}
+        for name, behaviour in definition.behaviours.items():
+            if name not in executed:
+                message = f"behavior `{name}` is not carried over: no state executes it"
+                self._notes.lost(message, behaviour.element.value_place("name"))
         for old, new in self._state_names.changed.items():
             place = next(s.element.place for s in definition.states if s.name == old)
             self._notes.changed(f"state `{old}` is called `{new}`", place)

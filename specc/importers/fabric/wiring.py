@@ -1,17 +1,18 @@
 """Which buffers of several subsystem definitions are connected.
 
-The files do not say it: the deployer of FABRIC connects them. Two buffers are taken to be connected
-if their message type is the same, one is an output and the other an input, one is on the bottom
-side and the other on the top side of another subsystem, and both fit nothing else.
+The files do not say it: the deployer of FABRIC connects them. Two buffers meet if their message
+type is the same, one is an output and the other an input, and one is on the bottom side and the
+other on the top side of another subsystem. They are taken to be connected if they have one name,
+or else meet no other buffer that is left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from specc.importers.carried import Notes
-from specc.importers.fabric.definition import Buffer, Definition
+from specc.importers.fabric.definition import Definition
 
 End = tuple[str, str]
 """Name of a subsystem and alias of one of its buffers."""
@@ -31,6 +32,10 @@ class Wiring:
         self.reader[output] = input_
         self.sender[input_] = output
 
+    def has(self, end: End) -> bool:
+        """Whether a buffer is connected."""
+        return end in self.reader or end in self.sender
+
 
 def connect(
     definitions: Sequence[Definition], asked: Iterable[tuple[End, End]], notes: Notes
@@ -40,20 +45,14 @@ def connect(
     by_name = {d.name: d for d in definitions}
     for first, second in asked:
         _asked(by_name, first, second, wiring, notes)
-    candidates = {
-        (d.name, b.alias): _fitting(d, b, definitions, wiring)
-        for d in definitions
-        for b in d.buffers
-        if (d.name, b.alias) not in wiring.reader and (d.name, b.alias) not in wiring.sender
-    }
-    for end, others in candidates.items():
-        buffer = by_name[end[0]].buffer(end[1])
-        assert buffer is not None  # ends are made of buffers
-        if len(others) == 1 and candidates[others[0]] == [end]:
-            if not buffer.is_input:
-                wiring.add(end, others[0])
-        elif others:
+    while made := [*_evident(definitions, wiring)]:
+        for output, input_ in made:
+            wiring.add(output, input_)
+    for end, others in _meeting(definitions, wiring).items():
+        if others:
             listed = ", ".join(f"`{name}.{alias}`" for name, alias in others)
+            buffer = by_name[end[0]].buffer(end[1])
+            assert buffer is not None  # ends are made of buffers
             notes.changed(
                 f"`{end[0]}.{end[1]}` could be connected with {listed}; it ends outside instead",
                 buffer.element.place,
@@ -62,22 +61,38 @@ def connect(
     return wiring
 
 
-def _fitting(
-    own: Definition, buffer: Buffer, definitions: Sequence[Definition], wiring: Wiring
-) -> list[End]:
-    return [
-        (other.name, candidate.alias)
-        for other in definitions
-        if other is not own
-        for candidate in other.buffers
-        if _fit(buffer, candidate)
-        and (other.name, candidate.alias) not in wiring.reader
-        and (other.name, candidate.alias) not in wiring.sender
+def _evident(definitions: Sequence[Definition], wiring: Wiring) -> Iterator[tuple[End, End]]:
+    """Outputs and inputs that meet under one name, or without these those that meet no other."""
+    meeting = _meeting(definitions, wiring)
+    named = {e: [o for o in others if o[1] == e[1]] for e, others in meeting.items()}
+    outputs = [(d.name, b.alias) for d in definitions for b in d.buffers if not b.is_input]
+    for choice in (named, meeting):
+        pairs = [(e, choice[e][0]) for e in outputs if len(choice.get(e, ())) == 1]
+        if found := [(e, other) for e, other in pairs if choice[other] == [e]]:
+            yield from found
+            return
+
+
+def _meeting(definitions: Sequence[Definition], wiring: Wiring) -> dict[End, list[End]]:
+    """The buffers that are not connected, each with those that it meets."""
+    left = [
+        ((d.name, b.alias), b)
+        for d in definitions
+        for b in d.buffers
+        if not wiring.has((d.name, b.alias))
     ]
-
-
-def _fit(a: Buffer, b: Buffer) -> bool:
-    return a.type == b.type and a.is_input != b.is_input and a.side != b.side
+    alike: dict[tuple[str, bool, str], list[End]] = {}
+    for end, buffer in left:
+        alike.setdefault((buffer.type, buffer.is_input, buffer.side), []).append(end)
+    opposite = {"top": "bottom", "bottom": "top"}
+    return {
+        end: [
+            other
+            for other in alike.get((b.type, not b.is_input, opposite[b.side]), ())
+            if other[0] != end[0]
+        ]
+        for end, b in left
+    }
 
 
 def _asked(

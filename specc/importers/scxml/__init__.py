@@ -69,6 +69,7 @@ class _Maker:
         self._initial: dict[str, Data] = {}
         self._terminal: dict[str, Data] = {}
         self._names = Names(("always", "never"))
+        self._named: dict[tuple[int, str], str] = {}
 
     def agents(self) -> dict[str, Data]:
         """Types and agents: the chart, and a stand-in for what sends events and answers guards."""
@@ -146,11 +147,11 @@ class _Maker:
     def _condition(self, group: dict[str, Data], text: str, wish: str) -> str:
         if text == "True":
             return "always"
-        same = next((name for name, known in group.items() if known == text), None)
-        if same is None:
-            same = self._names.new(wish)
-            group[same] = text
-        return same
+        key = id(group), text
+        if key not in self._named:
+            self._named[key] = self._names.new(wish)
+            group[self._named[key]] = text
+        return self._named[key]
 
     def _inputs(self) -> dict[str, Data]:
         """The queue of events, and each guard as an input that is false until it is answered."""

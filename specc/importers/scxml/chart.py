@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from specc.importers.carried import Notes
 from specc.importers.logic import TRUE, Atom, Logic, LogicError, parse_logic
 from specc.importers.markup import Element
+from specc.source import Place
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
+_MOST_TRANSITIONS = 300
+"""Of one state: the condition of a row grows with those before it."""
+_FLATTEN = "flatten the chart: one state for every combination that can be active"
 _NESTING = ("state", "parallel", "history", "initial", "final")
 
 
@@ -57,7 +62,7 @@ def read_chart(root: Element, notes: Notes) -> Chart | None:
     if not states:
         message = "the chart has no state"
         notes.error("E0804", message, root.place, 'write `<state id="..."/>`')
-    _check_names(states, initial, root, notes)
+    _check_names(states, initial, root, dict(_nested(root)), notes)
     if notes.failed:
         return None
     return Chart(root.get("name") or "", tuple(states), initial, root)
@@ -85,6 +90,10 @@ def _state(element: Element, notes: Notes) -> State:
         notes.error("E0804", message, element.place, 'write `id="..."`')
     _refuse_nesting(element, notes, _NESTING)
     transitions = tuple(_transition(item, notes) for item in element.all("transition"))
+    if len(transitions) > _MOST_TRANSITIONS:
+        message = f"state `{name}` has more than {_MOST_TRANSITIONS} transitions"
+        place = transitions[_MOST_TRANSITIONS].element.place
+        notes.error("E0017", message, place, "split the state: each row asks for all before it")
     if element.tag == "final" and transitions:
         message = f"a final state has no transitions: `{name}`"
         place = transitions[0].element.place
@@ -96,16 +105,14 @@ def _refuse_nesting(element: Element, notes: Notes, tags: tuple[str, ...]) -> No
     for inner in element.all(*tags):
         inner.take_whole()
         message = f"<{inner.tag}> inside <{element.tag}>: only flat charts can be imported"
-        help = "flatten the chart: one state for every combination that can be active"
-        notes.error("E0808", message, inner.place, help)
+        notes.error("E0808", message, inner.place, _FLATTEN)
 
 
 def _transition(element: Element, notes: Notes) -> Transition:
     target = element.get("target") or ""
     if len(target.split()) > 1:
         message = "a transition with several targets needs parallel states"
-        help = "flatten the chart: one state for every combination that can be active"
-        notes.error("E0808", message, element.value_place("target"), help)
+        notes.error("E0808", message, element.value_place("target"), _FLATTEN)
     events = tuple((element.get("event") or "").split())
     return Transition(events, _guard(element, notes), target, element)
 
@@ -121,7 +128,21 @@ def _guard(element: Element, notes: Notes) -> Logic:
         return Atom(" ".join(text.split()))
 
 
-def _check_names(states: list[State], initial: str, root: Element, notes: Notes) -> None:
+def _nested(root: Element) -> Iterator[tuple[str, str]]:
+    """The states inside others, each with the words for the one that it is in."""
+    open_ = [(child, root) for child in root.children]
+    while open_:
+        element, parent = open_.pop()
+        name = element.attributes.get("id")
+        if name and parent is not root and element.tag in _NESTING:
+            above = parent.attributes.get("id")
+            yield name, f"`{above}`" if above else f"a <{parent.tag}>"
+        open_ += [(child, element) for child in element.children]
+
+
+def _check_names(
+    states: list[State], initial: str, root: Element, nested: Mapping[str, str], notes: Notes
+) -> None:
     known: set[str] = set()
     for state in states:
         if state.id in known:
@@ -129,12 +150,20 @@ def _check_names(states: list[State], initial: str, root: Element, notes: Notes)
             notes.error("E0806", f"state `{state.id}` is there twice", place, "rename one of them")
         known.add(state.id)
     if states and initial not in known:
-        message, place = f"there is no state `{initial}`", root.value_place("initial")
-        notes.error("E0805", message, place, "correct the initial state")
+        help = "correct the initial state"
+        _unknown(initial, root.value_place("initial"), nested, help, notes)
     for state in states:
         for transition in state.transitions:
             target, element = transition.target, transition.element
             if target and target not in known and len(target.split()) == 1:
-                place = element.value_place("target")
-                message = f"there is no state `{target}`"
-                notes.error("E0805", message, place, "declare the state, or correct the name")
+                help = "declare the state, or correct the name"
+                _unknown(target, element.value_place("target"), nested, help, notes)
+
+
+def _unknown(name: str, place: Place, nested: Mapping[str, str], help: str, notes: Notes) -> None:
+    """Report a name that no state of the flat chart has."""
+    if name in nested:
+        message = f"state `{name}` is inside {nested[name]}: nested states are not carried over"
+        notes.error("E0808", message, place, _FLATTEN)
+    else:
+        notes.error("E0805", f"there is no state `{name}`", place, help)

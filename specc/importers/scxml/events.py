@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from specc.importers.names import Names
 
 _ANY = "*"
+_DEEPEST = 16
+"""Parts of an event that another one may name a beginning of."""
 
 
 class Events:
@@ -18,6 +20,12 @@ class Events:
         self._any = _ANY in plain
         self._members = {event: names.of(event) for event in plain if event != _ANY}
         self._other = names.new("any_other") if self._any else ""
+        self._covered: dict[str, set[str]] = {}
+        for event, name in self._members.items():
+            parts = event.split(".")[:_DEEPEST]
+            for count in range(1, len(parts) + 1):
+                self._covered.setdefault(".".join(parts[:count]), set()).add(name)
+            self._covered.setdefault(event, set()).add(name)
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -35,11 +43,7 @@ class Events:
         for descriptor in map(_plain, descriptors):
             if descriptor == _ANY:
                 return frozenset(self.members)
-            found |= {
-                name
-                for event, name in self._members.items()
-                if event == descriptor or event.startswith(f"{descriptor}.")
-            }
+            found |= self._covered.get(descriptor, set())
         return frozenset(found)
 
     def let(self, members: frozenset[str]) -> tuple[str, str]:

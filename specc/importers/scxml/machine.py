@@ -28,7 +28,8 @@ class Row:
 def rows_of(state: State, events: Events, name: Callable[[str], str]) -> list[Row]:
     """The rows of a state; `name` gives the expression of an atom."""
     ordered = sorted(state.transitions, key=lambda t: bool(t.events))
-    return [Row(t, _condition(t, ordered[:i], events, name)) for i, t in enumerate(ordered)]
+    known = [(t, events.matching(t.events) if t.events else None) for t in ordered]
+    return [Row(t, _condition(t, known[:i], events, name)) for i, t in enumerate(ordered)]
 
 
 def left(state: State, events: Events, name: Callable[[str], str]) -> str:
@@ -41,16 +42,22 @@ def left(state: State, events: Events, name: Callable[[str], str]) -> str:
 
 
 def _condition(
-    own: Transition, earlier: Sequence[Transition], events: Events, name: Callable[[str], str]
+    own: Transition,
+    earlier: Sequence[tuple[Transition, frozenset[str] | None]],
+    events: Events,
+    name: Callable[[str], str],
 ) -> str:
+    """`earlier` transitions come with the events that they match, None for any."""
     if not own.events:
-        parts = [own.guard, *(negation(t.guard) for t in earlier)]
+        parts = [own.guard, *(negation(t.guard) for t, _ in earlier)]
         condition = join("and", tuple(parts))
         return "" if condition == FALSE else render(condition, name)
     matching = events.matching(own.events)
     parts = [own.guard]
-    for other in earlier:
-        common = matching & (events.matching(other.events) if other.events else matching)
+    for other, theirs in earlier:
+        if theirs is not None and matching.isdisjoint(theirs):
+            continue
+        common = matching if theirs is None else matching & theirs
         if other.guard == TRUE:
             matching -= common
         elif common == matching:

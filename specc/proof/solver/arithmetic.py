@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -22,18 +21,16 @@ _LARGEST_FLOAT = 2**1023
 
 
 class Arithmetic(Values):
-    """Terms of numbers; a real number is the float that a run has, unless it is NaN."""
+    """Terms of numbers; a real number is the float that a run has."""
 
     def __init__(
         self,
         numbering: Numbering,
-        may_be_unused: Callable[[Expr], bool],
         *,
         exact: bool,
     ) -> None:
         """`exact` takes results of operations as they are, not as they are rounded."""
         super().__init__(numbering)
-        self._may_be_unused = may_be_unused
         self._numbers: dict[tuple[int, bool], Any] = {}
         self.rounding = Rounding(exact)
 
@@ -63,8 +60,7 @@ class Arithmetic(Values):
             case Component():
                 return self._component(expr)
             case Builtin(name="abs" | "min" | "max" as name, args=args):
-                # Which of two numbers is chosen where one is NaN depends on their order.
-                if not _is_mixed(expr) and not any(map(self._may_be_unused, args)):
+                if not _is_mixed(expr):
                     return _chosen(name, [self.number(arg) for arg in args])
         return self._leaf(expr)
 
@@ -129,10 +125,20 @@ class Arithmetic(Values):
         term = self.unknown(expr)
         if not isinstance(expr.type, Int):
             self.rounding.float(term)
-        is_clock = isinstance(expr, Clock)
-        bound = self._numbering.period_s if is_clock else least(expr, self._numbering.number)
+        step = self._numbering.exact_period_s
+        if isinstance(expr, Clock) and step is not None:
+            time = z3.RealVal(str(step)) * z3.ToReal(self.periods())
+            error = time / 2**53
+            self.laws.append(z3.And(term - time <= error, time - term <= error))
+        bound = least(expr, self._numbering.number)
         if bound is not None:
             self.laws.append(term >= exact(bound))
+        return term
+
+    def periods(self) -> Any:
+        """The number of periods that the state has lasted."""
+        term = z3.Int("periods")
+        self.laws.append(term >= 1)
         return term
 
     def _known(self, expr: Expr) -> float | None:

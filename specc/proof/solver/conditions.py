@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import z3
@@ -18,6 +18,7 @@ from specc.model.expr import (
     Fresh,
     Items,
     Logic,
+    Number,
     Present,
     Quantifier,
     Unary,
@@ -47,13 +48,12 @@ class Conditions(Arithmetic):
     def __init__(
         self,
         numbering: Numbering,
-        may_be_unused: Callable[[Expr], bool],
         quantified: Mapping[int, Collection[int]],
         *,
         exact: bool,
     ) -> None:
         """`quantified`: numbers of lists -> numbers of the quantifiers that are said of items."""
-        super().__init__(numbering, may_be_unused, exact=exact)
+        super().__init__(numbering, exact=exact)
         self._quantified = quantified
         self._booleans: dict[int, Any] = {}
 
@@ -78,39 +78,25 @@ class Conditions(Arithmetic):
             case Choice():
                 term = z3.If(*parts)
             case Compare(op=op, left=left, right=right):
-                numbers = self._are_numbers((left, right))
-                term = self.of_numbers(expr)
-                term = z3.Or(z3.Not(numbers), term) if op == "!=" else z3.And(numbers, term)
-            case Builtin(name="near", args=(a, b, *_)):
-                term = z3.And(self._are_numbers((a, b), apart=True), self.of_numbers(expr))
+                term = self._compare(op, left, right)
+            case Builtin(name="near", args=(x, y, distance, angle)):
+                term = self._near_pose(x, y, self.number(distance), self.number(angle))
+            case Builtin(name="near", args=(a, b, limit)):
+                term = self._near(a, b, self.number(limit))
             case Quantifier():
                 term = self._quantifier(expr)
             case _:
                 term = self._fact(expr)
         return term
 
-    def of_numbers(self, expr: Expr) -> Any:
-        """The term of a comparison whose sides are numbers; for NaN it says nothing."""
-        match expr:
-            case Compare(op=op, left=left, right=right):
-                return self._compare(op, left, right)
-            case Builtin(name="near", args=(x, y, distance, angle)):
-                return self._near_pose(x, y, self.number(distance), self.number(angle))
-            case Builtin(name="near", args=(a, b, limit)):
-                return self._near(a, b, self.number(limit))
-        return self.boolean(expr)
-
-    def _are_numbers(self, sides: tuple[Expr, Expr], *, apart: bool = False) -> Any:
-        """That two sides, and how far they are `apart` if that is asked, are not NaN."""
-        numbers = [self._numbering.number(side) for side in sides]
-        minded = [n for n, side in zip(numbers, sides, strict=True) if self._may_be_nan(side)]
-        if minded and apart:
-            minded.append(self._numbering.pair(*numbers))
-        return z3.And([is_used(-1 - number) for number in minded])
-
-    def _may_be_nan(self, side: Expr) -> bool:
-        known = self._numbering.value(self._numbering.number(side))
-        return known is None and not isinstance(side.type, Int) and self._may_be_unused(side)
+    def in_periods(self, asked: Any, turn: float, text_holds: bool) -> Any:
+        """That a state has lasted fewer periods than `turn`, for a question about the time."""
+        sides = map(self._numbering.looked_through, (asked.left, asked.right))
+        term = self.periods() < int(turn)
+        if all(isinstance(side, (Clock, Number)) for side in sides):
+            said = self.boolean(asked)
+            self.laws.append(term == (said if text_holds else z3.Not(said)))
+        return term
 
     def _fact(self, expr: Expr) -> Any:
         match expr:
@@ -217,11 +203,6 @@ def _is_joint(expr: Expr) -> bool:
 def arrived(peer: str, element: str, test: str) -> Any:
     """The term that an input is fresh, or present."""
     return z3.Bool(f"{test} {peer}.{element}")
-
-
-def is_used(of: int) -> Any:
-    """The term of a flag that something is a number, not NaN."""
-    return z3.Bool(f"is used {of}")
 
 
 def _parts(a: Expr, b: Expr, index: int, element: Any) -> tuple[Expr, Expr]:

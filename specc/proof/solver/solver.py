@@ -51,19 +51,17 @@ class _Question:
 
     def decision(self) -> Decision:
         rows, context = self._rows, self._context
-        ensures = [self._ensured([*context, row]) for row in rows]
-        return Decision(
+        known = Decision(
             possible=self._holds(context),
-            gap=self._gap(),
-            overlap=self._overlap(),
             satisfiable=tuple(self._holds([*context, row]) for row in rows),
-            ensures=tuple(ensures),
+            ensures=tuple(self._ensured([*context, row]) for row in rows),
         )
+        return replace(known, gap=self._gap(), overlap=self._overlap())
 
     def _gap(self) -> Witness | None:
         applies = z3.Or([z3.BoolVal(False, self._theory.context), *self._rows])
         answers = self._answers([*self._context, z3.Not(applies)], applies)
-        return None if answers is None else _witness(answers)
+        return None if answers is None else self._witness(answers, z3.Not(applies))
 
     def _overlap(self) -> Witness | None:
         for second, row in enumerate(self._rows):
@@ -71,9 +69,33 @@ class _Question:
                 both = z3.And(self._rows[first], row)
                 answers = self._answers([*self._context, both], z3.Not(both))
                 if answers is not None:
-                    found = _witness(answers)
-                    return replace(found, holding=(first, second), repaired=second)
+                    found = self._witness(answers, self._several())
+                    pair = first, second
+                    return replace(found, holding=pair, repaired=self._narrowed(pair))
         return None
+
+    def _several(self) -> Any:
+        """That at least two of the conditions hold."""
+        return z3.AtLeast(*self._rows, 2)
+
+    def _narrowed(self, pair: tuple[int, int]) -> int | None:
+        """The condition of a pair that could ask for less, since it holds where no other one does.
+
+        Without the other one it still asks for what none of them asks, and so never for the same.
+        """
+        for index in reversed(pair):
+            others = [z3.Not(row) for number, row in enumerate(self._rows) if number != index]
+            if self._may_hold([*self._context, self._rows[index], *others]):
+                return index
+        return None
+
+    def _witness(self, answers: Sequence[Answered], fault: Any) -> Witness:
+        """The answers as facts, and whether there are other situations with the fault."""
+        facts = tuple((a.text, "true" if yes == a.text_holds else "false") for a, yes in answers)
+        said = tuple((a.expr, yes == a.text_holds) for a, yes in answers if a.expr is not None)
+        told = [self._theory.said(*answer) for answer in answers]
+        some = self._may_hold([*self._context, fault, z3.Not(z3.And(told))])
+        return Witness(facts, answers=said, some=some)
 
     def _answers(self, fault: list[Any], no_fault: Any) -> list[Answered] | None:
         """Answers to what is asked that always lead to the fault; None if nothing does."""
@@ -103,6 +125,13 @@ class _Question:
     def _holds(self, parts: Sequence[Any]) -> bool:
         return self._model(parts) is not None
 
+    def _may_hold(self, parts: Sequence[Any]) -> bool:
+        """Whether something is not known to be impossible; no verdict depends on it."""
+        try:
+            return self._holds(parts)
+        except UnsureError:
+            return True
+
     def _model(self, parts: Sequence[Any]) -> Any:
         self._questions += 1
         if self._questions > MOST_QUESTIONS:
@@ -126,9 +155,3 @@ class _Question:
                 return z3.BoolVal(formula.kind == "true", self._theory.context)
         assert formula.atom is not None
         return self._theory.said(formula.atom, formula.kind == "atom")
-
-
-def _witness(answers: Sequence[Answered]) -> Witness:
-    facts = tuple((a.text, "true" if yes == a.text_holds else "false") for a, yes in answers)
-    said = tuple((a.expr, yes == a.text_holds) for a, yes in answers if a.expr is not None)
-    return Witness(facts, answers=said)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import z3
 
-from specc.model.expr import Among, Expr, LetRef, Quantifier, children
+from specc.limits import OUT_OF_STEPS, left, spend
+from specc.model.expr import Among, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
 from specc.proof.formula import Atom
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Answered, UnsureError
-from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived, is_used
-from specc.proof.variables import Apart, Arrival, EnumItem, Flag, Quantity
+from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived
+from specc.proof.variables import Arrival, EnumItem, Quantity
 
+_STEPS = "rlimit count"
 MOST_STEPS = 400_000
 """Steps of the solver for one question; steps and not seconds, so that all machines agree."""
 
@@ -29,13 +31,14 @@ class Theory:
     def __init__(
         self,
         numbering: Numbering,
-        may_be_unused: Callable[[Expr], bool],
         atoms: Sequence[Atom],
         *,
         exact: bool,
     ) -> None:
+        if left("proof") <= 0:
+            raise UnsureError(OUT_OF_STEPS)
         items = _quantified(atoms, numbering)
-        self._conditions = Conditions(numbering, may_be_unused, items, exact=exact)
+        self._conditions = Conditions(numbering, items, exact=exact)
         try:
             terms = [self._term(atom) for atom in atoms]
         except TooManyItemsError:
@@ -49,6 +52,7 @@ class Theory:
         # In a context of its own, so that an answer does not depend on earlier questions.
         self.context = z3.Context()
         self._solver = z3.Solver(ctx=self.context)
+        self._counted = 0
         self._solver.set("rlimit", MOST_STEPS)
         # Python minds Ctrl-C itself; the solver would only say that it found no answer.
         self._solver.set("ctrl_c", False)
@@ -72,11 +76,12 @@ class Theory:
 
     def _core(self, answers: Sequence[Answered]) -> list[Answered] | None:
         """Some answers that are impossible together, not the fewest; None if all are possible."""
-        said = {self.said(*answer).get_id(): answer for answer in answers}
-        if self._check([self.said(*answer) for answer in answers]):
+        # The terms are kept: z3 gives the identity of one that nobody holds to the next.
+        said = [self.said(*answer) for answer in answers]
+        if self._check(said):
             return None
         needed = {term.get_id() for term in self._solver.unsat_core()}
-        return [answer for key, answer in said.items() if key in needed]
+        return [a for a, term in zip(answers, said, strict=True) if term.get_id() in needed]
 
     def model(self, terms: Sequence[Any]) -> Any:
         """Values with which all terms, of the context of this, hold; None if there are none.
@@ -100,10 +105,22 @@ class Theory:
         return arrived(arrival.peer, arrival.element, test).translate(self.context)
 
     def _check(self, assumed: Sequence[Any]) -> bool:
+        allowed = left("proof")
+        if allowed < MOST_STEPS:
+            self._solver.set("rlimit", max(allowed, 1))
         found = self._solver.check(*assumed)
+        spend("proof", self._steps())
         if found == z3.unknown:
-            raise UnsureError("the solver found no answer within bounds")
+            within = "bounds" if allowed >= MOST_STEPS else "the steps that this run has left"
+            raise UnsureError(f"the solver found no answer within {within}")
         return bool(found == z3.sat)
+
+    def _steps(self) -> int:
+        """Steps since this was asked before."""
+        before, statistics = self._counted, self._solver.statistics()
+        keys = statistics.keys()
+        self._counted = statistics.get_key_value(_STEPS) if _STEPS in keys else before
+        return self._counted - before
 
     def _term(self, atom: Atom) -> Any:
         variable = atom.variable
@@ -112,13 +129,11 @@ class Theory:
                 return arrived(peer, element, atom.test)
             case EnumItem(expr=item) if item is not None:
                 return self._conditions.boolean(Among(item, atom.test, type=Bool()))
-            case Flag(of=of) if of < 0:  # whether something is a number
-                return is_used(of)
+            case Quantity(kind="periods"):
+                return self._conditions.in_periods(atom.expr, atom.test[1], atom.text_holds)
         if atom.expr is None:
             return z3.Bool(f"fact {variable} {atom.test}")
-        is_compared = isinstance(variable, (Apart, Quantity))
-        said = self._conditions.of_numbers if is_compared else self._conditions.boolean
-        term = said(atom.expr)
+        term = self._conditions.boolean(atom.expr)
         return term if atom.text_holds else z3.Not(term)
 
 

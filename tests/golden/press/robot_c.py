@@ -9,13 +9,18 @@ from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
 from specc_runtime.builtins import near_pose, read_only, vector
-from specc_runtime.operators.kinematics import direct_kinematics as DK
+from specc_runtime.contracts import as_pose, operator
+from specc_runtime.operators.kinematics import direct_kinematics
 from specc_runtime.subsystem import Equations, Subsystem, Transition
 from specc_runtime.values import Pose, Vector
 
 from .types import Mode
 
 PERIOD: Final = 0.02  # s, 50 Hz
+
+# Operators, whose results are checked against their declared types.
+DK = operator("DK", direct_kinematics, as_pose, "pose[B, E]", "eq. 15")
+
 READY: Final = vector(0.0, 0.5, 0.0, 0.0, 0.5, 0.0)  # rad, joints to start from
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.builtins import near_pose
-from specc_runtime.operators.kinematics import direct_kinematics as DK
-from specc_runtime.operators.vision.models import load_models as LM
+from specc_runtime.builtins import finite, near_pose
+from specc_runtime.contracts import as_instance, as_list, as_pose, operator
+from specc_runtime.operators.kinematics import direct_kinematics
+from specc_runtime.operators.vision.models import load_models
 from specc_runtime.operators.vision.values import ObjectModel as Model
 from specc_runtime.subsystem import Equations, Subsystem, Transition
 from specc_runtime.values import Pose, Spatial, Vector
@@ -18,6 +19,11 @@ from specc_runtime.values import Pose, Spatial, Vector
 from .types import Mode
 
 PERIOD: Final = 0.005  # s, 200 Hz
+
+# Operators, whose results are checked against their declared types.
+DK = operator("DK", direct_kinematics, as_pose, "pose[B, E]", "eq. 15")
+LM = operator("LM", load_models, as_list(as_instance(Model)), "list[Model]")
+
 LIMIT: Final = 20.0  # N, force at which the press has closed
 
 
@@ -57,7 +63,7 @@ class Memory:
     models: tuple[Model, ...]  # list[Model]
 
 
-class Press(Subsystem):
+class RobotPress(Subsystem):
     """Press, Fig. 4."""
 
     x: Inputs
@@ -111,7 +117,7 @@ class Press(Subsystem):
         """One period of the work cycle; the row of the transition taken, or -1."""
         x = self.x
         if self.state:
-            if x.fresh_c_a and x.E_F.item(2) - LIMIT > 5.0:
+            if x.fresh_c_a and finite(x.E_F.item(2) - LIMIT) > 5.0:
                 self.violated(0)
         return self._work()
 
@@ -152,9 +158,9 @@ class Press(Subsystem):
             self.state, self._work = "S0", self._in_s0
             self._rest(X_c)
             return 4
-        if (x.present_c_a and near_pose(X_c, DK(x.c_a), 0.001, 0.01)) or x.E_F.item(
-            2
-        ) - LIMIT >= 0.0:  # reached, eq. 2
+        if (x.present_c_a and near_pose(X_c, DK(x.c_a), 0.001, 0.01)) or finite(
+            x.E_F.item(2) - LIMIT
+        ) >= 0.0:  # reached, eq. 2
             if x.fresh_c_l and x.c_l == "closed":  # shut, eq. 4
                 self._periods = 0
                 self._close(X_c)
@@ -183,4 +189,6 @@ class Press(Subsystem):
         memory = self.memory
         y.c_X = X_c  # eq. 9
         y.c_n = len(memory.models)  # eq. 9
-        y.E_f = min((x.E_F.item(2) - LIMIT) * 0.5, LIMIT) if self._periods / 200 < 1.0 else 0.0
+        y.E_f = (
+            min(finite(x.E_F.item(2) - LIMIT) * 0.5, LIMIT) if self._periods / 200 < 1.0 else 0.0
+        )

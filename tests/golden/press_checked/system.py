@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from os.path import join
 
-from specc_runtime.system import Connection, Scheduled, System
+from specc_runtime.contracts import as_vector
+from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+from specc_runtime.system import Connection, PlantInput, PlantOutput, PlantSpec, Scheduled, System
 
 from .robot_c import RobotC
-from .robot_press import Press
+from .robot_press import RobotPress
 
 
 def build(base: str) -> System:
@@ -24,12 +26,24 @@ def build(base: str) -> System:
         tick_s=0.005,
         subsystems=(
             Scheduled(RobotC(files), ticks=4),
-            Scheduled(Press(files), ticks=1),
+            Scheduled(RobotPress(files), ticks=1),
         ),
         connections=(
             Connection("robot.press", "c_X", "robot.c", "press_X"),
             Connection("robot.press", "c_n", "robot.c", "press_n"),
             Connection("robot.c", "press_a", "robot.press", "c_a"),
             Connection("robot.c", "press_l", "robot.press", "c_l"),
+        ),
+        plant=PlantSpec(
+            sensors=(
+                SensorBinding("robot.E.p.F", contract=as_vector(6), declared="wrench[E]"),
+                SensorBinding("robot.E.p.q", contract=as_vector(6), declared="vector[6, rad]"),
+            ),
+            actuators=(ActuatorBinding("robot.E.p.f"),),
+            inputs=(
+                PlantInput("robot.E.p.F", "robot.press", "E_F"),
+                PlantInput("robot.E.p.q", "robot.press", "E_q"),
+            ),
+            outputs=(PlantOutput("robot.press", "E_f", "robot.E.p.f"),),
         ),
     )

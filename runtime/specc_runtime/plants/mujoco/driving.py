@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from specc_runtime.faults import DeviceFailed, text_of
 from specc_runtime.plants.binding import ActuatorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.model import find, position_indices, velocity_indices
@@ -30,20 +31,40 @@ class Actuator:
         """Set the controls from the held command and the present joint state.
 
         Raises:
-            PlantError: the controls are not finite or not as many as the actuators.
+            PlantError: the command is not as many finite numbers as there are actuators.
+            DeviceFailed: `through` failed, or gave what the actuators cannot take.
         """
         if self.command is None:
             return
-        control = self.command
-        if self._binding.through is not None:
-            control = self._binding.through(control, self._raw())
-        values = np.atleast_1d(np.asarray(control, dtype=float))
-        if values.shape != self._controls.shape or not np.isfinite(values).all():
+        through, name = self._binding.through, self._binding.name
+        if through is None:
+            self._data.ctrl[self._controls] = self._controls_of(self.command)
+            return
+        raw = self._raw()
+        try:
+            self._data.ctrl[self._controls] = self._controls_of(through(self.command, raw))
+        except BaseException as error:  # whatever the user's function raises
+            inputs = {"command": self.command, "raw": raw}
+            raise DeviceFailed(name, error, inputs, through) from error
+
+    def moves(self, actuators: frozenset[int]) -> bool:
+        """Whether it drives any of the actuators with these indices."""
+        return not actuators.isdisjoint(self._controls.tolist())
+
+    def _controls_of(self, numbers: Any) -> Any:
+        """(n,) one finite number for each actuator; raises PlantError."""
+        try:
+            given = np.atleast_1d(np.asarray(numbers))
+            values = given.astype(float) if given.dtype.kind in "fiu" else None
+        except (TypeError, ValueError):
+            values = None
+        if values is None or values.shape != self._controls.shape or not np.isfinite(values).all():
             raise PlantError(
                 f"actuator '{self._binding.name}' needs {self._controls.size} finite numbers, "
-                f"got {values}"
+                f"got {text_of(numbers)}",
+                device=self._binding.name,
             )
-        self._data.ctrl[self._controls] = values
+        return values
 
     def _raw(self) -> Any:
         data = self._data

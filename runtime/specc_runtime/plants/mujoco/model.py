@@ -11,6 +11,8 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.library import mujoco
 
 HOME = "home"
+OVERVIEW = "overview"
+"""The camera of films, unless another is asked for."""
 Indices: TypeAlias = NDArray[np.intp]
 
 # Coordinates of a free, ball, slide and hinge joint.
@@ -38,7 +40,7 @@ _COUNTS = {
 
 
 def load_model(path: str) -> Any:
-    """MjModel of the MJCF file at path.
+    """MjModel of the MJCF file at path; a model without a camera `overview` gets one.
 
     The simulation is told not to reset itself when it diverges, so that divergence can be reported.
 
@@ -49,10 +51,33 @@ def load_model(path: str) -> Any:
         raise PlantError(f"no model file {path}")
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
+        if OVERVIEW not in names_of(model, "camera"):
+            model = _with_overview(str(path), model)
     except ValueError as error:
         raise PlantError(f"{path}: {error}") from error
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
     return model
+
+
+def _with_overview(path: str, model: Any) -> Any:
+    """The model with a camera for people, where MuJoCo's own viewer would begin."""
+    view = model.vis.global_
+    azimuth, elevation = np.radians((view.azimuth, view.elevation))
+    forward = np.array(
+        (
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        )
+    )
+    right = np.array((np.sin(azimuth), -np.cos(azimuth), 0.0))
+    turn = np.stack((right, np.cross(right, forward), -forward), axis=1)
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, turn.ravel())
+    spec = mujoco.MjSpec.from_file(path)
+    place = model.stat.center - 1.5 * model.stat.extent * forward
+    spec.worldbody.add_camera(name=OVERVIEW, pos=place, quat=quaternion)
+    return spec.compile()
 
 
 def names_of(model: Any, kind: str) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.cameras import Cameras, RendererName
+from specc_runtime.plants.mujoco.divergence import Divergence
 from specc_runtime.plants.mujoco.driving import Actuator
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import HeldJoints, initial_positions, load_model
@@ -17,7 +18,6 @@ from specc_runtime.plants.mujoco.truth import GroundTruth
 from specc_runtime.plants.mujoco.viewer import Viewer
 
 _WHOLE = 1e-6  # tolerance, in time steps, on durations
-_DIVERGENCE = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC", "mjWARN_BADCTRL")
 
 
 class MujocoPlant:
@@ -46,7 +46,7 @@ class MujocoPlant:
         _check_unique([b.name for b in sensors] + [b.name for b in actuators])
         self._sensors = {b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors}
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
-        self._divergence = [getattr(mujoco.mjtWarning, name).value for name in _DIVERGENCE]
+        self._divergence = Divergence(self._model, self._data)
         self.truth = GroundTruth(self._model, self._data)
         self.reset(0)
 
@@ -110,8 +110,17 @@ class MujocoPlant:
             # the step; forces are always those during the step.
             mujoco.mj_step2(self._model, self._data)
             mujoco.mj_step1(self._model, self._data)
-        if any(self._data.warning[i].number for i in self._divergence):
-            raise PlantError(f"the simulation diverged at {self.time_s:.3f} s")
+        if self._divergence:
+            raise self._diverged()
+
+    def _diverged(self) -> PlantError:
+        part, driving = self._divergence.culprit()
+        driven = (name for name, actuator in self._actuators.items() if actuator.moves(driving))
+        return PlantError(
+            f"the simulation diverged at {self.time_s:.3f} s: {part}",
+            part=part,
+            device=next(driven, ""),
+        )
 
     def settle(self, duration_s: float) -> None:
         """Let free bodies come to rest while all joints stay where they are, then be at time 0.

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from specc_runtime.faults import DeviceFailed
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
@@ -53,10 +54,15 @@ class Sensor:
             raw = raw + self._sigma * self._rng.standard_normal(raw.shape)
         if self._binding.depth_noise == "kinect":
             raw = noise.kinect_depth(raw, self._rng)
-        if self._binding.through is not None:
-            value = self._binding.through(raw)
+        through = self._binding.through
+        if through is not None:
+            try:
+                value = through(raw)
+            except BaseException as error:  # whatever the user's function raises
+                raise DeviceFailed(self._binding.name, error, {"raw": raw}, through) from error
         else:
-            value = float(raw[0]) if raw.shape == (1,) else raw
+            one = raw.shape == (1,) and not self._binding.is_vector
+            value = float(raw[0]) if one else raw
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
         return value

@@ -137,6 +137,13 @@ def build(base: str) -> System:
             (PlantInput("a.E.m.q", "a.m", "E_q"), PlantInput("a.R.k.image", "a.k", "R_image")),
             (PlantOutput("a.m", "E_force", "a.E.m.force"),),
         ),
-        Task("a.c", "S1", "S0", "pusher.task:Somewhere", "pusher.task:Farthest", ("place",)),
+        Task(
+            "a.c",
+            "S1",
+            "S0",
+            "tests.runtime.systems.pusher.task:Somewhere",
+            "tests.runtime.systems.pusher.task:Farthest",
+            ("place",),
+        ),
         "pusher.yaml",
     )

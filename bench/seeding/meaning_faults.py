@@ -1,0 +1,106 @@
+"""Faults in numbers and expressions that have the right type all the same."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from bench.seeding.fault import Follows, Seed, fault, seed
+from bench.seeding.machine import Machine, machines
+from bench.seeding.sheet import Edit, Sheet
+from specc.source import Node, Route
+
+_NEAR = re.compile(r"\bnear\(([^(),]+), ([^(),]+), ([^(),]+)(?:, ([^(),]+))?\)")
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?=\[|\b)")
+_CLAMP = re.compile(r"(min\(max\(.*), ([^(),]+)\), ([^(),]+)\)")
+_DIFFERENCE = re.compile(r"([\w.]+) (?:-|<|>|<=|>=) ([\w.]+)(?![\w.(\[])")
+
+
+def _expressions(sheet: Sheet) -> Iterator[tuple[Machine, str, Route, Node]]:
+    for machine in machines(sheet):
+        for kind, route in machine.expressions():
+            yield machine, kind, route, sheet.at(route)
+
+
+def _tolerances(sheet: Sheet, group: int) -> Iterator[tuple[Node, list[int]]]:
+    """Numbers of tolerances where they are written, and where else they are used."""
+    known: dict[str, tuple[Node, list[int]]] = {}
+    for _, _, _, node in _expressions(sheet):
+        for found in _NEAR.finditer(sheet.raw(node)):
+            start, text = node.start + found.start(group), found[group]
+            if text and _NUMBER.match(text):
+                yield Node(start, start + len(text), text), []
+            elif text and sheet.has(("constants", text)):
+                at = sheet.at(sheet.scalar(("constants", text), "is"))
+                known.setdefault(text, (at, []))[1].append(start)
+    yield from known.values()
+
+
+def _not_positive(sheet: Sheet) -> Iterator[Seed]:
+    """Zero, and the number with a sign."""
+    for group in (3, 4):
+        for node, uses in _tolerances(sheet, group):
+            text = sheet.raw(node).strip("\"'")
+            number = _NUMBER.match(text)
+            for wrong in ("0", f"-{number[0]}") if number else ():
+                yield seed(_rewritten(sheet, node, wrong + text[number.end() :]), elsewhere=uses)
+
+
+def _rewritten(sheet: Sheet, node: Node, text: str) -> Edit:
+    quote = sheet.text[node.start] if sheet.text[node.start] in "\"'" else ""
+    return sheet.replaced(node, f"{quote}{text}{quote}")
+
+
+def _half_turns(sheet: Sheet) -> Iterator[Seed]:
+    """A number of degrees that is called radians."""
+    for node, uses in _tolerances(sheet, 4):
+        for wrong in ("180[deg]", "5[rad]"):
+            yield seed(_rewritten(sheet, node, wrong), elsewhere=uses)
+
+
+def _quaternions(sheet: Sheet) -> Iterator[Seed]:
+    """A component that is missing, or ten times too large; no pose without a turn."""
+    for _, _, route, node in _expressions(sheet):
+        text = sheet.raw(node)
+        for found in re.finditer(r"\bpose\(.*, \[([^\]]+)\]\)", text):
+            for item in _NUMBER.finditer(found[1]):
+                start = node.start + found.start(1) + item.start()
+                for wrong in ("0.5", "1"):
+                    yield seed(Edit(start, start + len(item[0]), wrong))
+        if text.strip("\"'") == "identity()":
+            whole = sheet.inside(route, node.start, node.end, "pose([0, 0, 0], [0, 0, 1, 1])")
+            yield seed(whole)
+
+
+def _clamps(sheet: Sheet) -> Iterator[Seed]:
+    """The two bounds changed round, and `min` and `max`."""
+    for _, _, _, node in _expressions(sheet):
+        for found in _CLAMP.finditer(sheet.raw(node)):
+            start, end = node.start + found.start(), node.start + found.end()
+            yield seed(Edit(start, end, f"{found[1]}, {found[3]}), {found[2]})"))
+            other = found[1].replace("min(max(", "max(min(", 1)
+            yield seed(Edit(start, end, f"{other}, {found[2]}), {found[3]})"))
+
+
+def _itself(sheet: Sheet) -> Iterator[Seed]:
+    """The other side once more, in `near`, a comparison or a difference."""
+    for _, _, _, node in _expressions(sheet):
+        text = sheet.raw(node)
+        for pattern in (_NEAR, _DIFFERENCE):
+            for found in pattern.finditer(text):
+                names = [found[1].strip(), found[2].strip()]
+                for group, other in ((1, names[1]), (2, names[0])):
+                    if not _NUMBER.match(other) and not other.startswith("_"):
+                        start = node.start + found.start(group)
+                        yield seed(Edit(start, start + len(found[group]), other))
+
+
+_LEFT = {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"}
+
+FAULTS = (
+    fault("tolerance that is not positive", "E0330", _not_positive, _LEFT),
+    fault("angle of a tolerance that is too large", "E0330", _half_turns, _LEFT),
+    fault("quaternion of another length", "E0331", _quaternions),
+    fault("bounds the wrong way round", "W0332", _clamps),
+    fault("thing beside itself", "W0333", _itself, _LEFT),
+)

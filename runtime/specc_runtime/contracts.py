@@ -1,0 +1,303 @@
+"""Contracts: what enters generated code is checked where it enters, against its declared type.
+
+A contract is a function `as_...`: it gives the value as its type says, with numbers of numpy turned
+into Python's and arrays copied and read-only, or raises `Unfit`. Values of opaque types are checked
+by their class only: nobody but operators looks into them. Contracts are always on.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import fields, is_dataclass
+from typing import Any, ParamSpec, TypeVar, cast
+
+import numpy as np
+
+from specc_runtime.buffers import freeze
+from specc_runtime.wrong import Unfit, WrongValue, said
+
+Contract = Callable[[Any], Any]
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_FLOAT64 = np.dtype(np.float64)
+_ORTHONORMAL = 1e-3
+"""How far columns of a rotation may be from unit length and from right angles."""
+_NUMBERS = (float, int, np.floating, np.integer)
+
+
+def operator(
+    name: str, function: Callable[P, R], contract: Contract, declared: str, trace: str = ""
+) -> Callable[P, R]:
+    """The operator `name` of a specification: `function`, whose results are of their type.
+
+    Calls raise `WrongValue`, and whatever the function raises.
+    """
+
+    untyped: Callable[..., Any] = function
+
+    @functools.wraps(function)
+    def call(*args: Any) -> Any:
+        try:
+            return contract(untyped(*args))
+        except Unfit as unfit:
+            raise WrongValue(f"operator {name}", declared, unfit, trace) from None
+
+    call.with_function = lambda other: operator(name, other, contract, declared, trace)  # type: ignore[attr-defined]  # for examinations
+    return cast("Callable[P, R]", call)
+
+
+def as_any(value: Any) -> Any:
+    """Whatever it is, with read-only arrays; for elements whose type nobody declared."""
+    freeze(value)
+    return value
+
+
+def as_bool(value: Any) -> bool:
+    """A truth value; numpy's becomes Python's."""
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise Unfit(said(value), "True or False")
+
+
+def as_int(value: Any) -> int:
+    """A whole number of any size; numpy's becomes Python's, so that it never wraps."""
+    if type(value) is int:
+        return value
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        return int(value)
+    raise Unfit(said(value), "an int")
+
+
+def as_real(value: Any) -> float:
+    """A finite number, SI units."""
+    if type(value) is float and math.isfinite(value):
+        return value
+    if isinstance(value, _NUMBERS) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            raise Unfit("an int beyond all floats", "a finite float") from None
+        if math.isfinite(number):
+            return number
+    raise Unfit(said(value), "a finite float")
+
+
+def as_text(value: Any) -> str:
+    """A text without lone surrogates, which no file can hold."""
+    if isinstance(value, str):
+        text = str.__str__(value)
+        try:
+            text.encode()
+        except UnicodeEncodeError:
+            raise Unfit("a text with lone surrogates", "a text that UTF-8 can hold") from None
+        return text
+    raise Unfit(said(value), "a str")
+
+
+def as_member(*members: str) -> Contract:
+    """One of the members of an enum."""
+    known = {member: member for member in members}
+    wanted = f"one of {', '.join(map(repr, members))}"
+
+    def accept(value: Any) -> str:
+        if isinstance(value, str) and value in known:
+            return known[value]
+        raise Unfit(said(value), wanted)
+
+    return accept
+
+
+def as_vector(size: int) -> Contract:
+    """A vector (size,) of finite numbers."""
+    shape = (size,)
+    array, finite, float64 = np.ndarray, math.isfinite, _FLOAT64
+
+    def accept(value: Any) -> np.ndarray[Any, Any]:
+        if (
+            type(value) is array
+            and value.dtype is float64
+            and value.shape == shape
+            and finite(sum(value.tolist()))  # a sum that overflows is looked at again
+        ):
+            owned = value.copy()
+            owned.setflags(write=False)
+            return owned
+        return _array(value, shape)
+
+    return accept
+
+
+def as_partial(size: int) -> Contract:
+    """A vector (size,) of finite numbers and, for components that are not used, NaN."""
+    return lambda value: _array(value, (size,), partial=True)
+
+
+def as_pose(value: Any) -> np.ndarray[Any, Any]:
+    """A homogeneous transform (4, 4): a rotation, a translation in metres, and 0 0 0 1."""
+    owned = _array(value, (4, 4))
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = owned.tolist()
+    if last != [0.0, 0.0, 0.0, 1.0]:
+        raise Unfit(f"an array whose last row is {last}", "a pose, with the last row 0 0 0 1")
+    off = max(  # two columns of unit length at a right angle, and the third is their product
+        abs(a * a + d * d + g * g - 1.0),
+        abs(b * b + e * e + h * h - 1.0),
+        abs(a * b + d * e + g * h),
+        abs(d * h - e * g - c),
+        abs(b * g - a * h - f),
+        abs(a * e - b * d - i),
+    )
+    if not off < _ORTHONORMAL:
+        raise Unfit("an array (4, 4) that holds no rotation", "a pose, a rigid transform (4, 4)")
+    return owned
+
+
+def as_rgb(height: int, width: int) -> Contract:
+    """A colour image (height, width, 3) of bytes."""
+    shape = (height, width, 3)
+
+    def accept(value: Any) -> np.ndarray[Any, Any]:
+        if type(value) is not np.ndarray or value.shape != shape or value.dtype != np.uint8:
+            raise Unfit(said(value), f"a numpy array {shape} of uint8")
+        return _owned(value)
+
+    return accept
+
+
+def as_depth(height: int, width: int) -> Contract:
+    """A depth map (height, width) in metres, finite, 0 where there is no reading."""
+    return lambda value: _array(value, (height, width), np.dtype(np.float32), kinds="f")
+
+
+def as_tuple(contract: Contract, size: int) -> Contract:
+    """A vector of what is no real: a tuple of `size` values."""
+    return _items(contract, f"a tuple of {size}", lambda count: count == size)
+
+
+def as_list(contract: Contract, *, least: int = 0) -> Contract:
+    """A list: a tuple of any number of values, `least` or more."""
+    wanted = f"a tuple of {least} or more" if least else "a tuple"
+    return _items(contract, wanted, lambda count: count >= least)
+
+
+def as_optional(contract: Contract) -> Contract:
+    """A value, or None."""
+    return lambda value: None if value is None else contract(value)
+
+
+def as_instance(kind: type) -> Contract:
+    """A value of an opaque type; only its class is looked at. Raises TypeError for no class."""
+    if not isinstance(kind, type):
+        raise TypeError(f"{_name_of(kind)} cannot be that of an opaque type")
+
+    def accept(value: Any) -> Any:
+        if isinstance(value, kind):
+            return value
+        raise Unfit(said(value), f"a value of class {kind.__name__}")
+
+    return accept
+
+
+def as_record(kind: type, /, **parts: Contract) -> Contract:
+    """A record of class `kind` with these fields.
+
+    Raises TypeError for a class whose values can be changed, or that lacks a field.
+    """
+    build = _builder(kind, tuple(parts))
+    items = tuple(parts.items())
+
+    def accept(value: Any) -> Any:
+        if not isinstance(value, kind):
+            raise Unfit(said(value), f"a value of class {kind.__name__}")
+        accepted = {}
+        for name, contract in items:
+            try:
+                accepted[name] = contract(getattr(value, name, None))
+            except Unfit as unfit:
+                raise unfit.inside(f".{name}") from None
+        return build(value, accepted)
+
+    return accept
+
+
+def _owned(value: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """A copy that nobody else can change, nor anybody at all."""
+    copy = value.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+def _array(
+    value: Any,
+    shape: tuple[int, ...],
+    dtype: np.dtype[Any] = _FLOAT64,
+    *,
+    partial: bool = False,
+    kinds: str = "fiu",
+) -> np.ndarray[Any, Any]:
+    if type(value) is not np.ndarray or value.shape != shape or value.dtype.kind not in kinds:
+        raise Unfit(said(value), f"a numpy array {shape} of floats")
+    with np.errstate(over="ignore"):  # what becomes infinite is refused below
+        owned = value.astype(dtype)
+    bad = np.isinf(owned) if partial else ~np.isfinite(owned)
+    if bad.any():
+        at = tuple(map(int, np.argwhere(bad)[0]))
+        where = at[0] if len(at) == 1 else at
+        raise Unfit(f"an array with {owned[at]} at {where}", "finite numbers")
+    owned.setflags(write=False)
+    return owned
+
+
+def _items(contract: Contract, wanted: str, fits: Callable[[int], bool]) -> Contract:
+    def accept(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, tuple) or not fits(len(value)):
+            raise Unfit(said(value), wanted)
+        return tuple(_each(contract, value))
+
+    return accept
+
+
+def _each(contract: Contract, values: Iterable[Any]) -> Iterable[Any]:
+    for index, item in enumerate(values):
+        try:
+            yield contract(item)
+        except Unfit as unfit:
+            raise unfit.inside(f"[{index}]") from None
+
+
+def _builder(kind: Any, names: tuple[str, ...]) -> Callable[[Any, dict[str, Any]], Any]:
+    """What puts a record together again from its fields, once they are checked.
+
+    No code of the class is executed, which could change them.
+    """
+    owner: Any = kind
+    if isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields"):
+        known = kind._fields
+
+        def build(value: Any, accepted: dict[str, Any]) -> Any:
+            return tuple.__new__(kind, [accepted.get(n, getattr(value, n)) for n in known])
+
+    elif is_dataclass(kind) and vars(kind)["__dataclass_params__"].frozen:
+        known = tuple(part.name for part in fields(kind))
+
+        def build(value: Any, accepted: dict[str, Any]) -> Any:
+            made = object.__new__(owner)
+            for name in known:
+                part = accepted[name] if name in accepted else getattr(value, name)
+                object.__setattr__(made, name, part)
+            return made
+
+    else:
+        raise TypeError(
+            f"{_name_of(kind)} of a record has to be a frozen dataclass or a NamedTuple, "
+            "so that its values do not change"
+        )
+    if missing := sorted(set(names) - set(known)):
+        raise TypeError(f"{_name_of(kind)} has no field {', '.join(missing)}")
+    return build
+
+
+def _name_of(kind: Any) -> str:
+    return f"class {kind.__name__}" if isinstance(kind, type) else f"{kind!r}, which is no class,"

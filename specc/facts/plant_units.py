@@ -1,0 +1,117 @@
+"""What the numbers behind an element are measured in, as far as the model of the plant says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from specc.facts.bindings import Bound
+from specc.mjcf import Model
+from specc.model.types import Real, Spatial, Type, Vector
+from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
+
+_UNITS: dict[str, Unit] = {
+    tag: unit
+    for tags, unit in (
+        ("touch force tendonactuatorfrc tendonlimitfrc", NEWTON),
+        ("torque", NEWTON_METRE),
+        ("rangefinder distance fromto framepos subtreecom", METRE),
+        ("tendonpos tendonlimitpos", METRE),
+        ("velocimeter framelinvel subtreelinvel tendonvel tendonlimitvel", METRE / SECOND),
+        ("gyro ballangvel frameangvel", RADIAN / SECOND),
+        ("accelerometer framelinacc", METRE / SECOND**2),
+        ("frameangacc", RADIAN / SECOND**2),
+        ("framexaxis frameyaxis framezaxis framequat ballquat normal", DIMENSIONLESS),
+        ("clock", SECOND),
+    )
+    for tag in tags.split()
+}
+"""Of sensors whose tag says it."""
+_ABOUT_JOINTS = {
+    "pos": "jointpos jointlimitpos actuatorpos position",
+    "vel": "jointvel jointlimitvel actuatorvel velocity intvelocity",
+    "frc": "jointactuatorfrc jointlimitfrc actuatorfrc motor",
+}
+"""Of sensors and actuators, where it depends on the joint."""
+_OF_TAG = {tag: what for what, tags in _ABOUT_JOINTS.items() for tag in tags.split()}
+_OF_JOINT = {
+    "hinge": {"pos": RADIAN, "vel": RADIAN / SECOND, "frc": NEWTON_METRE},
+    "slide": {"pos": METRE, "vel": METRE / SECOND, "frc": NEWTON},
+}
+_FORCES = (NEWTON, NEWTON_METRE)
+_MECHANICAL = {*_UNITS.values(), *(unit for units in _OF_JOINT.values() for unit in units.values())}
+
+
+class Raw(NamedTuple):
+    """Numbers of one part of the model: their kind, the place in its list, name and units.
+
+    `units` has one for each number, None where the model does not say; it is None as a whole where
+    their number is not known.
+    """
+
+    kind: str
+    place: int
+    name: str
+    units: tuple[Unit | None, ...] | None
+
+
+def raw_numbers(bound: Bound, model: Model) -> Iterator[Raw]:
+    """The numbers behind an element, or those that it sets, in their order."""
+    binding = bound.binding
+    if not bound.commanded:
+        for index, name in enumerate(binding.joints):
+            yield Raw("joints", index, name, _joint(name, model))
+        for index, name in enumerate(binding.sensors):
+            yield Raw("sensors", index, name, _sensor(name, model))
+    for index, name in enumerate(binding.actuators):
+        part = model.parts.get(("actuator", name))
+        tag = part.kind if bound.commanded and part else "actuatorfrc"
+        yield Raw("actuators", index, name, (_of_actuator(tag, name, model),))
+
+
+def differs(raw: Raw, unit: Unit, wanted: Unit) -> bool:
+    """Whether a unit of the plant is surely another than that of the element.
+
+    What drives a motor is often a current, a voltage or a part of full drive.
+    """
+    if raw.kind == "actuators" and unit in _FORCES:
+        return wanted != unit and wanted in _MECHANICAL - {DIMENSIONLESS}
+    return wanted != unit
+
+
+def units_of(type_: Type) -> tuple[Unit, ...] | None:
+    """Units of the numbers that a value consists of; None if it does not consist of numbers."""
+    match type_:
+        case Real(unit=unit):
+            return (unit,)
+        case Vector(size=size, element=Real(unit=unit)):
+            return (unit,) * size
+        case Spatial(linear=linear, angular=angular):
+            return (linear,) * 3 + (angular,) * 3
+    return None
+
+
+def _joint(name: str, model: Model) -> tuple[Unit | None, ...] | None:
+    kind, size = model.joint_kind(name), model.joints.get(name)
+    if kind == "free":
+        return (METRE,) * 3 + (DIMENSIONLESS,) * 4
+    unit = DIMENSIONLESS if kind == "ball" else _OF_JOINT.get(kind, {}).get("pos")
+    return None if size is None else (unit,) * size
+
+
+def _sensor(name: str, model: Model) -> tuple[Unit | None, ...] | None:
+    size, part = model.sensors.get(name), model.parts.get(("sensor", name))
+    if size is None or part is None:
+        return None
+    if part.actuator:
+        return (_of_actuator(part.kind, part.actuator, model),)
+    return (_UNITS.get(part.kind) or _at_joint(part.kind, part.joint, model),) * size
+
+
+def _of_actuator(tag: str, name: str, model: Model) -> Unit | None:
+    """What an actuator takes, or what is measured at it; a gear makes it anything."""
+    return _at_joint(tag, model.driven(name, direct=True), model)
+
+
+def _at_joint(tag: str, joint: str, model: Model) -> Unit | None:
+    return _OF_JOINT.get(model.joint_kind(joint), {}).get(_OF_TAG.get(tag, ""))

@@ -1,0 +1,68 @@
+"""How much specc takes on: the limits of what it reads, and of the steps that it spends.
+
+Files come from strangers. What is larger or deeper than a limit is refused with a diagnostic that
+names the limit. Work that does not follow from the size of a file, such as proofs, has allowances
+for a whole run, counted in steps and not in seconds, so that all machines find the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Literal
+
+MAX_BYTES = 2_000_000
+"""Of a specification file."""
+MAX_VALUES = 100_000
+"""In the files of one specification, with aliases written out."""
+MAX_KEYS = 2_000
+"""Of one mapping: of the states of a subsystem, say, or of the constants of a file."""
+MAX_PARTS = 400
+"""Agents, subsystems and devices that a file describes."""
+MAX_DEPTH = 64
+"""Levels of values, of types in types, and of files that use files."""
+MAX_FILES = 200
+"""That one specification uses."""
+MAX_TYPE_PARTS = 2_000
+"""Of a type with the types in it written out."""
+MAX_EXPRESSION_PARTS = 2_000
+"""Of an expression with the constants of a description written out."""
+MAX_SHOWN = 1_000
+"""Findings that a report shows; the others are counted."""
+
+Work = Literal["names compared", "proof"]
+ALLOWED: dict[Work, int] = {"names compared": 50_000, "proof": 2_000_000}
+"""Steps of a run: names that an unknown one is compared with, and about 1 us each of proofs."""
+
+OUT_OF_STEPS = "the proofs of this run have used up their steps"
+
+_spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)
+
+
+@contextmanager
+def one_run() -> Iterator[None]:
+    """Inside, allowances are those of one run; inside another run, they are those of that one."""
+    if _spent.get() is not None:
+        yield
+        return
+    token = _spent.set({})
+    try:
+        yield
+    finally:
+        _spent.reset(token)
+
+
+def left(work: Work) -> int:
+    """Steps that the run may still spend; outside of a run it may spend all."""
+    spent = _spent.get()
+    return ALLOWED[work] - (spent.get(work, 0) if spent is not None else 0)
+
+
+def spend(work: Work, steps: int) -> bool:
+    """Whether the steps were allowed; they count as spent either way."""
+    before = left(work)
+    spent = _spent.get()
+    if spent is not None:
+        spent[work] = spent.get(work, 0) + steps
+    return steps <= before

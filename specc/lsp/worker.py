@@ -1,0 +1,197 @@
+"""A process that does jobs one after the other and can be ended at any time.
+
+Whatever a text makes of a job, the process that asked for it goes on: a job that is no longer
+wanted, or takes too long, is ended with its process, and another process takes its place.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+LIMIT_S = 10.0
+"""A job that takes longer is given up."""
+_WATCH_S = 1.0
+
+Call = tuple[str, tuple[Any, ...]]
+"""Name of a method and its arguments."""
+
+
+class JobAbandonedError(Exception):
+    """The process of a job was ended, since nobody wants the result any more."""
+
+
+class JobTooLongError(JobAbandonedError):
+    """The process of a job was ended, since the job took too long."""
+
+
+class JobFailedError(Exception):
+    """A job raised what it should not have; the message is the traceback."""
+
+
+@dataclass(slots=True, eq=False)
+class Job:
+    """A call, and who waits for its result."""
+
+    call: Call
+    result: asyncio.Future[Any]
+    started_s: float | None = None
+
+
+class Worker:
+    """Calls methods of what `make` makes, in another process.
+
+    `begin` gives the calls that a new process starts with: what its predecessor knew.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[], object],
+        begin: Callable[[], Iterable[Call]],
+        answers: tuple[type[Exception], ...] = (),
+    ) -> None:
+        """`answers` are what jobs may raise; anything else is a fault."""
+        self._make, self._begin, self._answers = make, begin, answers
+        self._jobs: deque[Job] = deque()
+        self._running: Job | None = None
+        self._process: Any = None
+        self._pipe: Any = None
+        self._overdue: asyncio.TimerHandle | None = None
+
+    def ask(self, name: str, *arguments: Any) -> Job:
+        """Put a call behind those that wait."""
+        job = Job((name, arguments), asyncio.get_running_loop().create_future())
+        self._jobs.append(job)
+        if self._process is None:
+            self._start()
+        self._next()
+        return job
+
+    def abandon(self, job: Job, why: type[JobAbandonedError] = JobAbandonedError) -> None:
+        """End a job that runs, or forget one that waits."""
+        if job in self._jobs:
+            self._jobs.remove(job)
+            self._fail(job, why())
+        elif job is self._running:
+            self.close()
+            self._fail(job, why())
+            self._next()
+
+    def close(self) -> None:
+        """End the process; with the next job another one begins."""
+        if self._overdue is not None:
+            self._overdue.cancel()
+        if self._process is not None:
+            self._process.kill()
+            self._pipe.close()
+        self._process = self._pipe = self._running = None
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        arguments = (theirs, self._make, self._answers, os.getpid())
+        self._process = context.Process(target=_work, args=arguments, daemon=True)
+        self._process.start()
+        theirs.close()
+        loop = asyncio.get_running_loop()
+        listen = threading.Thread(target=self._listen, args=(self._pipe, loop), daemon=True)
+        self._jobs.extendleft(
+            Job(call, loop.create_future()) for call in reversed([("", ()), *self._begin()])
+        )
+        listen.start()
+
+    def _next(self) -> None:
+        """Send the next job, if none runs; the process waits for it, so sending takes no time."""
+        if self._running is not None or not self._jobs:
+            return
+        if self._process is None:
+            self._start()
+        job = self._running = self._jobs.popleft()
+        job.started_s = time.monotonic()
+        loop = asyncio.get_running_loop()
+        self._overdue = loop.call_later(LIMIT_S, self.abandon, job, JobTooLongError)
+        with suppress(OSError):  # the process is gone, which who listens to it will say
+            self._pipe.send(job.call)
+
+    def _listen(self, pipe: Connection, loop: asyncio.AbstractEventLoop) -> None:
+        while True:
+            try:
+                answer = pipe.recv()
+            except (EOFError, OSError):
+                answer = None
+            try:
+                loop.call_soon_threadsafe(self._arrived, pipe, answer)
+            except RuntimeError:
+                return  # the loop has ended
+            if answer is None:
+                return
+
+    def _arrived(self, pipe: Connection, answer: tuple[Any, Exception | None] | None) -> None:
+        job = self._running
+        if pipe is not self._pipe or job is None:
+            return  # of a process that was ended
+        if answer is None:
+            self.close()
+            self._fail(job, JobFailedError("the process of the analysis has ended"))
+        else:
+            if self._overdue is not None:
+                self._overdue.cancel()
+            self._running = None
+            value, error = answer
+            if error is not None:
+                self._fail(job, error)
+            elif not job.result.done():
+                job.result.set_result(value)
+        self._next()
+
+    @staticmethod
+    def _fail(job: Job, error: Exception) -> None:
+        if not job.result.done():
+            job.result.set_exception(error)
+            job.result.exception()  # nobody waits for some results
+
+
+def _work(
+    pipe: Connection, make: Callable[[], object], answers: tuple[type[Exception], ...], parent: int
+) -> None:
+    """Do what comes through the pipe until it closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+    desk = make()
+    while True:
+        try:
+            name, arguments = pipe.recv()
+        except (EOFError, OSError):
+            return
+        value: Any = None
+        error: Exception | None = None
+        try:
+            value = getattr(desk, name)(*arguments) if name else None
+        except answers as raised:
+            error = raised
+        except Exception:  # noqa: BLE001 - it is for the other side to tell
+            error = JobFailedError(traceback.format_exc())
+        try:
+            pipe.send((value, error))
+        except OSError:
+            return
+
+
+def _watch(parent: int) -> None:
+    """End with the process that asks, also in the middle of a job."""
+    while os.getppid() == parent:
+        time.sleep(_WATCH_S)
+    sys.stderr.flush()
+    os._exit(1)

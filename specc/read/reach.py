@@ -1,0 +1,44 @@
+"""Which files a specification may name: those inside its project."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+
+_CLAIM = re.compile(r"(?:^|\r)(?:\ufeff)?specc[ \t]*:", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Folders, by their real paths, of which the first is the project; without any, everything."""
+
+    folders: tuple[str, ...] = ()
+
+    def holds(self, path: str) -> bool:
+        """Whether a file lies inside, wherever links lead."""
+        try:
+            real = os.path.realpath(path)
+        except ValueError:  # no name of a file, which reading it will say
+            return True
+        return not self.folders or any(
+            os.path.commonpath((real, folder)) == folder for folder in self.folders
+        )
+
+    def way_in(self, path: str) -> str:
+        """What to do about a file that lies outside."""
+        real = os.path.realpath(path)
+        folder = real if os.path.isdir(real) else os.path.dirname(real)
+        beyond = os.path.relpath(folder, self.folders[0])
+        return (
+            "keep it below the specification or the pyproject.toml above that, or allow "
+            f'its folder there: `[tool.specc]` with `allow = ["{beyond}"]`'
+        )
+
+
+ANYWHERE = Reach()
+
+
+def claims_to_be_one(text: str) -> bool:
+    """Whether a text says that it is a specification; any other is nobody's to show."""
+    return _CLAIM.search(text) is not None

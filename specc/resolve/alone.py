@@ -1,0 +1,114 @@
+"""A file that no system is known to use: all of it that can be checked by itself.
+
+Its parameters have types and no values, its peers are whoever the user has. What is certain then is
+what the texts mean and what holds of the tables; what the other ends would have to say is left out.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+
+from specc.diagnostics import Diagnostic
+from specc.expr import ExprError, parse_type
+from specc.model.expr import Call
+from specc.model.system import Agent, Constant, Operator, System
+from specc.model.trace import Trace
+from specc.read import Reach
+from specc.resolve.agents import AgentResolver, Setting
+from specc.resolve.context import Findings
+from specc.resolve.definitions import Definitions
+from specc.resolve.library import Library, Load, Loaded
+from specc.schema.files import AgentDef
+
+_NEEDS_USER = ("E04", "E05", "O04", "O05", "O06", "W04", "W05")
+_OF_TABLES = ("E06", "W06")
+
+
+def resolve_alone(
+    file: Loaded, load: Load, findings: Findings, reach: Reach
+) -> tuple[System, AgentResolver]:
+    """Resolve a description with its user left open; definitions have no user to leave open.
+
+    The system that is returned holds the described part alone. Findings that only a user could mend
+    are left out.
+    """
+    library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
+    frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
+    scratch = replace(library, findings=Findings()).definitions(file, frames)
+    given = _parameters(file, scratch, findings)
+    setting = Setting(file, library.definitions(file, frames, given), given)
+    agent, resolver = _described(file, library, setting, findings)
+    found = findings.diagnostics
+    found[:] = [d for d in found if not d.code.startswith(_NEEDS_USER)]
+    return _system(agent, setting.definitions), resolver
+
+
+def is_certain(diagnostic: Diagnostic, path: str) -> bool:
+    """Whether what a check found in the part of a file holds whoever uses it."""
+    return diagnostic.code.startswith(_OF_TABLES) and diagnostic.primary.file == path
+
+
+def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[Constant, ...]:
+    """The value parameters as constants with values that only an unknown function knows."""
+    given = []
+    for name, text in file.spec.parameters.items():
+        where = file.top["parameters"][name]
+        if text == "frame":
+            continue
+        try:
+            type_ = parse_type(text, known.names())
+        except ExprError as error:
+            findings.expression_error(where, error)
+        else:
+            given.append(Constant(name, Call(f"?{name}", (), type=type_), "", where.key))
+    return tuple(given)
+
+
+def _described(
+    file: Loaded, library: Library, setting: Setting, findings: Findings
+) -> tuple[Agent, AgentResolver]:
+    """The agent of the file, or one that consists of the subsystem of the file."""
+    spec, top = file.spec, file.top
+    control = spec.agent.control if spec.agent else spec.subsystem
+    if spec.agent and control and control.use:
+        used = library.load(library.beside(file, control.use), top["agent"]["control"]["use"])
+        control = used.spec.subsystem if used else None
+    peers = tuple(dict.fromkeys((*control.x, *control.y))) if control else ()
+    resolver = AgentResolver(library, findings, ("", *peers))
+    nobody = Agent("", "", "", (), (), top.key)
+    if spec.agent is not None:
+        return resolver.resolve("", spec.agent, top["agent"], setting) or nobody, resolver
+    if spec.subsystem is None:
+        return nobody, resolver
+    around = AgentDef.model_validate({})
+    ends = {peer: f"{peer}.c" for peer in peers}
+    where = top["subsystem"]
+    subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)
+    return replace(nobody, subsystems=(subsystem,) if subsystem else ()), resolver
+
+
+def _system(agent: Agent, known: Definitions) -> System:
+    return System(
+        name="",
+        title="",
+        file="",
+        frames=tuple(sorted(known.frame_titles.items())),
+        types=tuple(sorted(known.type_traces.items())),
+        operators=(*known.operators.values(), *_unknown(agent)),
+        constants=tuple(known.constants.values()),
+        files=tuple(sorted(known.files.items())),
+        agents=(agent,),
+        plant=None,
+        task=None,
+    )
+
+
+def _unknown(agent: Agent) -> Iterator[Operator]:
+    """The functions that give the parameters their values."""
+    for constant in (c for subsystem in agent.subsystems for c in subsystem.constants):
+        if isinstance(constant.value, Call):
+            yield Operator(
+                constant.value.operator, (), constant.value.type, "", "", Trace(), constant.place
+            )

@@ -1,0 +1,65 @@
+"""Comparisons with `elapsed` are decided for the floats of whole periods, arithmetic included."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from specc.expr import Environment, evaluate
+from specc.proof import Decision, Prover
+from tests.checks.texts import condition, machine
+
+PERIODS = 700
+TERMS = (
+    "elapsed", "elapsed + 0.1[s]", "elapsed - 0.1[s]", "2 * elapsed", "elapsed / 3", "-elapsed",
+    "0.7[s] - elapsed", "elapsed + elapsed", "max(elapsed, 0.3[s])", "elapsed + period",
+    "min(elapsed + 0.2[s], 0.6[s])", "0.1 * elapsed",
+)  # fmt: skip
+LIMITS = (
+    "0.3[s]",
+    "0.35[s]",
+    "0.4[s]",
+    "0.1[s] + 0.2[s]",
+    "0.6[s]",
+    "0.02[s]",
+    "-0.2[s]",
+    "period",
+)
+
+
+def decided(rows: list[str], rate_hz: Fraction) -> Decision:
+    subsystem = replace(machine([condition(row) for row in rows]), rate_hz=rate_hz)
+    return Prover(subsystem, {}).prove_rows("S", "terminal").decision
+
+
+def counts(rows: list[str], rate_hz: Fraction) -> set[int]:
+    """How many rows hold, over all periods."""
+    found = set()
+    for periods in range(1, PERIODS):
+        elapsed_s = periods * rate_hz.denominator / rate_hz.numerator
+        world = Environment(clock={"elapsed": elapsed_s, "period": float(1 / rate_hz)})
+        found.add(sum(evaluate(condition(row), world) for row in rows))
+    return found
+
+
+def test_a_sum_is_decided_like_the_time_itself() -> None:
+    assert decided(["elapsed + 0.1[s] <= 0.4[s]", "elapsed > 0.35[s]"], Fraction(10)).proved
+
+
+@pytest.mark.parametrize("seed", range(120))
+def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seed: int) -> None:
+    rng = random.Random(seed)
+    rate_hz = Fraction(rng.choice((10, 20, 30, Fraction(100, 3), 100)))
+    a, b = (f"{rng.choice(TERMS)} {{}} {rng.choice(LIMITS)}" for _ in range(2))
+    op = rng.choice(("<", "<=", ">", ">="))
+    rows = rng.choice(
+        ([a.format("<="), b.format(op)], [a.format(op), f"not {a.format(op)}"],
+         [f"{a.format(op)} and {b.format('<')}", f"not {a.format(op)}", b.format(">=")])
+    )  # fmt: skip
+    decision, held = decided(rows, rate_hz), counts(rows, rate_hz)
+    assert decision.proved == (held == {1}), rows
+    assert (decision.gap is not None) == (0 in held), rows
+    assert (decision.overlap is not None) == any(count > 1 for count in held), rows

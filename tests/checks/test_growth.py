@@ -1,0 +1,72 @@
+"""What checking costs grows with each list of a specification like the list, or is refused.
+
+Calls are counted and not seconds, so that every machine agrees; `bench/growth.py` has the times.
+"""
+
+import io
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from types import FrameType
+
+import pytest
+
+from bench.harness.lists import GROWING, MAIN, put
+from specc.cli.main import main
+
+SIZES = (25, 50, 100)
+FEW = 4000
+"""Calls that are few whatever they are for."""
+# What is left goes up to an allowance, or to the most keys of a mapping.
+SQUARES: dict[str, str] = {
+    "assumptions": "each is tried for whether a proof needs it; the proofs have an allowance",
+    "initial conditions of one state": "each answer to each question; tables have an allowance",
+    "enum members, with a row for each": "each answer to each question, as above",
+    "faulty: rows that overlap": "pairs of rows; tables have an allowance",
+    "terms of a condition": "each answer to each question, as above",
+    "elements that wait for a value": "each element in each state of its sender",
+    "faulty: parts that nothing uses": "each with what it alone uses",
+    **dict.fromkeys(
+        (
+            "ignore comments of unknown codes",
+            "watched memory of the task",
+            "faulty: unknown names",
+            "faulty: slips of one name",
+            "faulty: unknown elements",
+            "faulty: unknown types",
+            "faulty: unknown states",
+            "faulty: unknown conditions",
+        ),
+        "each unknown name is compared with each known one; comparing has an allowance",
+    ),
+}
+
+
+def calls(folder: Path, name: str, size: int) -> int:
+    """Functions that are called to validate the list at a size."""
+    put(GROWING[name](size), folder)
+    count = 0
+
+    def counting(_frame: FrameType, event: str, _arg: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        sys.setprofile(counting)
+        try:
+            code = main(["validate", str(folder / MAIN)])
+        finally:
+            sys.setprofile(before)
+    assert code in (0, 1, 2)
+    return count
+
+
+@pytest.mark.parametrize("name", [name for name in GROWING if name not in SQUARES])
+def test_calls_grow_with_the_list(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    calls(tmp_path, name, 3)  # imports what it takes
+    few, more, many = (calls(tmp_path, name, size) for size in SIZES)
+    assert many - more < 2.4 * max(more - few, FEW), (few, more, many)

@@ -1,0 +1,114 @@
+"""Texts that take for ever, and requests without their form: the server goes on and answers."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.editor.client import Client, ServerError
+from tests.editor.workspace import SYSTEM, place, write
+
+SLOW = SYSTEM.replace("system: arm", "system: slow")
+DEADLY = SYSTEM.replace("system: arm", "system: deadly")
+MEDDLING = """\
+import os
+from specc.lsp import project, worker
+
+analyse = project.Project.analyse
+
+
+def slow(self, root):
+    while "system: slow" in self.source(root).text:
+        pass
+    if "system: deadly" in self.source(root).text:
+        os._exit(3)
+    return analyse(self, root)
+
+
+project.Project.analyse = slow
+worker.LIMIT_S = 12.0
+"""
+INVALID_PARAMS = -32602
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> Iterator[Client]:
+    """A client of a server to which the check of some texts never ends."""
+    meddling = tmp_path / "meddling"
+    meddling.mkdir()
+    (meddling / "sitecustomize.py").write_text(MEDDLING)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    write(folder)
+    path = os.pathsep.join([str(meddling), os.environ.get("PYTHONPATH", "")])
+    command = ["env", f"PYTHONPATH={path}", sys.executable, "-m", "specc", "lsp"]
+    with Client(command, folder) as client:
+        yield client
+    assert client.exit_code == 0
+
+
+def errors(client: Client, uri: str) -> set[str]:
+    return {item.get("code", "") for item in client.diagnostics(uri) if item["severity"] == 1}
+
+
+def test_shutdown_is_answered_while_a_check_runs(client: Client) -> None:
+    client.open(client.folder / "slow.yaml", SLOW)
+
+
+def test_a_change_abandons_the_check(client: Client) -> None:
+    uri = client.open(client.folder / "slow.yaml", SLOW)
+    client.change(uri, SYSTEM.replace("limit)", "limits)"))
+    assert errors(client, uri) == {"E0201"}
+
+
+def test_a_check_that_takes_too_long_is_given_up(client: Client) -> None:
+    other = client.open(client.folder / "arm.yaml")
+    assert errors(client, other) == set()
+    uri = client.open(client.folder / "slow.yaml", SLOW)
+    (found,) = client.diagnostics(uri)
+    assert "given up" in found["message"]
+    # What was known of the other text is found out anew.
+    assert errors(client, other) == set()
+    line = SYSTEM[: place(SYSTEM, "X_c: |T_c, grip")].count("\n")
+    column = SYSTEM.splitlines()[line].index("T_c, grip")
+    assert "eq. 24" in client.ask("hover", other, line, column)["contents"]["value"]
+    client.change(uri, SYSTEM)
+    assert errors(client, uri) == set()
+
+
+def test_questions_behind_an_abandoned_check_are_answered(client: Client) -> None:
+    uri = client.open(client.folder / "slow.yaml", SLOW)
+    client.change(uri, SYSTEM)
+    with suppress(ServerError):  # or a hover, or none
+        client.ask("hover", uri, 0, 0)
+    assert errors(client, uri) == set()
+
+
+def test_a_process_that_dies_is_replaced(client: Client) -> None:
+    uri = client.open(client.folder / "deadly.yaml", DEADLY)
+    client.change(uri, SYSTEM)
+    assert errors(client, uri) == set()
+
+
+@pytest.mark.parametrize(
+    ("method", "params"),
+    [
+        ("hover", {"x": 1}),
+        ("hover", []),
+        ("hover", None),
+        ("hover", {"textDocument": {"uri": 7}, "position": {"line": "a", "character": 0}}),
+        ("hover", {"textDocument": {"uri": "file:///a"}, "position": {"line": -1, "character": 0}}),
+        ("rename", {"textDocument": {"uri": "file:///a"}, "position": {"line": 0, "character": 0}}),
+        ("codeAction", {"textDocument": {"uri": "file:///a"}, "range": {}, "context": {}}),
+    ],
+)
+def test_malformed_requests_get_invalid_params(client: Client, method: str, params: Any) -> None:
+    with pytest.raises(ServerError) as refused:
+        client.request(f"textDocument/{method}", params)
+    assert refused.value.code == INVALID_PARAMS

@@ -1,0 +1,136 @@
+"""Specifications read and commands write inside the project; `allow` names more folders."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from specc.cli import main
+from specc.pipeline import compile_spec
+from specc.policy import forget
+
+HEAD = "specc: 1\nsystem: demo\n"
+FRAMES = "specc: 1\nframes: {B: robot base}\n"
+MODEL = '<mujoco><include file="%s"/></mujoco>'
+PLANT = HEAD + "plant: {model: %s}\n"
+SECRET = "password: [hunter2\n"
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A project beside files that are none of its business."""
+    (tmp_path / "frames.yaml").write_text(FRAMES)
+    (tmp_path / "secret").write_text(SECRET)
+    (tmp_path / "part.xml").write_text("<mujocoinclude/>")
+    folder = tmp_path / "project"
+    (folder / "specs").mkdir(parents=True)
+    (folder / "pyproject.toml").touch()
+    (folder / "frames.yaml").write_text(FRAMES)
+    (folder / "part.xml").write_text("<mujocoinclude/>")
+    (folder / "link.yaml").symlink_to(tmp_path / "frames.yaml")
+    (folder / "model.xml").write_text(MODEL % "../part.xml")
+    return folder
+
+
+def found(project: Path, text: str) -> str:
+    """What is wrong with a specification in the folder `specs` of the project."""
+    spec = project / "specs" / "spec.yaml"
+    spec.write_text(text)
+    findings = compile_spec(str(spec)).diagnostics
+    return "\n".join(f"{d.code} {d.message} {d.help}" for d in findings if d.code[0] == "E")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        HEAD + "use: [../frames.yaml]\n",
+        HEAD + "files: {frames: ../frames.yaml, folder: ..}\n",
+        HEAD + "agents: {a: {use: ../frames.yaml}}\n",
+        PLANT % "../part.xml",
+    ],
+)
+def test_files_of_the_project(text: str, project: Path) -> None:
+    assert "outside" not in found(project, text)
+
+
+OUTSIDE = [
+    HEAD + "use: [../../frames.yaml]\n",
+    HEAD + "use: [../link.yaml]\n",
+    HEAD + "files: {frames: ../../frames.yaml}\n",
+    HEAD + "files: {absent: ../../absent.yaml}\n",
+    HEAD + "files: {folder: ../..}\n",
+    HEAD + "agents: {a: {use: ../../frames.yaml}}\n",
+    PLANT % "../../part.xml",
+    PLANT % "../model.xml",
+]
+
+
+@pytest.mark.parametrize("text", OUTSIDE)
+def test_files_outside_are_refused_unless_allowed(text: str, project: Path) -> None:
+    said = found(project, text)
+    assert "outside the project" in said
+    assert 'allow = [".."]' in said
+    assert "did you mean" not in said
+    (project / "pyproject.toml").write_text('[tool.specc]\nallow = [".."]\n')
+    forget()
+    assert "outside" not in found(project, text)
+
+
+def test_without_a_project_file_the_folder_of_the_specification_counts(project: Path) -> None:
+    (project / "pyproject.toml").unlink()
+    assert "E0021" in found(project, HEAD + "use: [../frames.yaml]\n")
+    (project / "specs" / "frames.yaml").write_text(FRAMES)
+    assert found(project, HEAD + "use: [frames.yaml]\n") == ""
+
+
+def test_pipes_are_not_opened(project: Path) -> None:
+    os.mkfifo(project / "pipe")
+    for text in ("use: [../pipe]\n", "files: {p: ../pipe}\n", "plant: {model: ../pipe}\n"):
+        assert found(project, HEAD + text)
+    (project / "pyproject.toml").unlink()
+    os.mkfifo(project / "pyproject.toml")
+    assert found(project, HEAD) == ""
+
+
+@pytest.mark.parametrize("form", ["text", "json", "sarif", "github", "junit"])
+def test_what_is_no_specification_is_not_shown(
+    form: str, project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project / "secret").write_text(SECRET)
+    (project / "own.yaml").symlink_to(project.parent / "secret")
+    (project / "spec.yaml").write_text(HEAD + "use: [secret]\n")
+    for name in ("spec.yaml", "own.yaml"):
+        assert main(["validate", "--format", form, str(project / name)]) == 1
+        printed = capsys.readouterr()
+        assert "hunter2" not in printed.out + printed.err
+        assert "E0022" in printed.out + printed.err
+
+
+@pytest.mark.parametrize("command", [["fmt"], ["fmt", "--diff"], ["validate", "--fix"]])
+def test_nothing_is_written_through_a_link_out_of_the_project(
+    command: list[str], project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outside = project.parent / "outside.yaml"
+    outside.write_text(HEAD + "frmaes: {B:   base}\n")
+    (project / "inside.yaml").symlink_to(outside)
+    before = outside.read_text()
+    assert main([*command, str(project / "inside.yaml")])
+    assert outside.read_text() == before
+    assert "link leads out of the project" in capsys.readouterr().err
+
+
+def test_a_build_does_not_follow_a_link_out_of_the_project(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elsewhere = project.parent / "elsewhere"
+    elsewhere.mkdir()
+    spec = Path(__file__).parents[2] / "specs" / "conveyor_gate.yaml"
+    monkeypatch.chdir(project)
+    (project / "generated").symlink_to(elsewhere)
+    assert main(["build", str(spec)]) == 1
+    assert "E0021" in capsys.readouterr().err
+    assert not list(elsewhere.iterdir())
+    assert main(["build", str(spec), "--out", str(elsewhere)]) == 0
+    assert (elsewhere / "conveyor_gate" / "system.py").is_file()

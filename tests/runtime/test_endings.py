@@ -1,0 +1,180 @@
+"""However a run ends, its report is complete, its exit code as documented, its devices safe."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.runtime.hinge import SPEC, hinge
+
+ROOT = Path(__file__).parents[2]
+ENDLESS = ["--duration", "10000"]
+SLOW = "def drive(e):\n    time.sleep(0.005)\n    return 0.1 * e"
+HANGS = "def drive(e):\n    while {}:\n        pass\n    return 0.1 * e"
+IN_C = "def drive(e):\n    time.sleep(1000)\n    return 0.0"
+HOLDS = "def drive(e):\n    return float(sum(range(10**12)))"
+# The limits of the watchdog and of an interruption, made short.
+SHORT = (
+    "import sys\n"
+    "from specc_runtime import interruption, watchdog\n"
+    "watchdog.Watchdog.__init__.__defaults__ = (0.5,)\n"
+    "interruption.GRACE_S = 0.5\n"
+    "from specc_runtime.main import main\n"
+    "sys.exit(main())\n"
+)
+
+
+def begun(package: Path, *arguments: str, **options: Any) -> subprocess.Popen[str]:
+    """A run of the package in a process of its own."""
+    folder = package.parent
+    path = os.pathsep.join((str(folder), str(ROOT / "runtime"), str(ROOT)))
+    common = [str(package), "--base", str(folder), "--report", str(folder / "r.json")]
+    return subprocess.Popen(
+        [sys.executable, "-c", SHORT, *common, "--renderer", "raycast", *arguments],
+        env={**os.environ, "PYTHONPATH": path},
+        text=True,
+        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
+    )
+
+
+def report(package: Path) -> dict[str, Any]:
+    return dict(json.loads((package.parent / "r.json").read_text()))
+
+
+def until(process: subprocess.Popen[str], text: str) -> None:
+    """Wait for a line on standard error."""
+    assert process.stderr is not None
+    while text not in (line := process.stderr.readline()):
+        assert line
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run(tmp_path: Path, number: signal.Signals) -> None:
+    package = hinge(tmp_path, drive=SLOW)
+    with begun(package, *ENDLESS) as process:
+        until(process, "arm.j")
+        process.send_signal(number)
+        process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    data = report(package)
+    assert (data["ended"], data["interrupted"], data["faults"]) == ("interrupted", True, [])
+    assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+
+
+@pytest.mark.parametrize("drive", [HANGS.format("True"), IN_C])
+@pytest.mark.parametrize("rate", ["100 Hz", "10 Hz"])
+def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
+    tmp_path: Path, drive: str, rate: str
+) -> None:
+    """At 10 Hz the step is in a worker thread."""
+    spec = SPEC.replace("rate: 100 Hz", f"rate: {rate}").replace("rate: 50 Hz", "rate: 10 Hz")
+    package = hinge(tmp_path, spec=spec, drive=drive)
+    with begun(package, *ENDLESS) as process:
+        until(process, "operator drive (hinge_parts:drive) in arm.j")
+        assert report(package)["ended"] == "running"
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    data = report(package)
+    (fault,) = data["faults"]
+    assert fault["fault"] == "StepAbandoned"
+    assert fault["culprit"] == "operator drive (hinge_parts:drive)"
+    assert fault["equations"] == [1]
+    assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+
+
+def test_what_holds_the_interpreter_is_named(tmp_path: Path) -> None:
+    package = hinge(tmp_path, drive=HOLDS)
+    with begun(package, *ENDLESS) as process:
+        until(process, "in drive")  # the stack that faulthandler prints
+        assert report(package)["ended"] == "running"
+        process.kill()
+        process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_a_killed_run_leaves_a_report_and_a_film(tmp_path: Path) -> None:
+    import cv2
+
+    package = hinge(tmp_path, drive=SLOW)
+    film = tmp_path / "run.mkv"
+    with begun(package, *ENDLESS, "--video", str(film)) as process:
+        deadline = time.monotonic() + 120
+        while not film.exists() or film.stat().st_size < 250_000:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        process.kill()
+        process.communicate(timeout=60)
+    assert report(package)["ended"] == "running"
+    pictures = cv2.VideoCapture(str(film))
+    count = 0
+    while pictures.grab():
+        count += 1
+    assert count > 10
+
+
+def _small_files() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+
+def test_a_film_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
+    package = hinge(tmp_path)
+    film = str(tmp_path / "run.mp4")
+    with begun(
+        package, "--duration", "2", "--quiet", "--video", film, preexec_fn=_small_files
+    ) as process:
+        _, err = process.communicate(timeout=120)
+    assert process.returncode == 2
+    assert f"error: the film {film} " in err
+    assert report(package)["ended"] == "completed"
+
+
+def _closed_output() -> None:
+    os.close(1)
+
+
+@pytest.mark.parametrize("before", [None, _closed_output])
+def test_an_output_that_takes_nothing(tmp_path: Path, before: Callable[[], None] | None) -> None:
+    package = hinge(tmp_path)
+    with (
+        Path("/dev/full").open("w") as full,
+        begun(package, "--duration", "0.1", stdout=full, preexec_fn=before) as process,
+    ):
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "the output cannot be written" in err and "Traceback" not in err
+    assert report(package)["ended"] == "completed"
+
+
+def test_an_output_that_nobody_reads(tmp_path: Path) -> None:
+    package = hinge(tmp_path)
+    read, write = os.pipe()
+    os.close(read)
+    with begun(package, "--duration", "0.1", stdout=write) as process:
+        os.close(write)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 141
+    assert "Traceback" not in err
+    assert report(package)["ended"] == "completed"
+
+
+def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
+    package = hinge(tmp_path)
+
+    def none() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+    with begun(package, "--duration", "0.1", preexec_fn=none) as process:
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "cannot write" in err and "Traceback" not in err

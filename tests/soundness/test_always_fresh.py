@@ -1,0 +1,77 @@
+"""What is known to be fresh is so in every period of a run but the first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from specc_runtime.system import System as Built
+
+from specc.facts import Facts
+from specc.model.system import System
+from specc.proof import InputName
+from tests.soundness.law import marks_of
+from tests.soundness.running import (
+    NothingProved,
+    Script,
+    ScriptedPlant,
+    built,
+    compiled,
+    executed,
+    only_about_machines,
+)
+from tests.soundness.specifications import specification
+
+TICKS = 60
+
+
+def watched(system: Built, known: dict[str, frozenset[InputName]], late: list[str]) -> int:
+    """Has every step note what ought to be fresh and is not; how many inputs are asked about."""
+    asked = 0
+    for scheduled in system.subsystems:
+        machine = scheduled.subsystem
+        flags = [f"fresh_{peer}_{name}" for peer, name in sorted(known[machine.name])]
+        flags = [flag for flag in flags if hasattr(machine.x, flag)]
+        asked += len(flags)
+        kind = type(machine)
+        kind.step = _noting(kind.step, flags, late)  # type: ignore[method-assign]  # a class of one run
+    return asked
+
+
+def _noting(step: Callable[..., Any], flags: list[str], late: list[str]) -> Callable[..., Any]:
+    periods = 0
+
+    def noting(machine: Any) -> Any:
+        nonlocal periods
+        if periods:
+            late.extend(f"{machine.name} {f}" for f in flags if not getattr(machine.x, f))
+        periods += 1
+        return step(machine)
+
+    return noting
+
+
+def known_of(system: System) -> dict[str, frozenset[InputName]]:
+    facts = Facts(system)
+    return {
+        s.qualified_name: facts.connections.always_fresh(s, facts.broken) for s in system.subsystems
+    }
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_in_random_systems(block: int, tmp_path: Path) -> None:
+    asked = 0
+    for seed in range(block * 12, block * 12 + 12):
+        result = compiled(specification(Random(seed)), tmp_path)
+        if result.system is None or not only_about_machines(result):
+            continue
+        late: list[str] = []
+        with built(result.system, NothingProved()) as made:
+            asked += watched(made, known_of(result.system), late)
+            script = Script(result.system, str(seed), marks_of(result.system))
+            executed(made, ScriptedPlant(script) if made.plant else None, TICKS)
+        assert not late, seed
+    assert asked >= 5
