@@ -14,7 +14,7 @@ system: demo
 agents:
   a:
     control:
-      rate: 10 Hz
+      rate: 5 Hz
       x: {m: {d: "real[m]"}}
       y: {m: {go: bool, stop: bool}}
       functions: {send: {y.m.go: True, y.m.stop: "present(x.m.d) and x.m.d > 1[m]"}}
@@ -248,7 +248,7 @@ def test_a_reader_of_a_sender_with_errors(case: str, tmp_path: Path) -> None:
 
 
 def test_a_sender_without_a_rate_may_be_fast_enough(tmp_path: Path) -> None:
-    faster = ("rate: 10 Hz\n      x: {m", "rate: 20 Hz\n      x: {m")
+    faster = ("rate: 5 Hz\n      x: {m", "rate: 20 Hz\n      x: {m")
     unrated = ("m:\n        rate: 10 Hz\n", "m:\n")
     assert codes(tmp_path, READER, faster) == ["E0702"]
     assert codes(tmp_path, READER, faster, unrated) == ["O0601"]
