@@ -23,6 +23,7 @@ class Timer:
 
     def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
+        self._trends: dict[int, int] = {}  # by value number: what is named twice is asked once
 
     def turn(self, op: str, left: Expr, right: Expr) -> tuple[int, bool] | None:
         """The first period in which `left op right` is not what it was before, and its truth then.
@@ -41,7 +42,9 @@ class Timer:
 
     def _turned(self, op: str, left: Expr, right: Expr) -> tuple[int, bool]:
         def holds(periods: int) -> bool:
-            return bool(_COMPARED[op](self._at(left, periods), self._at(right, periods)))
+            at: dict[int, float] = {}
+            a, b = self._at(left, periods, at), self._at(right, periods, at)
+            return bool(_COMPARED[op](a, b))
 
         early, late = 1, LONGEST
         if holds(early) == holds(late):
@@ -59,6 +62,12 @@ class Timer:
 
         Rounding keeps the order of sums and products, so that this holds of floats.
         """
+        number = self._numbering.number(expr)
+        if number not in self._trends:
+            self._trends[number] = self._computed_trend(expr)
+        return self._trends[number]
+
+    def _computed_trend(self, expr: Expr) -> int:
         if self._known(expr) is not None:
             return 0
         expr = self._numbering.looked_through(expr)
@@ -87,20 +96,27 @@ class Timer:
         value = self._numbering.value(self._numbering.number(expr))
         return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
-    def _at(self, expr: Expr, periods: int) -> float:
-        """The value after so many periods; arithmetic is that of a run."""
+    def _at(self, expr: Expr, periods: int, at: dict[int, float]) -> float:
+        """The value after so many periods; `at` keeps those of the parts, by value number."""
+        number = self._numbering.number(expr)
+        if number not in at:
+            at[number] = self._computed_at(expr, periods, at)
+        return at[number]
+
+    def _computed_at(self, expr: Expr, periods: int, at: dict[int, float]) -> float:
+        """The arithmetic is that of a run."""
         known = self._known(expr)
         if known is not None:
             return float(known)
         expr = self._numbering.looked_through(expr)
         match expr:
             case Unary(operand=operand):
-                return -self._at(operand, periods)
+                return -self._at(operand, periods, at)
             case Binary(op=op, left=left, right=right):
-                a, b = self._at(left, periods), self._at(right, periods)
+                a, b = self._at(left, periods, at), self._at(right, periods, at)
                 return a + b if op == "+" else a - b if op == "-" else a * b if op == "*" else a / b
             case Builtin(name=name, args=args):
-                return (min if name == "min" else max)(self._at(arg, periods) for arg in args)
+                return (min if name == "min" else max)(self._at(arg, periods, at) for arg in args)
         assert self._numbering.exact_period_s is not None  # `turn` looked
         return float(periods * self._numbering.exact_period_s)
 
