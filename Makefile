@@ -17,6 +17,8 @@ READY := .venv/.ready
 SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
 BENCHMARKS := $(sort $(wildcard bench/*.py))
 TEST_WORKERS ?= 2
+# A test that hangs is ended with its traceback, and fails.
+ENDED := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Arrays here are small: threads inside BLAS cost more than they bring.
@@ -30,7 +32,7 @@ demo: $(READY)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
 
 test: $(READY)
-	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile $(ENDED)
 
 check: $(READY)
 	$(BIN)/ruff check .

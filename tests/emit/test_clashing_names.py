@@ -284,9 +284,7 @@ def errors(result: pipeline.Result) -> list[str]:
     ]
 
 
-def accepted(
-    kind: str, names: tuple[str, ...], folder: Path
-) -> tuple[pipeline.Result, set[str]]:
+def accepted(kind: str, names: tuple[str, ...], folder: Path) -> tuple[pipeline.Result, set[str]]:
     """The probe with all names that may stand there, and those that `validate` refuses."""
     refused = {*keyword.kwlist} if kind in WRITTEN_OUT else set()
     while True:
