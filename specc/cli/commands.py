@@ -136,15 +136,9 @@ def init(options: Namespace) -> int:
 
 def explain(options: Namespace) -> int:
     """Print the entry of a code, or the list of all codes."""
-    from specc.diagnostics.registry import all_codes
-    from specc.diagnostics.render.explanation import explanation, overview
+    from specc.diagnostics.code import all_codes, explanation, overview
 
     codes = all_codes()
-    if options.page:
-        from specc.diagnostics.render.page import page
-
-        streams.show(page(codes), "markdown")
-        return 0
     if options.code is None:
         streams.show(overview(codes))
         return 0

@@ -144,7 +144,6 @@ def _parser() -> argparse.ArgumentParser:
 
     explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
     explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
-    explain.add_argument("--page", action="store_true", help="print docs/diagnostics.md")
 
     add_ages(commands)
     add_diff(commands)

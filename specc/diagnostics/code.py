@@ -1,21 +1,37 @@
-"""What is known of a kind of finding, whatever file it turns up in."""
+"""What is known of a kind of finding: its page in `codes/`, one Markdown file per code."""
 
+from __future__ import annotations
+
+import re
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from textwrap import fill, indent
 from typing import Literal
 
 from specc.diagnostics.diagnostic import Severity, severity_of
+from specc.diagnostics.render.visible import visible_lines
 
-Within = Literal["", "yaml", "file", "agent", "subsystem"]
+PAGES = Path(__file__).with_name("codes")
+
+Within = Literal["", "any YAML file", "a specification", "an agent", "a subsystem"]
 """What an example is.
 
-Nothing: a whole specification, or commands after a `$`. "yaml": any YAML file. The others: keys of
-a specification, of an agent, or of a subsystem that has all that the example does not show.
+Nothing: a whole specification, or commands after a `$`. Otherwise any YAML file, or keys of a
+specification, of an agent, or of a subsystem that has all that the example does not show.
 """
+
+_COLUMNS = 80
+_PAGE = re.compile(
+    r"# (?P<id>[EWO]\d{4}): (?P<title>.+)\n\n(?P<explanation>(?:.+\n)+)\n"
+    r"Refused(?: in (?P<within>.+))?:\n\n```\w+\n(?P<failing>(?:.*\n)+?)```\n\n"
+    r"Accepted(?: in (?P=within))?:\n\n```\w+\n(?P<passing>(?:.*\n)+?)```\n"
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """An entry of the registry.
+    """A page.
 
     `title` names what is wrong; `explanation` says what it means and why it is refused; `failing`
     and `passing` are the smallest examples of a file that has it and of the same file mended, and
@@ -38,3 +54,42 @@ class Code:
     def is_session(self) -> bool:
         """Whether the examples are commands, not files."""
         return self.failing.startswith("$")
+
+
+@cache
+def all_codes() -> dict[str, Code]:
+    """Every code by its id, in the order of ids.
+
+    Raises:
+        ValueError: a page does not have the form of a page, or the name of its code.
+    """
+    pages = (_read(path) for path in sorted(PAGES.glob("*.md")))
+    return {code.id: code for code in pages}
+
+
+def _read(path: Path) -> Code:
+    found = _PAGE.fullmatch(path.read_text(encoding="utf-8"))
+    if found is None or found["id"] != path.stem:
+        raise ValueError(f"{path.name} is not the page of a code")
+    explanation = " ".join(found["explanation"].split())
+    return Code(**{**found.groupdict(default=""), "explanation": explanation})  # type: ignore[arg-type]  # a page says which
+
+
+def explanation(code: Code) -> str:
+    """A page as `specc explain` prints it: title, reason, a refused and an accepted example."""
+    part = f" in {code.within}" if code.within else ""
+    return (
+        f"{code.id} ({code.severity}): {code.title}\n\n"
+        f"{fill(code.explanation, _COLUMNS)}\n\n"
+        f"Refused{part}:\n\n{_example(code.failing)}\n\n"
+        f"Accepted{part}:\n\n{_example(code.passing)}\n"
+    )
+
+
+def overview(codes: dict[str, Code]) -> str:
+    """One line a code."""
+    return "".join(f"{code.id}  {code.title}\n" for code in codes.values())
+
+
+def _example(text: str) -> str:
+    return indent(visible_lines(text.strip("\n")), "    ")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.lsp.index import Index
 from specc.lsp.structure import split
 from specc.lsp.symbols import values

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.read.comments import Comment, comments_of
 from specc.source import Place, SourceFile
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.read import Reach
 from specc.source import Place, SourceFile
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.diagnostics.render import text
 from specc.diagnostics.report import report, resolve
 from specc.pipeline import compile_spec

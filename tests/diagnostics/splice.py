@@ -17,9 +17,9 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 PLANTS = ROOT / "tests/docs/plants"
 PARTS: dict[str, tuple[str, ...]] = {
-    "file": (),
-    "agent": ("agents", "irp"),
-    "subsystem": ("agents", "irp", "virtual_effectors", "m"),
+    "a specification": (),
+    "an agent": ("agents", "irp"),
+    "a subsystem": ("agents", "irp", "virtual_effectors", "m"),
 }
 
 

@@ -2,16 +2,15 @@
 
 import re
 from pathlib import Path
+from textwrap import fill
 
 import pytest
 
 from specc.diagnostics import nearest
-from specc.diagnostics.code import Code
-from specc.diagnostics.registry import all_codes
-from specc.diagnostics.render.explanation import explanation, overview
-from specc.diagnostics.render.page import page
+from specc.diagnostics.code import PAGES, Code, all_codes, explanation, overview
 
-PAGE = Path(__file__).parents[2] / "docs/diagnostics.md"
+ROOT = Path(__file__).parents[2]
+FAMILY = re.compile(r"^\| `([EWO]\d\d)xx`", re.MULTILINE)
 
 
 @pytest.mark.parametrize("code", all_codes().values(), ids=lambda code: code.id)
@@ -29,10 +28,17 @@ def test_ids_are_in_order_and_listed() -> None:
     assert overview(codes).count("\n") == len(codes)
 
 
-def test_the_page_of_codes_is_fresh() -> None:
-    assert PAGE.read_text(encoding="utf-8") == page(all_codes()), (
-        "print it anew: specc explain --page > docs/diagnostics.md"
-    )
+@pytest.mark.parametrize("code", all_codes().values(), ids=lambda code: code.id)
+def test_a_page_is_laid_out_as_it_is_read(code: Code) -> None:
+    text = (PAGES / f"{code.id}.md").read_text(encoding="utf-8")
+    prose = fill(code.explanation, 100, break_long_words=False, break_on_hyphens=False)
+    assert text.split("\n\n")[1] == prose
+    assert text.count(f"```{'console' if code.is_session else 'yaml'}\n") == 2
+
+
+def test_the_index_names_every_family() -> None:
+    families = FAMILY.findall((ROOT / "docs/diagnostics.md").read_text(encoding="utf-8"))
+    assert families == sorted({code[:3] for code in all_codes()}, key=lambda f: (f[1:], f))
 
 
 def test_an_explanation_shows_both_examples_and_no_raw_control_character() -> None:

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli import main
-from specc.diagnostics.code import Code
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import Code, all_codes
 from tests.diagnostics.splice import said_about, whole, workspace
 
 # An example would change the environment that tests run in; the named test has its own.
@@ -47,7 +46,7 @@ def test_passing_example_has_no_error(
     monkeypatch.chdir(workspace(tmp_path))
     found = codes_found(code, code.passing, tmp_path, capsys)
     assert code.id not in found
-    if code.within != "yaml":
+    if code.within != "any YAML file":
         assert {other for other in found if other.startswith("E")} == set()
 
 
@@ -63,6 +62,6 @@ def test_the_host_is_without_findings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(workspace(tmp_path))
-    (tmp_path / "spec.yaml").write_text(whole("{}", "file"))
+    (tmp_path / "spec.yaml").write_text(whole("{}", "a specification"))
     assert main(["validate", "--strict", "spec.yaml"]) == 0
     capsys.readouterr()

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from specc.diagnostics import Diagnostic, Edit, Fix, Related
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.diagnostics.report import Report, report, resolve
 from specc.read import read_text
 from specc.source import Place, Sources

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.limits import MAX_BYTES
 from specc.read import Document, read_file, read_text
 

@@ -5,7 +5,7 @@ from typing import Any
 from urllib.parse import quote
 
 from specc import __version__
-from specc.diagnostics.registry import all_codes
+from specc.diagnostics.code import all_codes
 from specc.diagnostics.report import Finding, Repair, Report
 from specc.source import Span
 
