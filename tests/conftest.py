@@ -1,6 +1,13 @@
-"""Random tests draw the same examples in every run."""
+"""Random tests draw the same examples in every run; signals reach what tests start."""
+
+import signal
 
 from hypothesis import settings
 
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
+
+# A shell's background job ignores these, and so would every process that a test starts.
+for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, signal.SIG_DFL)

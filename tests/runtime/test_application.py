@@ -233,7 +233,10 @@ def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path, number: signal.S
         line = process.stderr.readline()
         assert "running" in line and time.monotonic() < deadline
         process.send_signal(number)
-        out, err = process.communicate(timeout=30)
+        try:
+            out, err = process.communicate(timeout=30)
+        finally:
+            process.kill()
     assert process.returncode == 128 + number
     assert "Traceback" not in err
     data = json.loads(report.read_text())

@@ -9,7 +9,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -34,17 +35,22 @@ SHORT = (
 )
 
 
-def begun(package: Path, *arguments: str, **options: Any) -> subprocess.Popen[str]:
-    """A run of the package in a process of its own."""
+@contextmanager
+def begun(package: Path, *arguments: str, **options: Any) -> Iterator[subprocess.Popen[str]]:
+    """A run of the package in a process of its own, which does not outlive the test."""
     folder = package.parent
     path = os.pathsep.join((str(folder), str(ROOT / "runtime"), str(ROOT)))
     common = [str(package), "--base", str(folder), "--report", str(folder / "r.json")]
-    return subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-c", SHORT, *common, "--renderer", "raycast", *arguments],
         env={**os.environ, "PYTHONPATH": path},
         text=True,
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
-    )
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def report(package: Path) -> dict[str, Any]:
