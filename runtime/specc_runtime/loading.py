@@ -13,6 +13,7 @@ from typing import Any
 
 from specc_runtime.conformity import refusal, shortcomings
 from specc_runtime.examination import examine
+from specc_runtime.extras import remedy
 from specc_runtime.faults import StepFailed
 from specc_runtime.options import UsageError
 from specc_runtime.plants.errors import PlantError
@@ -95,7 +96,7 @@ def _construction_failed(error: Exception, system: str) -> StepFailed:
 def _reason(error: Exception) -> str:
     """What is wrong with the user's own modules, and what would help."""
     if isinstance(error, ModuleNotFoundError):
-        return f"there is no module {error.name}; install it, or add its folder to PYTHONPATH"
+        return remedy(error)
     if isinstance(error, ImportError | SyntaxError):
         return str(error)
     last = traceback.extract_tb(error.__traceback__)[-1]

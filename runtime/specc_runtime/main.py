@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from specc_runtime.extras import remedy
 from specc_runtime.options import parse
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -29,10 +30,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Threads in BLAS cost more than they bring for small arrays, and it reads this when loaded.
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
-    from specc_runtime.application import execute
-
     try:
+        from specc_runtime.application import execute
+
         return execute(options)
+    except ModuleNotFoundError as error:
+        print(f"error: {remedy(error)}", file=sys.stderr)
+        return 2
     except OSError as error:
         # Standard output is closed, full or not read; the report has been written.
         _abandon_output()

@@ -17,19 +17,10 @@ import pytest
 
 from specc.cli import main
 from specc.read import read_file
-from tests.house.tree import modules
 from tests.policy.specs import write
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = ROOT / "tests/diagnostics/sarif-2.1.0.json"
-# What only building, running and editing need; a check does without.
-LATER = {"jinja2", "rich", "ruff", "pygls", "lsprotocol"}
-DISTRIBUTIONS = {
-    "_ruamel_yaml": "ruamel.yaml.clib",
-    "pydantic_core": "pydantic",  # comes with it, in the one version that fits
-    "ruamel": "ruamel.yaml",
-    "z3": "z3-solver",
-}
 
 
 @pytest.fixture
@@ -95,21 +86,6 @@ def test_the_action_gives_its_inputs_to_its_scripts() -> None:
         assert os.access(ROOT / script, os.X_OK)
         names = set(re.findall(r"\$\{(\w+)[:}]", (ROOT / script).read_text()))
         assert step["env"].keys() <= names
-
-
-def test_the_checker_is_installed_with_all_that_checking_imports() -> None:
-    script = (ROOT / ".ci/install-checker").read_text()
-    program = script.split("<<'LIST'\n")[1].split("\nLIST\n")[0]
-    listed = subprocess.run(
-        [sys.executable, "-c", program, str(ROOT / "pyproject.toml")],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.split()
-    installed = {re.split("[<>=]", item)[0] for item in listed}
-    imported = {name.split(".")[0] for module in modules(".", "specc") for name in module.imports()}
-    foreign = imported - sys.stdlib_module_names - {"specc", "specc_runtime"} - LATER
-    assert {DISTRIBUTIONS.get(name, name) for name in foreign} == installed
 
 
 def test_the_hooks_run_what_exists(

@@ -5,13 +5,14 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from itertools import chain
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.house.tree import ROOT, tracked_files
+from tests.house.tree import ROOT, modules, tracked_files
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
@@ -27,17 +28,51 @@ def test_documented_make_targets_exist(document: str) -> None:
     assert named <= set(TARGET.findall((ROOT / "Makefile").read_text(encoding="utf-8")))
 
 
+EXTRAS = PROJECT["optional-dependencies"]
+NAMES = {
+    "_ruamel_yaml": "ruamel.yaml.clib",
+    "cv2": "opencv-python-headless",
+    "lsprotocol": "pygls",  # comes with it, in the versions that fit
+    "pinocchio": "pin",
+    "pydantic_core": "pydantic",
+    "ruamel": "ruamel.yaml",
+    "z3": "z3-solver",
+}
+"""Distributions whose modules have other names."""
+
+
+def distributions(root: str, package: str) -> set[str]:
+    """What the modules of a package need that is neither Python's nor the project's."""
+    names = {name.split(".")[0] for module in modules(root, package) for name in module.imports()}
+    foreign = names - sys.stdlib_module_names - {"specc", "specc_runtime"}
+    return {NAMES.get(name, name) for name in foreign}
+
+
+def declared(*requirements: list[str]) -> set[str]:
+    return {Requirement(text).name for text in chain(*requirements)} - {"specc"}
+
+
+def test_the_compiler_needs_no_extra_but_for_proofs_and_editors() -> None:
+    imported = distributions(".", "specc") | {"ruff"}  # a program, not a module
+    assert imported == declared(PROJECT["dependencies"], EXTRAS["proof"], EXTRAS["editor"])
+
+
+def test_the_runtime_needs_nothing_of_the_compiler() -> None:
+    assert distributions("runtime", "specc_runtime") == declared(EXTRAS["run"], EXTRAS["vision"])
+
+
 def test_lock_pins_what_the_project_requires() -> None:
     lines = (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines()
     pins = {
         canonicalize_name(pin.name): next(iter(pin.specifier)).version
         for pin in (Requirement(line) for line in lines if line and not line.startswith("#"))
     }
-    declared = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"]]
+    everything = map(Requirement, (*PROJECT["dependencies"], *chain(*EXTRAS.values())))
     unmet = [
         str(wanted)
-        for wanted in map(Requirement, declared)
-        if not wanted.specifier.contains(pins.get(canonicalize_name(wanted.name), "0"))
+        for wanted in everything
+        if wanted.name != PROJECT["name"]
+        and not wanted.specifier.contains(pins.get(canonicalize_name(wanted.name), "0"))
     ]
     assert unmet == []
 

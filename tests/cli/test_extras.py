@@ -1,0 +1,82 @@
+"""The compiler works without what runs need, and a run says which extra it lacks."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+RUN = ("numpy", "mujoco", "pinocchio", "rich", "cv2")
+WITHOUT = """\
+import sys
+for name in sys.argv.pop(1).split(","):
+    sys.modules[name] = None
+from specc.cli import main
+sys.exit(main())
+"""
+
+
+def specc(
+    *arguments: str, without: tuple[str, ...], folder: Path
+) -> subprocess.CompletedProcess[str]:
+    """The command where some packages are not installed."""
+    return subprocess.run(
+        [sys.executable, "-c", WITHOUT, ",".join(without), *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT}/runtime"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["validate", "{specs}/irp_picking.yaml", "{specs}/conveyor_gate.yaml"],
+        ["build", "{specs}/irp_picking.yaml", "--out", "out"],
+        ["fmt", "--check", "{specs}"],
+        ["status", "{specs}/irp_picking.yaml"],
+        ["ages", "{specs}/irp_picking.yaml"],
+        ["diff", "{specs}/irp_picking.yaml", "{specs}/irp_picking.yaml"],
+        ["explain", "E0601"],
+        ["schema"],
+        ["init", "new"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_the_compiler_alone(arguments: list[str], tmp_path: Path) -> None:
+    filled = [argument.format(specs=ROOT / "specs") for argument in arguments]
+    done = specc(*filled, without=RUN, folder=tmp_path)
+    assert (done.returncode, done.stderr.count("Traceback")) == (0, 0), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("spec", "lacking", "extra"),
+    [
+        ("conveyor_gate", "numpy", "run"),
+        ("conveyor_gate", "mujoco", "run"),
+        ("conveyor_gate", "rich", "run"),
+        ("irp_picking", "pinocchio", "run"),
+        ("irp_picking", "cv2", "vision"),
+    ],
+)
+def test_a_run_says_which_extra_it_lacks(
+    spec: str, lacking: str, extra: str, tmp_path: Path
+) -> None:
+    path = str(ROOT / "specs" / f"{spec}.yaml")
+    done = specc("run", path, "--duration", "0.1", without=(lacking,), folder=tmp_path)
+    assert done.returncode == 2
+    assert f"{lacking} is not installed: `pip install 'specc[{extra}]'` brings it" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_run_without_images_needs_no_vision(tmp_path: Path) -> None:
+    path = str(ROOT / "specs/conveyor_gate.yaml")
+    done = specc("run", path, "--duration", "0.1", without=("cv2", "pinocchio"), folder=tmp_path)
+    assert "not installed" not in done.stderr
+    assert done.returncode in (0, 1)
