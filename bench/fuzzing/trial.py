@@ -95,6 +95,9 @@ def beds(specs: Path, scratch: Path) -> list[Path]:
 
     The specification itself is in the folder as `spec.yaml`; the rest are links.
     """
+    scratch.mkdir(parents=True, exist_ok=True)
+    allowed = os.path.relpath(specs, scratch)
+    (scratch / "pyproject.toml").write_text(f"[tool.specc]\nallow = [{allowed!r}]\n")
     found = []
     for number, spec in enumerate(sorted(specs.rglob("*.yaml"))):
         folder = scratch / f"{number}_{spec.stem}"
