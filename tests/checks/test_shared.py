@@ -14,7 +14,7 @@ system: demo
 agents:
   a:
     control:
-      rate: 10 Hz
+      rate: 5 Hz
       y: {m: {d: real, go: int}}
       functions: {send: {y.m.d: 1, y.m.go: 1}}
       behaviours: {work: {functions: [send], terminal: never}}
