@@ -1,132 +1,206 @@
-"""Comparisons with the time in a state: whole periods, at one of which the answer turns."""
+"""Conditions about the time in a state: whole periods, at some of which their truth turns."""
 
 from __future__ import annotations
 
-from functools import reduce
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Literal, NamedTuple
 
-from specc.model.expr import Binary, Builtin, Clock, Expr, Unary
+from specc.limits import spend
+from specc.model.expr import (
+    Among,
+    Binary,
+    Builtin,
+    Call,
+    Choice,
+    Clock,
+    Compare,
+    Component,
+    Expr,
+    IsNone,
+    Logic,
+    Number,
+    Unary,
+    children,
+)
+from specc.model.types import Bool, Int, Real
+from specc.model.units import SECOND
 from specc.proof.numbering import Numbering
+from specc.proof.ranges import OPERATIONS, Operation, Range
 
 LONGEST = 2**40
 """Periods that no state lasts; later ones are not asked about."""
-_NO_TREND = 2
-_COMPARED = {
-    "<": float.__lt__,
-    "<=": float.__le__,
-    ">": float.__gt__,
-    ">=": float.__ge__,
-}
+MOST_STEPS = 50_000
+"""Operations that are computed for one condition."""
+_FOLLOWED = ("abs", "min", "max", "near")
+
+ELAPSED = Clock("elapsed", type=Real(SECOND))
+
+Timing = Literal["", "followed", "not followed"]
+"""Whether the time in a state is asked for, and whether proofs follow what is computed from it."""
+
+
+class _Step(NamedTuple):
+    """How a value is computed from others; the time in a state has no operation."""
+
+    operation: Operation | None
+    parts: tuple[int, ...]
+
+
+class UndecidedError(Exception):
+    """The ranges of values do not tell."""
+
+
+class Turns(NamedTuple):
+    """Whether a condition holds in the first period, and the periods at which that changes."""
+
+    first: bool
+    at: tuple[int, ...]
 
 
 class Timer:
-    """Values of what is computed from `elapsed` and constants alone, as generated code has them."""
+    """Truth of what is computed from `elapsed` and constants alone, as generated code has it.
+
+    It is asked of ranges of periods, which are halved until the values in them tell.
+    """
 
     def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
-        self._trends: dict[int, int] = {}  # by value number: what is named twice is asked once
+        # All by value number. Parts have smaller numbers than what is computed from them.
+        self._known: dict[int, Range] = {}
+        self._steps: dict[int, _Step] = {}
+        self._others: set[int] = set()
+        self._timings: dict[int, Timing] = {}
+        self._turns: dict[int, Turns | None] = {}
+        for value in numbering.named():
+            self._enter(value)
+            self._timing(value)
 
-    def turn(self, op: str, left: Expr, right: Expr) -> tuple[int, bool] | None:
-        """The first period in which `left op right` is not what it was before, and its truth then.
-
-        It is 1 if the truth never changes. None if this is no such comparison, or goes up and down.
-        """
-        if self._numbering.exact_period_s is None or op not in _COMPARED:
+    def turns(self, condition: Expr) -> Turns | None:
+        """When a condition holds; None if not time alone tells, or ranges of values do not."""
+        number = self._numbering.number(condition)
+        self._enter(condition)
+        if self._numbering.exact_period_s is None or number not in self._steps:
             return None
-        trend = _joint(self._trend(left), _turned_round(self._trend(right)))
-        if trend in (0, _NO_TREND):
-            return None
-        try:
-            return self._turned(op, left, right)
-        except (ArithmeticError, ValueError):
-            return None
+        if number not in self._turns:
+            try:
+                self._turns[number] = self._bisected(self._needed(number))
+            except (ArithmeticError, UndecidedError):
+                self._turns[number] = None
+        return self._turns[number]
 
-    def _turned(self, op: str, left: Expr, right: Expr) -> tuple[int, bool]:
-        def holds(periods: int) -> bool:
-            at: dict[int, float] = {}
-            a, b = self._at(left, periods, at), self._at(right, periods, at)
-            return bool(_COMPARED[op](a, b))
+    def before(self, period: int) -> Expr:
+        """The condition that the state has lasted fewer periods."""
+        assert self._numbering.exact_period_s is not None  # there are turns
+        time_s = float(period * self._numbering.exact_period_s)
+        return Compare("<", ELAPSED, Number(time_s, type=ELAPSED.type), type=Bool())
 
-        early, late = 1, LONGEST
-        if holds(early) == holds(late):
-            return 1, holds(early)
-        while late - early > 1:
-            middle = (early + late) // 2
-            if holds(middle) == holds(early):
-                early = middle
+    def is_unsure(self, condition: Expr) -> bool:
+        """Whether what a run computes from the time may not be what proofs make of it."""
+        if self._numbering.exact_period_s is None:
+            return False
+        if self._enter(condition):
+            return self._timing(condition) != "" and self.turns(condition) is None
+        return self._timing(condition) == "not followed"
+
+    def _bisected(self, steps: Sequence[int]) -> Turns:
+        found: list[tuple[int, bool]] = []
+        open_, left = [(1, LONGEST)], MOST_STEPS
+        while open_:
+            early, late = open_.pop()
+            left -= len(steps)
+            if left < 0 or not spend("proof", len(steps)):
+                raise UndecidedError
+            least, greatest = self._over(steps, early, late)
+            if least == greatest:
+                found.append((early, bool(least)))
+            elif early == late:
+                raise UndecidedError
             else:
-                late = middle
-        return late, holds(late)
+                middle = (early + late) // 2
+                open_ += [(middle + 1, late), (early, middle)]
+        turns = [now for before, now in pairwise(found) if before[1] != now[1]]
+        return Turns(found[0][1], tuple(period for period, _ in turns))
 
-    def _trend(self, expr: Expr) -> int:
-        """1 if the value never falls with time, -1 if it never rises, 0 if it is known.
+    def _over(self, steps: Sequence[int], early: int, late: int) -> Range:
+        """Whether the condition holds, over some periods."""
+        step_s = self._numbering.exact_period_s
+        assert step_s is not None  # `turns` looked
+        time_s = float(early * step_s), float(late * step_s)
+        values: dict[int, Range] = {}
+        for number in steps:
+            operation, parts = self._steps[number]
+            of = [values.get(part) or self._known[part] for part in parts]
+            values[number] = operation(*of) if operation else time_s
+        return values[steps[-1]]
 
-        Rounding keeps the order of sums and products, so that this holds of floats.
-        """
+    def _needed(self, number: int) -> list[int]:
+        """The steps to a value, in the order in which they are taken."""
+        needed, open_ = set[int](), [number]
+        while open_:
+            step = open_.pop()
+            if step in self._steps and step not in needed:
+                needed.add(step)
+                open_ += self._steps[step].parts
+        return sorted(needed)
+
+    def _enter(self, expr: Expr) -> bool:
+        """Whether an expression is computed from time and constants alone, in steps noted here."""
         number = self._numbering.number(expr)
-        if number not in self._trends:
-            self._trends[number] = self._computed_trend(expr)
-        return self._trends[number]
+        if number not in self._steps and number not in self._known and number not in self._others:
+            value = self._numbering.value(number)
+            if isinstance(value, (int, float)):
+                self._known[number] = value, value
+            elif step := self._step(self._numbering.looked_through(expr)):
+                self._steps[number] = step
+            else:
+                self._others.add(number)
+        return number not in self._others
 
-    def _computed_trend(self, expr: Expr) -> int:
-        if self._known(expr) is not None:
-            return 0
-        expr = self._numbering.looked_through(expr)
-        match expr:
-            case Clock(name="elapsed"):
-                return 1
-            case Unary(op="-", operand=operand):
-                return _turned_round(self._trend(operand))
-            case Binary(op="+" | "-" as op, left=a, right=b):
-                other = self._trend(b)
-                return _joint(self._trend(a), other if op == "+" else _turned_round(other))
-            case Binary(op="*", left=a, right=b) if self._known(b) is None:
-                return self._scaled(b, self._known(a))
-            case Binary(op="*" | "/", left=a, right=b):
-                return self._scaled(a, self._known(b))
-            case Builtin(name="min" | "max", args=args):
-                return reduce(_joint, map(self._trend, args))
-        return _NO_TREND
+    def _step(self, expr: Expr) -> _Step | None:
+        if isinstance(expr, Clock) and expr.name == "elapsed":
+            return _Step(None, ())
+        operation, parts = OPERATIONS.get(_sign(expr)), tuple(children(expr))
+        numbers = isinstance(expr.type, (Bool, Int, Real)) and all(map(self._enter, parts))
+        if operation is None or not numbers:
+            return None
+        return _Step(operation, tuple(map(self._numbering.number, parts)))
 
-    def _scaled(self, expr: Expr, factor: float | None) -> int:
-        if not factor:
-            return _NO_TREND
-        return self._trend(expr) if factor > 0 else _turned_round(self._trend(expr))
-
-    def _known(self, expr: Expr) -> float | None:
-        value = self._numbering.value(self._numbering.number(expr))
-        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
-
-    def _at(self, expr: Expr, periods: int, at: dict[int, float]) -> float:
-        """The value after so many periods; `at` keeps those of the parts, by value number."""
+    def _timing(self, expr: Expr) -> Timing:
         number = self._numbering.number(expr)
-        if number not in at:
-            at[number] = self._computed_at(expr, periods, at)
-        return at[number]
+        if number not in self._timings:
+            self._timings[number] = self._found_timing(self._numbering.looked_through(expr))
+        return self._timings[number]
 
-    def _computed_at(self, expr: Expr, periods: int, at: dict[int, float]) -> float:
-        """The arithmetic is that of a run."""
-        known = self._known(expr)
-        if known is not None:
-            return float(known)
-        expr = self._numbering.looked_through(expr)
+    def _found_timing(self, expr: Expr) -> Timing:
+        if isinstance(expr, Clock):
+            return "followed" if expr.name == "elapsed" else ""
+        if isinstance(expr, Call):
+            return ""  # nothing is known of its result anyway
+        timings = {self._timing(part) for part in children(expr)}
+        if timings <= {""} or self._is_followed(expr):
+            return max(timings, default="")
+        return "not followed"
+
+    def _is_followed(self, expr: Expr) -> bool:
         match expr:
-            case Unary(operand=operand):
-                return -self._at(operand, periods, at)
-            case Binary(op=op, left=left, right=right):
-                a, b = self._at(left, periods, at), self._at(right, periods, at)
-                return a + b if op == "+" else a - b if op == "-" else a * b if op == "*" else a / b
-            case Builtin(name=name, args=args):
-                return (min if name == "min" else max)(self._at(arg, periods, at) for arg in args)
-        assert self._numbering.exact_period_s is not None  # `turn` looked
-        return float(periods * self._numbering.exact_period_s)
+            case Binary(op="*" | "/" as op, left=left, right=right):
+                return self._is_known(right) or (op == "*" and self._is_known(left))
+            case Binary(op=op):
+                return op in "+-"
+            case Builtin(name=name):
+                return name in _FOLLOWED
+        return isinstance(expr, (Among, Choice, Compare, Component, IsNone, Logic, Unary))
+
+    def _is_known(self, expr: Expr) -> bool:
+        return self._numbering.value(self._numbering.number(expr)) is not None
 
 
-def _turned_round(trend: int) -> int:
-    return trend if trend == _NO_TREND else -trend
-
-
-def _joint(a: int, b: int) -> int:
-    """The trend of a sum."""
-    if _NO_TREND in (abs(a), abs(b)) or a * b < 0:
-        return _NO_TREND
-    return a or b
+def _sign(expr: Expr) -> str:
+    """What an operation is called in `OPERATIONS`."""
+    match expr:
+        case Unary(op=sign) | Binary(op=sign) | Compare(op=sign) | Logic(op=sign):
+            return sign
+        case Builtin(name=sign):
+            return sign
+    return "choice" if isinstance(expr, Choice) else ""

@@ -8,7 +8,6 @@ from functools import partial
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int, ListOf
-from specc.proof.clock import Timer
 from specc.proof.numbering import Depths, Numbering, Scalar
 from specc.proof.variables import Apart, Bound, Quantity
 
@@ -33,6 +32,7 @@ _COMPUTED = {
 _NEVER_NEGATIVE = ("abs", "norm", "sqrt")
 
 Question = tuple[Quantity, Bound, bool]
+Near = tuple[Quantity | Apart, object]
 
 
 class Comparisons:
@@ -40,7 +40,6 @@ class Comparisons:
 
     def __init__(self, numbering: Numbering) -> None:
         self._numbering = numbering
-        self._timer = Timer(numbering)
 
     def question(self, op: str, left: Expr, right: Expr, bound: Depths) -> Question | bool:
         """Quantity, question and the answer with which `left op right`; or its known truth."""
@@ -48,9 +47,6 @@ class Comparisons:
         x, y = _as_number(self._numbering.value(a)), _as_number(self._numbering.value(b))
         if x is not None and y is not None:
             return bool(_COMPUTED[op](x, y))
-        turn = self._timer.turn(op, left, right)
-        if turn is not None:
-            return self._in_periods(*turn)
         if a == b:
             return bool(_COMPUTED[op](0, 0))
         if x is not None or (y is None and a > b):
@@ -67,36 +63,19 @@ class Comparisons:
         asked, holds = _QUESTIONS[op]
         return quantity, (asked, y), holds
 
-    def _in_periods(self, turn: int, then: bool) -> Question | bool:
-        """A question about the number of periods that a state has lasted, which is at least one."""
-        if turn <= 1:
-            return then
-        return Quantity("periods", (), True, 1.0), ("<", float(turn)), not then
+    def near(self, expr: Builtin, bound: Depths) -> Near | None:
+        """`near` as a question about how far apart two values are, so that tolerances are related.
 
-    def near(self, expr: Builtin, bound: Depths) -> tuple[Quantity, Bound] | None:
-        """`near(a, b, tolerance)` as a question about a distance, so that tolerances are related.
-
-        None for poses, which have two tolerances (see `near_pose`), and for a tolerance that is not
-        constant.
+        None for a tolerance that is not constant. Poses have two tolerances.
         """
-        if len(expr.args) != 3:
-            return None
-        a, b, limit = (self._numbering.number(arg, bound) for arg in expr.args)
-        tolerance = _as_number(self._numbering.value(limit))
-        if tolerance is None:
-            return None
-        distance = Quantity("distance", (min(a, b), max(a, b)), False, 0.0)
-        return distance, ("<=", tolerance)
-
-    def near_pose(self, expr: Builtin, bound: Depths) -> tuple[Apart, tuple[float, float]] | None:
-        """`near(X, Y, distance, angle)` as a question about how far apart two poses are."""
-        if len(expr.args) != 4:
-            return None
-        x, y, *limits = (self._numbering.number(arg, bound) for arg in expr.args)
-        distance, angle = (_as_number(self._numbering.value(limit)) for limit in limits)
-        if distance is None or angle is None:
-            return None
-        return Apart((x, y)), (distance, angle)
+        a, b, *limits = (self._numbering.number(arg, bound) for arg in expr.args)
+        tolerances = [_as_number(self._numbering.value(limit)) for limit in limits]
+        match tolerances:
+            case [float() | int() as tolerance]:
+                return Quantity("distance", (min(a, b), max(a, b)), False, 0.0), ("<=", tolerance)
+            case [float() | int() as distance, float() | int() as angle]:
+                return Apart((a, b)), (distance, angle)
+        return None
 
 
 def _as_number(value: Scalar | None) -> float | None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from specc.proof.cases import Cases
-from specc.proof.doubt import rounding
+from specc.proof.doubt import rounding, time
 from specc.proof.formula import Atom, Formula, atoms_of
 from specc.proof.relations import Relations, UnsureError
 from specc.proof.relevance import components, conjuncts, related, variables_of
@@ -45,8 +45,16 @@ class Question:
         """Inputs about whose arrival something is asked."""
 
     def decide(self, facts: Sequence[Formula]) -> Decision:
-        """The answer where the facts hold as well."""
+        """The answer where the facts hold as well; what is unsure refutes nothing."""
         assumed = [*self._assumed, *facts]
+        atoms = atoms_of([*self._conditions, *assumed, *self._more])
+        unsure = [atom for atom in atoms if atom.unsure]
+        decision = self._decided(assumed)
+        if not unsure or not (decision.gap or decision.overlap):
+            return decision
+        return time(decision, unsure[0].text)
+
+    def _decided(self, assumed: Sequence[Formula]) -> Decision:
         try:
             return self._by_table(assumed)
         except TooLargeError as error:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from specc.proof.verdict import Decision, Facts
 
 WAY_OUT = (
     "the generated code checks it in every run; to have it proved, compare one and the same sum "
     "in all rows, as in `a + b < c` and `not (a + b < c)`"
+)
+TIMED = (
+    "the generated code checks it in every run; to have it proved, compare `elapsed` itself with "
+    "constants"
 )
 
 
@@ -16,4 +22,15 @@ def rounding(facts: Facts) -> Decision:
     return Decision(
         unknown=f"it holds of exact numbers, but sums are rounded, which may make {case}",
         way_out=WAY_OUT,
+    )
+
+
+def time(refuted: Decision, question: str) -> Decision:
+    """The verdict where what a run computes from the time may make a refutation wrong."""
+    return replace(
+        refuted,
+        gap=None,
+        overlap=None,
+        unknown=f"proofs do not follow how `{question}` changes with the time",
+        way_out=TIMED,
     )

@@ -16,12 +16,14 @@ class Atom:
     """A question about the value of a variable; `expr` is how the specification asks it.
 
     `text_holds` says for which answer that is true: `x > 1` stands for the atom x <= 1 with False.
+    An `unsure` one may have other answers in a run than proofs take to be possible.
     """
 
     variable: Variable
     test: Any
     expr: Expr | None = field(compare=False, default=None)
     text_holds: bool = field(compare=False, default=True)
+    unsure: bool = field(compare=False, default=False)
 
     @property
     def text(self) -> str:

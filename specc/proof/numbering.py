@@ -7,7 +7,7 @@ linear where lets refer to lets many times over.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 from specc.model.expr import (
@@ -65,6 +65,11 @@ class Numbering:
             self._constants[name] = self.number(value)
         for name, value in lets.items():
             self._lets[name] = self.number(value)
+
+    def named(self) -> Iterator[Expr]:
+        """The values of constants and lets in order of dependence, so that no chain is deep."""
+        yield from self._constant_values.values()
+        yield from self._let_values.values()
 
     def value(self, number: int) -> Scalar | None:
         """The value of a number that stands for a known one: a number, truth, member or text."""

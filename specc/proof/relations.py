@@ -27,6 +27,7 @@ from specc.model.expr import (
     children,
 )
 from specc.model.types import Bool, Enum, Int, Text, Vector
+from specc.proof.clock import ELAPSED
 from specc.proof.formula import Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
 from specc.proof.variables import Apart, Arrival, EnumItem, Quantity, Variable
@@ -94,6 +95,9 @@ class Relations:
         """Numbers of what an answer is computed from, as far as the solver knows how."""
         variable = atom.variable
         if isinstance(variable, (Apart, Arrival)):
+            return
+        if isinstance(variable, Quantity) and variable.kind == "periods":
+            yield self._numbering.number(ELAPSED)
             return
         seen: set[int] = set()
         open_ = [variable.expr if isinstance(variable, EnumItem) else atom.expr]

@@ -29,6 +29,7 @@ from specc.model.expr import (
     Unary,
 )
 from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
+from specc.proof.clock import Timer, Turns
 from specc.proof.comparisons import Comparisons
 from specc.proof.formula import Atom, Formula, Formulas
 from specc.proof.numbering import Depths, Numbering
@@ -38,6 +39,7 @@ from specc.proof.variables import (
     EnumItem,
     Flag,
     Label,
+    Quantity,
     Variable,
 )
 from specc.proof.verdict import InputName
@@ -65,6 +67,7 @@ class Translator:
         self._always = always_present
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
         self._comparisons = Comparisons(self._numbering)
+        self._timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
         self._compared: dict[tuple[object, ...], Formula] = {}
         for value in lets.values():
@@ -116,6 +119,9 @@ class Translator:
         return self._atomic(expr, bound)
 
     def _atomic(self, expr: Expr, bound: Depths) -> Formula:
+        turns = self._timer.turns(expr)
+        if turns is not None:
+            return self._in_time(expr, turns)
         match expr:
             case Fresh(input=element):
                 return self._ask(self.arrival(element.peer, element.element), "fresh", expr)
@@ -127,8 +133,6 @@ class Translator:
                 return self._quantifier(expr, bound)
             case Builtin(name="near") if near := self._comparisons.near(expr, bound):
                 return self._ask(*near, expr)
-            case Builtin(name="near") if apart := self._comparisons.near_pose(expr, bound):
-                return self._ask(*apart, expr)
         number = self._numbering.number(expr, bound)
         value = self._numbering.value(number)
         if isinstance(value, bool):
@@ -142,11 +146,27 @@ class Translator:
 
     def _ask(self, variable: Variable, test: object, expr: Expr, holds: bool = True) -> Formula:
         """`expr` as a question about a variable: true when the answer is `holds`."""
-        formula = self.make.atom(Atom(variable, test, expr, holds))
+        unsure = self._timer.is_unsure(expr)
+        formula = self.make.atom(Atom(variable, test, expr, holds, unsure))
         return formula if holds else self.make.negation(formula)
+
+    def _in_time(self, expr: Expr, turns: Turns) -> Formula:
+        """A condition as questions about the number of periods that the state has lasted."""
+        holds = turns.first == (len(turns.at) % 2 == 0)
+        formula = self.make.constant(holds)
+        for turn in reversed(turns.at):
+            holds = not holds
+            asked = (expr, holds) if len(turns.at) == 1 else (self._timer.before(turn), True)
+            periods = Quantity("periods", (), True, 1.0)
+            before = self.make.atom(Atom(periods, ("<", float(turn)), *asked))
+            formula = self.make.choice(before, self.make.constant(holds), formula)
+        return formula
 
     def _compare(self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths) -> Formula:
         """`left op right`; a choice of values becomes a choice of comparisons."""
+        turns = self._timer.turns(whole)
+        if turns is not None:
+            return self._in_time(whole, turns)
         left, right = self._look_through(left), self._look_through(right)
         if isinstance(left, Choice) or isinstance(right, Choice):
             numbers = (self._numbering.number(side, bound) for side in (left, right))

@@ -16,7 +16,10 @@ PERIODS = 700
 TERMS = (
     "elapsed", "elapsed + 0.1[s]", "elapsed - 0.1[s]", "2 * elapsed", "elapsed / 3", "-elapsed",
     "0.7[s] - elapsed", "elapsed + elapsed", "max(elapsed, 0.3[s])", "elapsed + period",
-    "min(elapsed + 0.2[s], 0.6[s])", "0.1 * elapsed",
+    "min(elapsed + 0.2[s], 0.6[s])", "0.1 * elapsed", "elapsed - 2 * elapsed",
+    "elapsed * elapsed / 1[s]", "elapsed**2 / 1[s]", "0.1[s**2] / elapsed", "abs(elapsed - 0.4[s])",
+    "sqrt(elapsed * 1[s])", "elapsed * elapsed / 1[s] - elapsed",
+    "(elapsed if elapsed < 0.3[s] else 0.5[s] - elapsed)",
 )  # fmt: skip
 LIMITS = (
     "0.3[s]",
@@ -63,3 +66,32 @@ def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seed: int) ->
     assert decision.proved == (held == {1}), rows
     assert (decision.gap is not None) == (0 in held), rows
     assert (decision.overlap is not None) == any(count > 1 for count in held), rows
+
+
+def test_time_that_rises_and_falls_is_decided_where_it_turns() -> None:
+    rows = ["near(elapsed, 0.5[s], 0.1[s])", "elapsed < 0.4[s]", "elapsed > 0.6[s]"]
+    assert counts(rows, Fraction(10)) == {1}
+    assert decided(rows, Fraction(10)).proved
+    decision = decided(rows[:2], Fraction(10))
+    assert decision.gap and not decision.overlap
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ["norm([elapsed, 0[s], 0[s]]) < 1[s]", "elapsed >= 1[s]"],
+        ["elapsed - elapsed * elapsed / elapsed + 1[s] > 0.5[s]"],
+        ["(1 if p else 2) * elapsed > 0[s]"],
+        ["d * elapsed > 0[s]", "d <= 0"],
+        ["any(elapsed * d > v for v in [0.3[s], 1[s]])", "elapsed <= 0.3[s]"],
+    ],
+)
+def test_what_proofs_do_not_follow_refutes_nothing(rows: list[str]) -> None:
+    decision = decided(rows, Fraction(10))
+    assert not decision.gap and not decision.overlap
+    assert decision.unknown and "elapsed" in decision.way_out
+    assert all(decision.satisfiable)
+
+
+def test_sums_of_time_and_other_numbers_are_refuted() -> None:
+    assert decided(["elapsed / 1[s] + d > 3", "elapsed / 1[s] + d <= 2"], Fraction(10)).gap

@@ -17,9 +17,10 @@ agents:
       rate: 5 Hz
       y: {m: {d: real, go: int}}
       functions: {send: {y.m.d: 1, y.m.go: 1}}
-      behaviours: {work: {functions: [send], terminal: never}}
-      states: {S0: work}
+      behaviours: {work: {functions: [send]}, rest: {}}
+      states: {S0: work, S1: rest}
       initial_state: S0
+      transitions: [[S0, terminal, always, S1], [S1, terminal, always, S0]]
     virtual_effectors:
       m:
         rate: 10 Hz

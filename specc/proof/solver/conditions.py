@@ -91,9 +91,9 @@ class Conditions(Arithmetic):
 
     def in_periods(self, asked: Any, turn: float, text_holds: bool) -> Any:
         """That a state has lasted fewer periods than `turn`, for a question about the time."""
-        sides = map(self._numbering.looked_through, (asked.left, asked.right))
+        sides = map(self._numbering.looked_through, children(asked))
         term = self.periods() < int(turn)
-        if all(isinstance(side, (Clock, Number)) for side in sides):
+        if isinstance(asked, Compare) and all(isinstance(s, (Clock, Number)) for s in sides):
             said = self.boolean(asked)
             self.laws.append(term == (said if text_holds else z3.Not(said)))
         return term
