@@ -24,7 +24,7 @@ agents:
     virtual_effectors:
       m:
         rate: 10 Hz
-        x: {c: {d: real, go: int}}
+        x: {c: {d: {type: real, init: 0}, go: {type: int, init: 0}}}
         conditions:
           initial: {%s}
           terminal: {late: "elapsed > 1[s]", later: "elapsed > 2[s]", came: fresh(x.c.d)}
