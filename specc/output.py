@@ -37,7 +37,7 @@ def write(directory: Path, files: Mapping[str, str], reach: Reach = ANYWHERE) ->
     """
     try:
         if not reach.holds(str(directory)):
-            return [_outside(directory, reach)]
+            return [reach.link_out(str(directory))]
         if not _may_replace(directory):
             return [_foreign(directory)]
         if _differences(directory, files):
@@ -105,11 +105,6 @@ def _swap(directory: Path, new: Path, old: Path) -> None:
 def _stale(path: Path, state: str) -> Diagnostic:
     message = f"the file is {state}"
     return Diagnostic("E0092", message, Place(str(path)), help="run `specc build` and commit")
-
-
-def _outside(directory: Path, reach: Reach) -> Diagnostic:
-    message = "a symbolic link leads out of the project"
-    return Diagnostic("E0021", message, Place(str(directory)), help=reach.way_in(str(directory)))
 
 
 def _foreign(directory: Path) -> Diagnostic:

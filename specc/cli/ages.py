@@ -34,8 +34,7 @@ def run_ages(options: argparse.Namespace) -> int:
     result = pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         found = report(resolve(result.diagnostics, result.sources), [options.spec])
-        tell(found)
-        return 2 if result.system is None else 1
+        return tell(found) or 1
     shown = _as_json if options.format == "json" else _as_text
     streams.show(shown(result.system), options.format)
     return 0

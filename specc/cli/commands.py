@@ -10,23 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from specc.cli import streams
-from specc.cli.telling import tell
+from specc.cli.telling import exit_code, tell
 from specc.diagnostics import nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
-from specc.source import COMMAND_LINE, Sources
+from specc.source import Sources
 
 if TYPE_CHECKING:
-    from specc.diagnostics import Diagnostic
     from specc.diagnostics.render.visible import Form
     from specc.policy import Overrides
     from specc.read import Reach
 
-# Open, but possibly a slip: a reference to what is not there.
-_DANGLING = frozenset(("O0205",))
 # What the formats of reports are written in.
 _FORMS: dict[str, Form] = {"json": "json", "sarif": "json", "github": "commands", "junit": "xml"}
-# Not faults of a specification: a file that gives no text or takes none.
-_UNREADABLE = frozenset(("E0001", "E0002", "E0003", "E0004", "E0005", "E0090", "E0091"))
 
 
 def validate(options: Namespace) -> int:
@@ -223,21 +218,8 @@ def _overrides(options: Namespace) -> Overrides:
 def _publish(found: Report, form: str) -> int:
     """Print a report and give the exit code that it stands for."""
     if form == "text":
-        tell(found)
-    else:
-        # Each format is imported only when it is asked for.
-        renderer = import_module(f"specc.diagnostics.render.{form}")
-        streams.show(renderer.render(found), _FORMS[form])
-    return _exit_code(found)
-
-
-def _is_usage(found: Diagnostic) -> bool:
-    said = found.primary.file == COMMAND_LINE and found.severity != "warning"
-    return said or found.code in _UNREADABLE
-
-
-def _exit_code(found: Report) -> int:
-    if any(_is_usage(finding.diagnostic) for finding in found.findings):
-        return 2
-    dangling = any(finding.diagnostic.code in _DANGLING for finding in found.findings)
-    return 1 if dangling or found.count("error") else 0
+        return tell(found)
+    # Each format is imported only when it is asked for.
+    renderer = import_module(f"specc.diagnostics.render.{form}")
+    streams.show(renderer.render(found), _FORMS[form])
+    return exit_code(found)

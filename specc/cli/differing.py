@@ -21,7 +21,7 @@ def add_diff(commands: Any) -> None:
 
 
 def run_diff(options: argparse.Namespace) -> int:
-    """Print how two specifications differ; 0 if they mean the same, 1 if not, 2 if unreadable."""
+    """Print how two specifications differ; 0 if they mean the same, 1 if not or with errors."""
     from specc import pipeline
     from specc.cli import streams
     from specc.cli.telling import tell
@@ -33,8 +33,7 @@ def run_diff(options: argparse.Namespace) -> int:
     wrong = [finding for finding in findings if _hides_meaning(finding.diagnostic)]
     old, new = (result.system for result in results)
     if wrong or old is None or new is None:
-        tell(report(wrong, [options.old, options.new]))
-        return 2
+        return tell(report(wrong, [options.old, options.new]))
     comparison = compare(old, new)
     renderer = import_module(f"specc.difference.render.{options.format}")
     streams.show(renderer.render(comparison, options.old, options.new), options.format)

@@ -7,11 +7,11 @@ from argparse import Namespace
 from collections.abc import Iterator
 
 from specc.cli import streams
-from specc.cli.rewrite import outside, refusal, rewrite
+from specc.cli.rewrite import refusal, rewrite
 from specc.cli.targets import targets
 from specc.diagnostics.report import Finding, resolve, shown_path
 from specc.policy import reach_of
-from specc.read import read_file
+from specc.read import read_file, specification
 from specc.source import Sources
 
 
@@ -21,10 +21,11 @@ def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
     findings = resolve(meant.faults, Sources())
     changed, readable, files = [], 0, [*meant.systems, *meant.parts]
     for path in files:
-        if not reach_of(path).holds(path):
-            findings += resolve([outside(path)], Sources())
+        reach = reach_of(path)
+        if not reach.holds(path):
+            findings += resolve([reach.link_out(path)], Sources())
             continue
-        document = read_file(path)
+        document = specification(read_file(path))
         if not document.ok:
             findings += resolve(document.diagnostics, Sources([document.source]))
             continue

@@ -50,10 +50,9 @@ def run_import(options: argparse.Namespace) -> int:
     else:
         made = import_scxml(options.files[0], name=options.name, period=options.period)
     findings = resolve(made.diagnostics, made.sources)
-    tell(report(findings, options.files))
-    unreadable = any(f.diagnostic.code in ("E0001", "E0002", "E0003", "E0004") for f in findings)
+    code = tell(report(findings, options.files))
     if not made.text:
-        return 2 if unreadable else 1
+        return code
     return _put(formatted(made.text), options.out, options.force)
 
 

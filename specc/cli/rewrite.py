@@ -52,13 +52,6 @@ def refusal(error: OSError) -> Diagnostic:
     return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
 
 
-def outside(path: str) -> Diagnostic:
-    """The finding about a file that is not read, since a link leads out of the project."""
-    message = "a symbolic link leads out of the project"
-    hint = reach_of(path).way_in(path)
-    return Diagnostic("E0021", message, Place(path), help=hint)
-
-
 def _rewrite(target: Path, content: bytes) -> None:
     status = target.stat()
     if not os.access(target, os.W_OK):

@@ -39,9 +39,7 @@ def run_witness(options: argparse.Namespace) -> int:
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         findings = resolve(result.diagnostics, result.sources)
-        tell(report(findings, [options.spec]))
-        unreadable = any(f.code in ("E0001", "E0002", "E0003", "E0004") for f in result.diagnostics)
-        return 2 if unreadable else 1
+        return tell(report(findings, [options.spec]))
     if fault := _unknown(options, result):
         return _say(fault, 2)
     return _write_all(options, result)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import re
+
 from specc.importers.carried import Notes
 from specc.importers.markup import Element, MarkupError, parse_markup
 from specc.read.load import UnreadableFileError, load_text
-from specc.source import SourceFile, Sources
+from specc.source import Place, SourceFile, Sources
 
 
-def read_markup(path: str, notes: Notes, sources: Sources) -> Element | None:
-    """The root of the XML file at `path`, or None with the reason in `notes`."""
+def read_markup(path: str, root: str, notes: Notes, sources: Sources) -> Element | None:
+    """The root of the XML file at `path`, or None with the reason in `notes`.
+
+    A text without a tag `root` is another's, and nothing of it is shown.
+    """
     try:
         text, _ = load_text(path)
     except UnreadableFileError as refusal:
-        sources.add(SourceFile(path, refusal.text))
         notes.diagnostics.append(refusal.diagnostic)
+        return None
+    if not re.search(rf"<(?:[\w.-]+:)?{root}[\s/>]", text):
+        message = f"the file has no <{root}>"
+        notes.error("E0803", message, Place(path), "is this the right file, and the right format?")
         return None
     sources.add(SourceFile(path, text))
     try:

@@ -20,7 +20,7 @@ from specc.policy import judge, reach_of, settings_for
 from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
 from specc.resolve import Findings
 from specc.resolve.loader import Loader
-from specc.source import SourceFile
+from specc.source import SourceFile, real_path
 
 _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
@@ -150,8 +150,8 @@ class Project:
         )
 
     def _reach(self, root: str) -> Reach:
-        """What a file may name: besides its project, the folders that are open in the editor."""
-        return Reach((*reach_of(root).folders, *map(os.path.realpath, self.folders)))
+        """What a file may name: besides its project, what is open in the editor, and folders."""
+        return Reach((*reach_of(root).folders, *map(real_path, (*self.folders, *self._open))))
 
     def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
         """What is wrong with the specifications that read some files, now and with other texts."""

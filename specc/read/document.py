@@ -6,6 +6,7 @@ from typing import Any
 from specc.diagnostics import Diagnostic
 from specc.read.compose import compose
 from specc.read.load import UnreadableFileError, load_text
+from specc.read.reach import claims_to_be_one
 from specc.read.unsafe import forbidden_characters
 from specc.source import Place, SourceFile
 
@@ -49,6 +50,16 @@ def read_file(path: str, row_keys: tuple[str, ...] = ()) -> Document:
         help="save the file as UTF-8 without a byte order mark",
     )
     return replace(document, diagnostics=(warning, *document.diagnostics))
+
+
+def specification(document: Document) -> Document:
+    """The document; of one that does not say that it is a specification nothing is kept."""
+    source = document.source
+    if not source.text.strip() or claims_to_be_one(source.text):
+        return document
+    hint = "a specification has `specc: 1`"
+    finding = Diagnostic("E0022", "not a specification", Place(source.path), help=hint)
+    return Document(None, SourceFile(source.path, ""), (finding,))
 
 
 def read_text(path: str, text: str, row_keys: tuple[str, ...] = ()) -> Document:

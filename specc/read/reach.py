@@ -6,7 +6,10 @@ import os
 import re
 from dataclasses import dataclass
 
-_CLAIM = re.compile(r"(?:^|\r)(?:\ufeff)?specc[ \t]*:", re.MULTILINE)
+from specc.diagnostics import Diagnostic
+from specc.source import Place
+
+_CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,11 @@ class Reach:
             "keep it below the specification or the pyproject.toml above that, or allow "
             f'its folder there: `[tool.specc]` with `allow = ["{beyond}"]`'
         )
+
+    def link_out(self, path: str) -> Diagnostic:
+        """The finding about a path that the command line gives, and that lies outside."""
+        message = "a symbolic link leads out of the project"
+        return Diagnostic("E0021", message, Place(path), help=self.way_in(path))
 
 
 ANYWHERE = Reach()

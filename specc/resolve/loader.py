@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
-from specc.read import ANYWHERE, Document, Reach, claims_to_be_one, read_file
+from specc.read import ANYWHERE, Document, Reach, read_file, specification
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, SpecFile, shape
-from specc.source import COMMAND_LINE, Place, Sources, on_command_line, real_path
+from specc.source import COMMAND_LINE, Sources, on_command_line, real_path
 
-_WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004"))
+_WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
 
 
 @dataclass(slots=True)
@@ -50,19 +50,13 @@ class Loader:
         return all(file is not None for file in self._files.values())
 
     def _load(self, path: str, named_at: Where | None) -> Loaded | None:
-        if named_at is not None and not self.reach.holds(path):
-            self.findings.outside(self.reach, path, named_at)
+        if not self.reach.holds(path):
+            self._outside(path, named_at)
             return None
         if len(self._files) >= MAX_FILES:
             self._refuse(f"more than {MAX_FILES} files are used", named_at)
             return None
-        document = self.read(path, ROW_KEYS)
-        text = document.source.text
-        if text and not claims_to_be_one(text) and (named_at or not self.reach.holds(path)):
-            place = named_at.place if named_at else Place(path)
-            message = f"not a specification: {path}"
-            self.findings.report("E0022", message, place, help="a specification has `specc: 1`")
-            return None
+        document = specification(self.read(path, ROW_KEYS))
         self.sources.add(document.source)
         self._values += document.size
         if self._values > MAX_VALUES and named_at is not None:
@@ -83,6 +77,12 @@ class Loader:
             self.findings.report("E0017", message, top["agents"].key, help=hint)
             return None
         return Loaded(path, spec, top)
+
+    def _outside(self, path: str, named_at: Where | None) -> None:
+        if named_at is not None:
+            self.findings.outside(self.reach, path, named_at)
+        else:
+            self.findings.diagnostics.append(self.reach.link_out(path))
 
     def _refuse(self, message: str, named_at: Where | None) -> None:
         """Report, once, that there is too much to read."""

@@ -93,8 +93,10 @@ class Misuse:
 
 TEXTS = {
     "empty": Misuse("", REFUSED, ("E0007", "start with `specc: 1`")),
-    "no mapping": Misuse("- specc\n", REFUSED, ("E0103", "expected a mapping, found a list")),
-    "bytes": Misuse(bytes(range(256)), UNUSABLE, ("E0005", "not UTF-8")),
+    "no specification": Misuse("- specc\n", REFUSED, ("E0022", "has `specc: 1`")),
+    "no mapping": Misuse("[{specc: 1}]\n", REFUSED, ("E0103", "expected a mapping, found a list")),
+    "bytes": Misuse(bytes(range(256)), REFUSED, ("E0022", "has `specc: 1`")),
+    "other bytes": Misuse(b"specc: 1\n\xff", UNUSABLE, ("E0005", "not UTF-8")),
     "tab": Misuse(edit(SPEC, "  cruise", "\tcruise"), REFUSED, ("E0010", ":8:1", "tab", "spaces")),
     "wrong type": Misuse(
         edit(SPEC, "kind: CET", "kind: [C]"), REFUSED, ("E0103", "expected text, found a list")
@@ -153,7 +155,7 @@ TEXTS = {
     "deep": Misuse(
         "specc: 1\nagents: " + "{a: " * 300 + "1" + "}" * 300, REFUSED, ("E0016", "64 levels")
     ),
-    "very deep": Misuse("[" * 200_000, REFUSED, ("E0016", "64 levels")),
+    "very deep": Misuse("specc: " + "[" * 200_000, REFUSED, ("E0016", "64 levels")),
     "deep expression": Misuse(
         edit(SPEC, "fresh(x.gate.go),", f'"{"(" * 500}fresh(x.gate.go){")" * 500}",'),
         REFUSED,

@@ -35,7 +35,7 @@ def workspace(folder: Path) -> Path:
 def whole(example: str, within: str) -> str:
     """The specification that an example is a part of."""
     if within not in PARTS:
-        return example
+        return example if example.startswith("specc:") else f"specc: 1\n{example}"
     part: Any = data(example)
     for key in reversed(PARTS[within]):
         part = {key: part}

@@ -51,9 +51,9 @@ def test_looking_changes_nothing(
 
 
 def test_what_is_no_yaml_is_left_and_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "bad.yaml").write_text("a: [\n")
+    (folder / "bad.yaml").write_text("specc: [\n")
     assert main(["fmt", "bad.yaml", "loose.yaml", "none.yaml"]) == 2
-    assert (folder / "bad.yaml").read_text() == "a: [\n"
+    assert (folder / "bad.yaml").read_text() == "specc: [\n"
     assert (folder / "loose.yaml").read_text() == NEAT
     assert "error[E0009]" in capsys.readouterr().err
 

@@ -99,13 +99,58 @@ def test_what_is_no_specification_is_not_shown(
     form: str, project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (project / "secret").write_text(SECRET)
-    (project / "own.yaml").symlink_to(project.parent / "secret")
     (project / "spec.yaml").write_text(HEAD + "use: [secret]\n")
-    for name in ("spec.yaml", "own.yaml"):
-        assert main(["validate", "--format", form, str(project / name)]) == 1
-        printed = capsys.readouterr()
-        assert "hunter2" not in printed.out + printed.err
-        assert "E0022" in printed.out + printed.err
+    assert main(["validate", "--format", form, str(project / "spec.yaml")]) == 1
+    printed = capsys.readouterr()
+    assert "hunter2" not in printed.out + printed.err
+    assert "E0022" in printed.out + printed.err
+
+
+COMMANDS = [
+    ["validate"],
+    ["validate", "--fix"],
+    ["fmt"],
+    ["fmt", "--diff"],
+    ["build"],
+    ["run"],
+    ["status"],
+    ["ages"],
+    ["witness"],
+    ["diff", str(Path(__file__).parents[2] / "specs" / "conveyor_gate.yaml")],
+    ["import", "scxml"],
+    ["import", "fabric"],
+]
+SECRETS = [SECRET, "password: hunter2\n", "<key>hunter2</key>\n", "\u00ff", "hunter2\0\n"]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+@pytest.mark.parametrize("secret", SECRETS)
+def test_what_the_command_line_names_is_not_shown_either(
+    command: list[str], secret: str, project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = project / "secret"
+    path.write_text(secret)
+    assert main([*command, str(path)]) == 1
+    printed = capsys.readouterr()
+    assert "hunter2" not in printed.out + printed.err
+    assert ("E0803" if "import" in command else "E0022") in printed.err
+    assert path.read_text() == secret
+
+
+@pytest.mark.parametrize("command", COMMANDS[:-2], ids=" ".join)
+def test_a_link_out_of_the_project_is_not_read(
+    command: list[str], project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project.parent / "outside.yaml").write_text(HEAD + "frmaes: {}\n")
+    (project / "inside.yaml").symlink_to(project.parent / "outside.yaml")
+    assert main([*command, str(project / "inside.yaml")]) == 1
+    printed = capsys.readouterr()
+    assert "frmaes" not in printed.out + printed.err
+    assert "E0021" in printed.err
+    (project / "pyproject.toml").write_text('[tool.specc]\nallow = [".."]\n')
+    forget()
+    main([*command, str(project / "inside.yaml")])
+    assert "E0021" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [["fmt"], ["fmt", "--diff"], ["validate", "--fix"]])

@@ -56,7 +56,7 @@ def import_fabric(
     notes, sources = Notes(), Sources()
     definitions: list[Definition] = []
     for path in dict.fromkeys(paths):
-        root = read_markup(path, notes, sources)
+        root = read_markup(path, "subsystem_definition", notes, sources)
         definition = read_definition(root, notes) if root is not None else None
         if definition is not None:
             if any(d.name == definition.name for d in definitions):

@@ -39,7 +39,7 @@ _REASONS = {
 def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -> Imported:
     """The specification of the chart in a file; `period` is in seconds."""
     notes, sources = Notes(), Sources()
-    root = read_markup(path, notes, sources)
+    root = read_markup(path, "scxml", notes, sources)
     chart = read_chart(root, notes) if root is not None else None
     if chart is None:
         return Imported("", tuple(notes.diagnostics), sources)
