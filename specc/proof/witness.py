@@ -12,7 +12,7 @@ from specc.proof.formula import Atom, Formula, atoms_of
 from specc.proof.relations import UnsureError
 from specc.proof.repair import condition_for
 from specc.proof.table import Column, Table
-from specc.proof.variables import Arrival, EnumItem
+from specc.proof.variables import Arrival, EnumItem, Quantity
 from specc.proof.verdict import Answers, Facts, Witness
 
 
@@ -89,7 +89,7 @@ def _witness(
 def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
     """What must have ended a state where `told` holds, of all that may end it.
 
-    It goes without saying for a proof, but a reader looks for the cause.
+    It goes without saying for a proof, but a reader looks for the cause; that time passes is none.
     """
     ended = told
     for formula in cases.context:
@@ -97,6 +97,8 @@ def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
     asked = frozenset(atoms_of(cases.context))
     found: dict[Column, int] = {}
     for column in table.columns if ended else ():
+        if isinstance(column.variable, Quantity) and column.variable.kind == "periods":
+            continue
         answers = range(len(column.answers))
         possible = [i for i in answers if ended & table.where(column, i)]
         free = [i for i in answers if told & table.where(column, i)]

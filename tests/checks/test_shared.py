@@ -14,7 +14,7 @@ system: demo
 agents:
   a:
     control:
-      rate: 5 Hz
+      rate: 10 Hz
       y: {m: {d: real, go: int}}
       functions: {send: {y.m.d: 1, y.m.go: 1}}
       behaviours: {work: {functions: [send]}, rest: {}}
