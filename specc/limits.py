@@ -24,6 +24,8 @@ MAX_DEPTH = 64
 """Levels of values, of types in types, and of files that use files."""
 MAX_FILES = 200
 """That one specification uses."""
+MAX_ENTRIES = 100_000
+"""Files and folders below a folder that a specification names."""
 MAX_TYPE_PARTS = 2_000
 """Of a type with the types in it written out."""
 MAX_EXPRESSION_PARTS = 2_000

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 
 from specc.diagnostics import Diagnostic
+from specc.limits import MAX_ENTRIES
 from specc.source import Place
 
 _CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
@@ -38,10 +39,37 @@ class Reach:
             f'its folder there: `[tool.specc]` with `allow = ["{beyond}"]`'
         )
 
+    def link_below(self, folder: str) -> str | None:
+        """A link below a folder that leads outside; None if there is none.
+
+        Raises:
+            OverflowError: there is more below it than `MAX_ENTRIES`.
+        """
+        seen, waiting = {os.path.realpath(folder)}, [folder]
+        count = 0
+        while waiting and self.folders:
+            for path in _entries(waiting.pop()):
+                count += 1
+                if count > MAX_ENTRIES:
+                    raise OverflowError(f"the folder has more than {MAX_ENTRIES} files")
+                if os.path.islink(path) and not self.holds(path):
+                    return path
+                if os.path.isdir(path) and (real := os.path.realpath(path)) not in seen:
+                    seen.add(real)
+                    waiting.append(path)
+        return None
+
     def link_out(self, path: str) -> Diagnostic:
         """The finding about a path that the command line gives, and that lies outside."""
         message = "a symbolic link leads out of the project"
         return Diagnostic("E0021", message, Place(path), help=self.way_in(path))
+
+
+def _entries(folder: str) -> list[str]:
+    try:
+        return [os.path.join(folder, name) for name in sorted(os.listdir(folder))]
+    except OSError:  # what cannot be looked into is read by nobody
+        return []
 
 
 ANYWHERE = Reach()

@@ -119,6 +119,16 @@ class Findings:
         message = f"the file lies outside the project: {path}"
         self.report("E0021", message, where.place, help=reach.way_in(path))
 
+    def leaking(self, reach: Reach, folder: str, where: Where) -> None:
+        """Report a folder from which a link leads to what a specification may not name."""
+        try:
+            link = reach.link_below(folder)
+        except OverflowError as error:
+            self.report("E0017", str(error), where.place, help="name a smaller folder")
+        else:
+            if link:
+                self.outside(reach, link, where)
+
     def unknown(
         self,
         code: str,

@@ -141,7 +141,9 @@ class Library:
             own.files[name] = os.path.relpath(path, self.base).replace(os.sep, "/")
             if not self.reach.holds(path):
                 self.findings.outside(self.reach, path, where)
-            elif not (os.path.isfile(path) or os.path.isdir(path)):
+            elif os.path.isdir(path):
+                self.findings.leaking(self.reach, path, where)
+            elif not os.path.isfile(path):
                 what = f"`{relative}` is neither a file nor a folder"
                 message = what if os.path.exists(path) else f"no file `{relative}`"
                 hint = _file_hint(path, relative)

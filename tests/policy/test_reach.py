@@ -46,7 +46,7 @@ def found(project: Path, text: str) -> str:
     "text",
     [
         HEAD + "use: [../frames.yaml]\n",
-        HEAD + "files: {frames: ../frames.yaml, folder: ..}\n",
+        HEAD + "files: {frames: ../frames.yaml, folder: .}\n",
         HEAD + "agents: {a: {use: ../frames.yaml}}\n",
         PLANT % "../part.xml",
     ],
@@ -76,6 +76,55 @@ def test_files_outside_are_refused_unless_allowed(text: str, project: Path) -> N
     (project / "pyproject.toml").write_text('[tool.specc]\nallow = [".."]\n')
     forget()
     assert "outside" not in found(project, text)
+
+
+ASSETS = [
+    '<mesh name="m" file="%s"/>',
+    '<texture name="t" type="2d" file="%s"/>',
+    '<texture name="t" type="cube" fileleft="%s"/>',
+    '<hfield name="h" size="1 1 1 1" file="%s"/>',
+    '<skin name="s" file="%s"/>',
+    '<model name="m" file="%s"/>',
+]
+
+
+@pytest.mark.parametrize("asset", ASSETS)
+def test_what_a_model_is_made_of_is_confined_too(asset: str, project: Path) -> None:
+    def said(compiler: str, file: str) -> str:
+        (project / "part.xml").write_text(f"<mujocoinclude>{asset % file}</mujocoinclude>")
+        (project / "model.xml").write_text(
+            f'<mujoco>{compiler}<asset><include file="part.xml"/></asset></mujoco>'
+        )
+        return found(project, PLANT % "../model.xml")
+
+    assert "outside" in said("", "../secret")
+    assert "outside" in said("", str(project.parent / "secret"))
+    assert "outside" in said('<compiler assetdir=".."/>', "secret")
+    (project / "inside").symlink_to(project.parent / "secret")
+    assert "outside" in said("", "inside")
+    assert "outside" not in said("", "specs/a")
+    if asset.startswith(("<mesh", "<texture", "<hfield")):
+        assert "outside" not in said('<compiler assetdir="specs"/>', "../a")
+        assert "outside" not in said('<compiler strippath="true"/>', "/a/b/c")
+
+
+def test_models_that_are_attached_are_confined_too(project: Path) -> None:
+    mesh = '<mujoco><asset><mesh file="../../secret"/><model file="own.xml"/></asset></mujoco>'
+    (project / "specs" / "own.xml").write_text(mesh)
+    (project / "model.xml").write_text(
+        '<mujoco><asset><model name="a" file="specs/own.xml"/></asset></mujoco>'
+    )
+    assert "secret lies outside" in found(project, PLANT % "../model.xml")
+
+
+def test_a_link_in_a_folder_does_not_lead_out(project: Path) -> None:
+    text = HEAD + "files: {folder: ../objects}\n"
+    (project / "objects" / "a").mkdir(parents=True)
+    (project / "objects" / "a" / "loop").symlink_to("..")
+    (project / "objects" / "a" / "inside").symlink_to("../../frames.yaml")
+    assert found(project, text) == ""
+    (project / "objects" / "a" / "out").symlink_to(project.parent)
+    assert "E0021 the file lies outside the project: " in found(project, text)
 
 
 def test_without_a_project_file_the_folder_of_the_specification_counts(project: Path) -> None:

@@ -10,6 +10,7 @@ import os
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
+from specc.mjcf.assets import Assets
 from specc.read import ANYWHERE, Reach
 from specc.source import real_path
 
@@ -93,22 +94,48 @@ def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
     """The names in the MJCF file at `path` and in those that it includes, inside `reach`.
 
     Raises:
-        ModelError: a file is missing, unreadable, too large, not XML, or not MJCF.
+        ModelError: a file is missing, unreadable, too large, not XML, or not MJCF, or the model
+            names one outside.
     """
-    model = Model()
-    _Reader(model, os.path.dirname(path), reach).read(path)
+    reader = _Reader(path, reach)
+    model = reader.read_whole(path)
+    reader.read_attached()
     return model
 
 
 class _Reader:
-    def __init__(self, model: Model, base: str, reach: Reach) -> None:
-        self._model = model
-        self._base = base
+    def __init__(self, path: str, reach: Reach) -> None:
+        self._model = Model()
+        self._assets = Assets()
+        self._base = os.path.dirname(path)
         self._reach = reach
+        self._attached: list[str] = []
         self._files: list[str] = []
         self._open: list[str] = []
         self._bytes = 0
         self._root = "mujoco"
+
+    def read_whole(self, path: str) -> Model:
+        """A model by itself; all files that it names must lie inside."""
+        self._model, self._assets = Model(), Assets()
+        self._base = os.path.dirname(path)
+        self.read(path)
+        for asset in self._assets.paths(self._base):
+            self._confine(asset)
+        self._attached += filter(os.path.isfile, self._assets.paths(self._base, "model"))
+        return self._model
+
+    def read_attached(self) -> None:
+        """See that the models that models are put together from keep inside too."""
+        while self._attached:
+            path = self._attached.pop()
+            if real_path(path) not in self._files:
+                self.read_whole(path)
+
+    def _confine(self, path: str) -> None:
+        if not self._reach.holds(path):
+            shown = os.path.basename(path)
+            raise ModelError(f"{shown} lies outside the project; {self._reach.way_in(path)}")
 
     def read(self, path: str) -> None:
         """Take in a file whose root stands for the element `self._root`."""
@@ -118,8 +145,7 @@ class _Reader:
         real = real_path(path)
         if real in self._files:
             raise ModelError(f"{shown} is included twice")
-        if not self._reach.holds(path):
-            raise ModelError(f"{shown} lies outside the project; {self._reach.way_in(path)}")
+        self._confine(path)
         self._files.append(real)
         depth = len(self._open)
 
@@ -151,6 +177,7 @@ class _Reader:
             raise ModelError(f"elements are nested more than {_DEEPEST} deep")
         self._open.append(tag)
         section = self._open[1] if len(self._open) > 2 else ""
+        self._assets.take(tag, attributes)
         if tag == "include" and "file" in attributes:
             self._include(attributes["file"])
         elif tag in _GENERATING:
