@@ -18,24 +18,22 @@ from lsprotocol import types as lsp
 from pygls import uris
 from pygls.exceptions import (
     JsonRpcContentModified,
-    JsonRpcException,
     JsonRpcInternalError,
     JsonRpcInvalidParams,
     JsonRpcInvalidRequest,
 )
 from pygls.lsp.server import LanguageServer
-from pygls.protocol import LanguageServerProtocol
 
 from specc import __version__
 from specc.lsp.desk import Desk
+from specc.lsp.protocol import SpecProtocol, is_fault, unreadable
 from specc.lsp.rename import RenameError
 from specc.lsp.worker import (
-    LIMIT_S,
     Call,
     Job,
     JobAbandonedError,
     JobFailedError,
-    JobTooLongError,
+    JobGivenUpError,
     Worker,
 )
 
@@ -49,7 +47,6 @@ PATIENCE_S = 1.0
 """An analysis of a text that has changed is ended when it has taken so long."""
 WATCH_S = 3.0
 """How often it is looked whether the client is still there."""
-_GIVEN_UP = f"the check took more than {LIMIT_S:.0f} s and was given up until the text changes"
 
 QUESTIONS: dict[str, tuple[str, Any]] = {
     lsp.TEXT_DOCUMENT_HOVER: ("hover", None),
@@ -81,20 +78,6 @@ def make_desk() -> Desk:
     return Desk(uris.to_fs_path, uris.from_fs_path)
 
 
-class SpecProtocol(LanguageServerProtocol):
-    """The protocol, with an answer also to requests that do not have its form."""
-
-    def structure_message(self, data: dict[str, Any]) -> Any:
-        """The message of some data; raises JsonRpcException once the client is told why not."""
-        try:
-            return super().structure_message(data)
-        except JsonRpcException:
-            if "id" in data and "method" in data:
-                error = JsonRpcInvalidParams(f"not the parameters of {data['method']}")
-                self._send_response(data["id"], None, error.to_response_error())
-            raise
-
-
 class SpecServer(LanguageServer):
     """What was told to the client, and what is still to be analysed."""
 
@@ -108,6 +91,9 @@ class SpecServer(LanguageServer):
         self.worker = Worker(make_desk, self._first_calls, (RenameError,))
         self._changed: dict[str, bool] = {}
         self._told: set[str] = set()
+        self._alone: list[str] = []
+        """To be analysed one by one: one of them ended the process, which shows which one."""
+        self._given_up: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._check: Job | None = None
         self._took_s = 0.0
@@ -120,12 +106,24 @@ class SpecServer(LanguageServer):
         for document in self.workspace.text_documents.values():
             yield "take", (document.uri, document.source)
 
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        """Tell the client of an error that no answer tells of."""
+        refusal = unreadable(error)
+        if refusal and isinstance(self.protocol, SpecProtocol):
+            self.protocol.refuse(refusal)
+        else:
+            super().report_server_error(error, source)
+
     async def answer(self, name: str, params: Any) -> Any:
         """The desk's answer to a question."""
         try:
             return await self.worker.ask(name, params).result
         except RenameError as error:
             raise JsonRpcInvalidRequest(str(error)) from None
+        except JobGivenUpError as why:
+            self._lost()
+            self._analyse()
+            raise JsonRpcContentModified(f"given up, since it {why}") from None
         except JobAbandonedError:
             raise JsonRpcContentModified("given up, since checking the text takes long") from None
         except JobFailedError as error:
@@ -133,6 +131,7 @@ class SpecServer(LanguageServer):
 
     def take(self, uri: str, text: str | None, search: bool = False) -> None:
         """Take a text that was opened, changed or (with None) closed, and analyse it soon."""
+        self._given_up.discard(uri)
         self.worker.ask("take", uri, text)
         self.plan(uri, search)
 
@@ -156,8 +155,11 @@ class SpecServer(LanguageServer):
 
     def _analyse(self) -> None:
         """Have analysed what has changed, unless the desk is at it: then once it is done."""
-        if self._check is None and self._changed:
-            changed, self._changed = self._changed, {}
+        if self._check is None and (self._alone or self._changed):
+            if self._alone:
+                changed = {self._alone.pop(): True}
+            else:
+                changed, self._changed = self._changed, {}
             self._check = self.worker.ask("analyse", changed, self._folders(), set(self._told))
             versions = {uri: d.version for uri, d in self.workspace.text_documents.items()}
             self._task = asyncio.ensure_future(self._checked(self._check, changed, versions))
@@ -166,25 +168,30 @@ class SpecServer(LanguageServer):
         self, check: Job, changed: dict[str, bool], versions: dict[str, int | None]
     ) -> None:
         """Tell what an analysis finds; a fault of ours must not end the server."""
-        given_up: set[str] = set()
         try:
             self._tell(await check.result, versions)
-        except JobTooLongError:
-            given_up = set(changed)
-            self._tell({uri: [_given_up()] for uri in changed}, versions)
-            self._changed = self._others(given_up) | self._changed
+        except JobGivenUpError as why:
+            if len(changed) > 1:
+                self._alone += changed
+            else:
+                self._given_up |= changed.keys()
+                self._tell({uri: [_given_up(why)] for uri in changed}, versions)
+            self._lost()
         except JobAbandonedError:
-            others = self._others(given_up) if check.started_s is not None else {}
-            self._changed = others | changed | self._changed
+            if check.started_s is not None:
+                self._lost()
+            self._changed = changed | self._changed
         except JobFailedError as error:
             _LOG.error("a fault of specc itself, not of your files: %s", error)
         self._took_s = time.monotonic() - (check.started_s or time.monotonic())
         self._check = None
         self._analyse()
 
-    def _others(self, but: set[str]) -> dict[str, bool]:
-        """The other open documents: a new process knows nothing of them."""
-        return dict.fromkeys(self.workspace.text_documents.keys() - but, True)
+    def _lost(self) -> None:
+        """Have open texts analysed anew: a new process knows nothing of them."""
+        known = self._given_up.union(self._alone)
+        anew = {d.uri for d in self.workspace.text_documents.values()} - known
+        self._changed = dict.fromkeys(anew, True) | self._changed
 
     def _tell(
         self, found: dict[str, list[lsp.Diagnostic]], versions: dict[str, int | None]
@@ -196,10 +203,11 @@ class SpecServer(LanguageServer):
             (self._told.add if diagnostics else self._told.discard)(uri)
 
 
-def _given_up() -> lsp.Diagnostic:
+def _given_up(why: JobGivenUpError) -> lsp.Diagnostic:
     start = lsp.Position(0, 0)
     warning = lsp.DiagnosticSeverity.Warning
-    return lsp.Diagnostic(lsp.Range(start, start), _GIVEN_UP, severity=warning, source="specc")
+    message = f"the check {why} and was given up until the text changes"
+    return lsp.Diagnostic(lsp.Range(start, start), message, severity=warning, source="specc")
 
 
 def create_server() -> SpecServer:
@@ -299,17 +307,11 @@ def serve() -> int:
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     logging.basicConfig(level=logging.WARNING)
-    logging.getLogger("pygls.protocol.json_rpc").addFilter(_is_fault)
+    for name in ("pygls.protocol.json_rpc", "pygls.server"):
+        logging.getLogger(name).addFilter(is_fault)
     server = create_server()
     try:
         server.start_io(stdout=output)
     finally:
         server.worker.close()
     return 1 if server.left_without_goodbye else 0
-
-
-def _is_fault(record: logging.LogRecord) -> bool:
-    """Whether a record is more than the refusal of a request, which the client shows."""
-    error = record.exc_info[1] if record.exc_info else None
-    refusals = JsonRpcInvalidRequest, JsonRpcInvalidParams, JsonRpcContentModified
-    return not isinstance(error, refusals)

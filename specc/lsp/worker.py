@@ -23,6 +23,8 @@ from typing import Any
 
 LIMIT_S = 10.0
 """A job that takes longer is given up."""
+LIMIT_GB = 2
+"""Address space of the process; a job that needs more is given up."""
 _WATCH_S = 1.0
 
 Call = tuple[str, tuple[Any, ...]]
@@ -33,8 +35,8 @@ class JobAbandonedError(Exception):
     """The process of a job was ended, since nobody wants the result any more."""
 
 
-class JobTooLongError(JobAbandonedError):
-    """The process of a job was ended, since the job took too long."""
+class JobGivenUpError(JobAbandonedError):
+    """The process of a job has ended: the job took too long or too much; the message says which."""
 
 
 class JobFailedError(Exception):
@@ -79,15 +81,23 @@ class Worker:
         self._next()
         return job
 
-    def abandon(self, job: Job, why: type[JobAbandonedError] = JobAbandonedError) -> None:
+    def abandon(self, job: Job) -> None:
         """End a job that runs, or forget one that waits."""
         if job in self._jobs:
             self._jobs.remove(job)
-            self._fail(job, why())
+            self._fail(job, JobAbandonedError())
         elif job is self._running:
             self.close()
-            self._fail(job, why())
+            self._fail(job, JobAbandonedError())
             self._next()
+
+    def _give_up(self, why: str) -> None:
+        """End the job that runs with its process."""
+        job = self._running
+        self.close()
+        if job is not None:
+            self._fail(job, JobGivenUpError(why))
+        self._next()
 
     def close(self) -> None:
         """End the process; with the next job another one begins."""
@@ -121,7 +131,7 @@ class Worker:
         job = self._running = self._jobs.popleft()
         job.started_s = time.monotonic()
         loop = asyncio.get_running_loop()
-        self._overdue = loop.call_later(LIMIT_S, self.abandon, job, JobTooLongError)
+        self._overdue = loop.call_later(LIMIT_S, self._give_up, f"took more than {LIMIT_S:.0f} s")
         with suppress(OSError):  # the process is gone, which who listens to it will say
             self._pipe.send(job.call)
 
@@ -143,17 +153,19 @@ class Worker:
         if pipe is not self._pipe or job is None:
             return  # of a process that was ended
         if answer is None:
-            self.close()
-            self._fail(job, JobFailedError("the process of the analysis has ended"))
-        else:
-            if self._overdue is not None:
-                self._overdue.cancel()
-            self._running = None
-            value, error = answer
-            if error is not None:
-                self._fail(job, error)
-            elif not job.result.done():
-                job.result.set_result(value)
+            self._give_up("ended its process")
+            return
+        value, error = answer
+        if isinstance(error, JobGivenUpError):
+            self._give_up(str(error))  # what the process has left is not enough for another job
+            return
+        if self._overdue is not None:
+            self._overdue.cancel()
+        self._running = None
+        if error is not None:
+            self._fail(job, error)
+        elif not job.result.done():
+            job.result.set_result(value)
         self._next()
 
     @staticmethod
@@ -168,6 +180,7 @@ def _work(
 ) -> None:
     """Do what comes through the pipe until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _limit_memory()
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     desk = make()
     while True:
@@ -181,12 +194,25 @@ def _work(
             value = getattr(desk, name)(*arguments) if name else None
         except answers as raised:
             error = raised
+        except MemoryError:
+            error = JobGivenUpError(f"took more than {LIMIT_GB} GB of memory")
         except Exception:  # noqa: BLE001 - it is for the other side to tell
             error = JobFailedError(traceback.format_exc())
         try:
             pipe.send((value, error))
         except OSError:
             return
+
+
+def _limit_memory() -> None:
+    if sys.platform != "win32":
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        wanted = LIMIT_GB * 10**9
+        with suppress(ValueError, OSError):  # some systems have no such limit
+            least = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
+            resource.setrlimit(resource.RLIMIT_AS, (least, most))
 
 
 def _watch(parent: int) -> None:

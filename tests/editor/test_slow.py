@@ -15,6 +15,7 @@ from tests.editor.client import Client, ServerError
 from tests.editor.workspace import SYSTEM, place, write
 
 SLOW = SYSTEM.replace("system: arm", "system: slow")
+GREEDY = SYSTEM.replace("system: arm", "system: greedy")
 DEADLY = SYSTEM.replace("system: arm", "system: deadly")
 MEDDLING = """\
 import os
@@ -28,6 +29,8 @@ def slow(self, root):
         pass
     if "system: deadly" in self.source(root).text:
         os._exit(3)
+    if "system: greedy" in self.source(root).text:
+        bytes(3 * 10**9)
     return analyse(self, root)
 
 
@@ -94,6 +97,23 @@ def test_a_process_that_dies_is_replaced(client: Client) -> None:
     uri = client.open(client.folder / "deadly.yaml", DEADLY)
     client.change(uri, SYSTEM)
     assert errors(client, uri) == set()
+
+
+@pytest.mark.parametrize(
+    ("text", "why"), [(DEADLY, "ended its process"), (GREEDY, "more than 2 GB of memory")]
+)
+def test_what_ends_the_process_is_told_and_other_texts_are_found_anew(
+    client: Client, text: str, why: str
+) -> None:
+    other = client.open(client.folder / "arm.yaml")
+    assert errors(client, other) == set()
+    uris = [client.open(client.folder / name, text) for name in ("a.yaml", "b.yaml")]
+    for uri in uris:
+        (found,) = client.diagnostics(uri)
+        assert why in found["message"]
+    assert errors(client, other) == set()
+    client.change(uris[0], SYSTEM)
+    assert errors(client, uris[0]) == set()
 
 
 @pytest.mark.parametrize(

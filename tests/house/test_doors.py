@@ -21,7 +21,7 @@ DOORS = {
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema"},
     "pydantic_core": {"specc.schema"},
-    "pygls": {"specc.lsp.server"},
+    "pygls": {"specc.lsp.protocol", "specc.lsp.server"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
     "z3": {"specc.proof.solver"},
