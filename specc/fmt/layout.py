@@ -1,8 +1,8 @@
 """The canonical layout of a YAML text of specc.
 
 Whether a collection stands on one line or over several is the author's choice, as in gofmt, with
-two exceptions: what was broken over several lines inside braces is joined if it fits, else it
-becomes a block; and so does what is long and deeply nested.
+two exceptions: braces that do not fit into the width become a block, and what was broken over
+several lines inside braces is joined if it fits.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from specc.read import read_text
 from specc.read.comments import comments_in
 
 WIDTH = 100
-_DEEP = 2
+"""Columns of a line, without the comment at its end."""
+_STEP = 2
 
 
 class LayoutError(Exception):
@@ -48,8 +49,8 @@ class _Printer:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def lines(self, whole: Collection, kind: Kind) -> Iterator[str]:
-        """A collection as a block, without indentation."""
+    def lines(self, whole: Collection, kind: Kind, margin: int = 0) -> Iterator[str]:
+        """A collection as a block, without the indentation of `margin` columns that it will get."""
         columns = self._table(whole) if kind.is_table else None
         entries = _ordered(whole, kind)
         for number, entry in enumerate(entries):
@@ -58,10 +59,12 @@ class _Printer:
                 above = [*above[:-1], *self._header(above[-1:], columns)]
             yield from above
             step = number if entry.key is None else entry.key.text
-            yield from self._entry(entry, kind.child(step), columns)
+            yield from self._entry(entry, kind.child(step), columns, margin)
         yield from whole.below
 
-    def _entry(self, entry: Entry, kind: Kind, columns: list[int] | None) -> Iterator[str]:
+    def _entry(
+        self, entry: Entry, kind: Kind, columns: list[int] | None, margin: int
+    ) -> Iterator[str]:
         value = entry.value
         key = entry.key
         head = "-" if key is None else f"{_anchored(key, key_text(key, flow=False))}:"
@@ -74,14 +77,16 @@ class _Printer:
             yield from _indented(_dedented(body))
         elif columns and _is_row(value, len(columns)):
             yield f"{head} {table.row(self._cells(value), columns)}{beside}"
-        elif (inline := self._inline(value, kind, len(head))) is not None:
+        elif (inline := self._inline(value, kind, margin + len(head))) is not None:
             yield f"{head} {inline}".rstrip() + beside
         else:
             assert isinstance(value, Collection)
-            yield from self._block(head, entry, value, kind)
+            yield from self._block(head, entry, value, kind, margin + _STEP)
 
-    def _block(self, head: str, entry: Entry, value: Collection, kind: Kind) -> Iterator[str]:
-        inner = list(self.lines(value, kind))
+    def _block(
+        self, head: str, entry: Entry, value: Collection, kind: Kind, margin: int
+    ) -> Iterator[str]:
+        inner = list(self.lines(value, kind, margin))
         if head == "-":
             # What stands between a dash and its block belongs above the dash.
             if entry.beside:
@@ -105,7 +110,7 @@ class _Printer:
         line = self._collected(value, kind)
         wide = taken + 1 + len(line) > WIDTH
         several = "\n" in self._text[value.start : value.end]
-        return None if wide and (several or _depth(value) > _DEEP) else line
+        return None if wide and (several or _has_braces(value)) else line
 
     def _flow(self, value: Value, kind: Kind) -> str:
         if isinstance(value, Scalar):
@@ -188,17 +193,18 @@ def _dedented(body: list[str]) -> list[str]:
 
 
 def _indented(lines: list[str]) -> Iterator[str]:
-    return (f"  {line}" if line else "" for line in lines)
+    return (f"{' ' * _STEP}{line}" if line else "" for line in lines)
 
 
 def _anchored(value: Scalar | Collection, text: str) -> str:
     return f"&{value.anchor} {text}" if value.anchor else text
 
 
-def _depth(value: Value) -> int:
+def _has_braces(value: Value) -> bool:
+    """Whether there is a mapping in it: lists of plain values stay on their line."""
     if not isinstance(value, Collection):
-        return 0
-    return 1 + max((_depth(entry.value) for entry in value.entries), default=0)
+        return False
+    return value.is_mapping or any(_has_braces(entry.value) for entry in value.entries)
 
 
 def _blanks(lines: list[str]) -> int:

@@ -30,11 +30,22 @@ RULES = {
         "a: {b: 1, # one\n  c: [2, 3]}\n",
         "a:\n  b: 1 # one\n  c: [2, 3]\n",
     ),
-    "long and deep braces become a block": (
-        "a: {b: {c: {d: %s}}}\n" % ("x" * 90),
-        "a:\n  b: {c: {d: %s}}\n" % ("x" * 90),
+    "braces that do not fit become a block": (
+        "a: {b: {c: {d: %s}}}\n" % ("x" * 85),
+        "a:\n  b: {c: {d: %s}}\n" % ("x" * 85),
     ),
-    "long rows of names stay": ("a: {b: %s}\n" % ("x" * 110), "a: {b: %s}\n" % ("x" * 110)),
+    "indentation counts": (
+        "a:\n  b: {c: %s, d: 1}\n" % ("x" * 85),
+        "a:\n  b:\n    c: %s\n    d: 1\n" % ("x" * 85),
+    ),
+    "braces that fit stay": (
+        "a:\n  b: {c: %s, d: 1}\n" % ("x" * 84),
+        "a:\n  b: {c: %s, d: 1}\n" % ("x" * 84),
+    ),
+    "long rows of names stay": (
+        "a: [%s, b]\n" % ("x" * 110),
+        "a: [%s, b]\n" % ("x" * 110),
+    ),
     "comments stay with their keys": (
         "# about system\nsystem: demo # beside\n# about specc\nspecc: 1\n# at the end\n",
         "# about specc\nspecc: 1\n# about system\nsystem: demo # beside\n# at the end\n",
