@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,8 @@ import numpy as np
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, FilmError
 from specc_runtime.conformity import shortcomings
-from specc_runtime.faults import Fault, PlantFailed, SceneFailed
+from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
+from specc_runtime.interruption import SAFE_S
 from specc_runtime.keeper import Keeper
 from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
@@ -40,6 +44,7 @@ def execute(options: Options) -> int:
         )
         plant = open_plant(system, options.base, options.seed, options.renderer)
         session = _session(options, system, plant, clock)
+        session.interruption.last_resort = partial(_leave, session, options)
         _accompany(companions, session, options, system, plant, clock)
         if options.report is not None:
             companions.append(Keeper(session, options.report, clock))
@@ -60,7 +65,25 @@ def execute(options: Options) -> int:
         return code or WRONG_USAGE
     if session.interruption.requested:
         return session.interruption.exit_code
-    return FULFILLED if session.fulfilled else UNFULFILLED
+    if session.fulfilled:
+        return FULFILLED
+    if why := session.shortfall:
+        print(f"not fulfilled: {why}", file=sys.stderr)
+    return UNFULFILLED
+
+
+def _leave(session: Session, options: Options) -> None:
+    """End the process amid a step that does not let itself be ended, safe and with its report."""
+    code = session.interruption.exit_code
+    # What devices get may hang as the step does.
+    late = threading.Timer(SAFE_S, os._exit, (code,))
+    late.daemon = True
+    late.start()
+    try:
+        session.abandon()
+        _conclude(session.report(), options)
+    finally:
+        os._exit(code)
 
 
 def _closed(companion: Companion) -> FilmError | None:
@@ -78,8 +101,10 @@ def _close_plant(plant: Any, session: Session | None) -> None:
     """Close the plant; a fault if it does not let itself be closed."""
     try:
         plant.close()
-    except Exception as error:  # noqa: BLE001  # whatever the user's class raises
-        if session is not None:
+    except BaseException as error:  # noqa: BLE001  # whatever the user's class raises, or Ctrl-C
+        if session is not None and isinstance(error, KeyboardInterrupt):
+            session.interruption.request()
+        elif session is not None:
             session.note(PlantFailed(error))
 
 
@@ -98,7 +123,7 @@ def open_plant(
     try:
         _prepare(plant, system.task.scene if system.task else "", seed)
     except BaseException:
-        plant.close()
+        _close_plant(plant, None)
         raise
     return plant
 
@@ -108,14 +133,16 @@ def _prepare(plant: Any, path: str, seed: int) -> None:
     scene: Scene | None = made("scene", path, Scene) if path else None
     try:
         plant.reset(seed)
-    except PlantError:
+    except KeyboardInterrupt:
         raise
-    except Exception as error:  # whatever the user's class raises
+    except BaseException as error:  # whatever the user's class raises
         raise PlantFailed(error) from error
     if scene is not None:
         try:
             scene.place(plant, np.random.default_rng(seed))
-        except Exception as error:  # as above
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # as above
             raise SceneFailed(path, error) from error
 
 
@@ -148,6 +175,9 @@ def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
 def _session(options: Options, system: System, plant: Any, clock: WallClock) -> Session:
     if options.cycles is not None and system.task is None:
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
+    alone = options.duration_s is not None and options.cycles is None
+    if options.cycle_limit_s is not None and (alone or system.task is None):
+        raise UsageError("--cycle-limit: no cycle is waited for; add --cycles")
     return Session(options, system, plant, open_judge(system, plant), clock)
 
 
@@ -187,8 +217,9 @@ def _conclude(report: Report, options: Options) -> int:
     if options.report is not None:
         try:
             write(report, options.report)
-        except OSError as error:
-            print(f"error: cannot write {options.report}: {error.strerror}", file=sys.stderr)
+        except Exception as error:  # noqa: BLE001  # what a judge says may be anything
+            why = error.strerror if isinstance(error, OSError) else said(error)
+            print(f"error: cannot write {options.report}: {why}", file=sys.stderr)
             code = WRONG_USAGE
     if options.quiet:
         for fault in report.faults:

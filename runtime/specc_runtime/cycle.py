@@ -20,7 +20,7 @@ from specc_runtime.sampling import Sensor, sensor_rates
 from specc_runtime.system import System
 from specc_runtime.timeline import timeline
 from specc_runtime.track import Track
-from specc_runtime.watchdog import left
+from specc_runtime.watchdog import frames_of, left
 from specc_runtime.wiring import tracks, worker_pool
 
 Observer = Callable[[StepRecord], None]
@@ -121,6 +121,14 @@ class Executor:
             if self._abandoned:
                 return
             self._commit(track)
+
+    def abandon(self) -> None:
+        """Take the steps that are under way for failed."""
+        for track in self._tracks.values():
+            subsystem = track.runner.subsystem
+            if frames_of(subsystem):
+                fault = left(subsystem, Abandoned())
+                self.faults.append(self._blame.of_step(fault, track, self._tick_s))
 
     def close(self) -> None:
         """End the worker threads, once what they do is done."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
@@ -11,6 +12,8 @@ GRACE_S = 2.0
 """Wall time that what is under way has to come to its end once a run is interrupted."""
 SAFE_S = 10.0
 """Wall time that the plant has to take the safe outputs."""
+_MOST_RAISED = 2
+"""Times that `Abandoned` is raised in something that catches it and goes on."""
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
@@ -25,7 +28,8 @@ class Interruption:
     """While entered, the first signal sets `requested`; a second Ctrl-C interrupts as usual.
 
     Other signals after the first change nothing: plants get their safe outputs before the end.
-    What goes on for longer than `GRACE_S` after the first one is left with `Abandoned`.
+    What goes on for longer than `GRACE_S` after the first one is left with `Abandoned`; where that
+    is caught, time after time, `last_resort` has to end the process.
 
     `exit_code` is 128 and the number of the signal, as shells have it.
     """
@@ -36,6 +40,8 @@ class Interruption:
         self._previous: dict[int, Any] = {}
         self._alarm: Any = None
         self._is_heard = False
+        self._raised = 0
+        self.last_resort: Callable[[], None] | None = None
 
     def request(self) -> None:
         """Ask the run to end."""
@@ -46,7 +52,7 @@ class Interruption:
         if threading.current_thread() is threading.main_thread():
             heard = [n for n in _SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
             self._previous = {n: signal.signal(n, self._on_signal) for n in heard}
-            self._alarm = signal.signal(signal.SIGALRM, self._on_alarm)
+            self._alarm = signal.signal(signal.SIGALRM, self.on_alarm)
         return self
 
     def __exit__(
@@ -61,7 +67,12 @@ class Interruption:
             signal.signal(signal.SIGALRM, self._alarm)
             self._alarm = None
 
-    def _on_alarm(self, number: int, frame: FrameType | None) -> None:
+    def on_alarm(self, number: int, frame: FrameType | None) -> None:
+        """Leave what is under way; what takes no exception is left for good."""
+        self._raised += 1
+        if self._raised > _MOST_RAISED and self.last_resort is not None:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            self.last_resort()
         raise Abandoned
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
@@ -72,12 +83,13 @@ class Interruption:
         self.request()
         if (usual := self._previous.pop(signal.SIGINT, None)) is not None:
             signal.signal(signal.SIGINT, usual)
-        signal.setitimer(signal.ITIMER_REAL, GRACE_S)
+        signal.setitimer(signal.ITIMER_REAL, GRACE_S, GRACE_S)
 
     def protect(self) -> None:
         """From now on nothing is left after `GRACE_S`; safe outputs have `SAFE_S`."""
         if self._alarm is not None:
-            signal.setitimer(signal.ITIMER_REAL, SAFE_S)
+            self._raised = 0
+            signal.setitimer(signal.ITIMER_REAL, SAFE_S, SAFE_S)
 
     def _restore(self) -> None:
         for number, handler in self._previous.items():

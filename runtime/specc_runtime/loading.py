@@ -14,7 +14,7 @@ from typing import Any
 from specc_runtime.conformity import refusal, shortcomings
 from specc_runtime.examination import examine
 from specc_runtime.extras import remedy
-from specc_runtime.faults import StepFailed
+from specc_runtime.faults import Fault, JudgeFailed, PlantFailed, SceneFailed, StepFailed
 from specc_runtime.options import UsageError
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System
@@ -41,7 +41,9 @@ def load_system(
         system = module.build(str(base))
     except OSError as error:
         raise UsageError(f"{error.filename or base}: {error.strerror or error}") from error
-    except Exception as error:  # operators may raise anything
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # operators may raise anything
         raise _construction_failed(error, module.__name__) from error
     if not isinstance(system, System):
         raise UsageError(f"{directory}: build() gives no system")
@@ -52,7 +54,7 @@ def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:
     """What `module:name` makes of the arguments, which are given by position.
 
     Raises UsageError, with the role and the path, if there is no such name, it cannot be called so,
-    it raises, or the result cannot be called as the protocol says.
+    or the result cannot be called as the protocol says; the fault of the role if it raises.
     """
     named = f"the {role} {path!r}"
     make = _named(path, named)
@@ -62,13 +64,19 @@ def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:
         raise UsageError(f"{named} {why}")
     try:
         thing = make(*arguments.values())
-    except (PlantError, UsageError):
+    except (PlantError, UsageError, KeyboardInterrupt):
         raise
-    except Exception as error:  # the user's own code may raise anything
-        raise UsageError(f"{named} cannot be made: {_reason(error)}") from error
+    except BaseException as error:  # the user's own code may raise anything
+        raise _failed(role, path, error) from error
     if lacking := shortcomings(thing, protocol):
         raise UsageError(f"{named} {'; '.join(lacking)}")
     return thing
+
+
+def _failed(role: str, path: str, error: BaseException) -> Fault:
+    if role == "plant":
+        return PlantFailed(error)
+    return SceneFailed(path, error) if role == "scene" else JudgeFailed(path, error)
 
 
 def _named(path: str, named: str) -> Any:
@@ -78,11 +86,11 @@ def _named(path: str, named: str) -> Any:
         return getattr(import_module(module_name), name)
     except AttributeError as error:
         raise UsageError(f"cannot load {named}: {error}") from error
-    except Exception as error:  # the user's own module may raise anything
+    except (Exception, SystemExit) as error:  # the user's own module may raise anything
         raise UsageError(f"cannot load {named}: {_reason(error)}") from error
 
 
-def _construction_failed(error: Exception, system: str) -> StepFailed:
+def _construction_failed(error: BaseException, system: str) -> StepFailed:
     """The fault of a subsystem of the module `system` whose constants could not be computed."""
     package = system.rpartition(".")[0]
     for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):
@@ -93,7 +101,7 @@ def _construction_failed(error: Exception, system: str) -> StepFailed:
     return StepFailed("", "", error)
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: BaseException) -> str:
     """What is wrong with the user's own modules, and what would help."""
     if isinstance(error, ModuleNotFoundError):
         return remedy(error)
@@ -115,7 +123,7 @@ def _import(package: Path) -> ModuleType:
     sys.modules[name] = module_from_spec(spec)
     try:
         return import_module(f"{name}.system")
-    except Exception as error:  # modules of operators may raise anything
+    except (Exception, SystemExit) as error:  # modules of operators may raise anything
         raise UsageError(
             f"cannot import the operators of {package.name}: {_reason(error)}"
         ) from error

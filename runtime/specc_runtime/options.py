@@ -22,14 +22,14 @@ class UsageError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What was asked for. `cycles` and `duration_s` are None where nothing was said."""
+    """What was asked for; cycles and limits are None where nothing was said."""
 
     directory: Path
     base: Path = Path()
     seed: int = 0
     cycles: int | None = None
     duration_s: float | None = None
-    cycle_limit_s: float = CYCLE_LIMIT_S
+    cycle_limit_s: float | None = None
     camera: str = "overview"
     report: Path | None = None
     video: Path | None = None
@@ -58,8 +58,7 @@ def parse(arguments: Sequence[str] | None) -> Options:
         metavar="S",
         type=_seconds,
         dest="cycle_limit_s",
-        default=CYCLE_LIMIT_S,
-        help="simulated seconds after which a cycle is given up (default: %(default)g)",
+        help=f"simulated seconds after which a cycle is given up (default: {CYCLE_LIMIT_S:g})",
     )
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
     add("--video", metavar="FILE.mp4", type=Path, help="record the scene")

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
 from specc_runtime.cycle import Executor
 from specc_runtime.cycles import Cycles
-from specc_runtime.faults import Fault
+from specc_runtime.faults import Fault, JudgeFailed
 from specc_runtime.interruption import Abandoned, Interruption
-from specc_runtime.options import Options
+from specc_runtime.options import CYCLE_LIMIT_S, Options
 from specc_runtime.plant import Plant
 from specc_runtime.records import RecordDigest
 from specc_runtime.report import Ending, Report, peak_memory_mb, subsystem_data, versions
@@ -47,7 +48,7 @@ class Session:
         elif self.duration_s is None and self.wanted is None:
             self.wanted = 1
         self._seed = options.seed
-        self._cycle_limit_s = options.cycle_limit_s
+        self._cycle_limit_s = options.cycle_limit_s or CYCLE_LIMIT_S
         self._set = dict(options.built_with)
         self._system = system
         self._clock = clock
@@ -84,7 +85,7 @@ class Session:
                 self._executor.close()
                 self._last_outputs = self._executor.leave_safe()
             if self._system.task is not None and self.faults and not self._complete():
-                self._guarded(lambda: self._cycles.end("fault"))
+                self._guarded(self._end_of_the_last_cycle)
         self._wall_s = self._clock.now_s() - self._begin_s
         self._over_now = True
 
@@ -128,6 +129,27 @@ class Session:
 
     def _complete(self) -> bool:
         return self.wanted is not None and len(self._cycles.results) >= self.wanted
+
+    @property
+    def shortfall(self) -> str:
+        """Why cycles that were wanted are not there; empty if they are."""
+        done = len(self._cycles.results)
+        if self.faults or self.wanted is None or done >= self.wanted:
+            return ""
+        limit = self._cycle_limit_s
+        cut = self._cycles.results and self._cycles.results[-1]["ended"] == "time limit"
+        why = f"one took {limit:g} s" if cut else f"{self.duration_s:g} s were over"
+        return f"{done} of {self.wanted} cycles when {why}"
+
+    def abandon(self) -> None:
+        """Leave the plant safe while a step is under way that does not end."""
+        self._executor.abandon()
+        self._last_outputs = self._executor.leave_safe()
+        self._over_now = True
+
+    def _end_of_the_last_cycle(self) -> None:
+        with suppress(JudgeFailed):  # a judge that fails after a fault adds nothing to it
+            self._cycles.end("fault")
 
     @property
     def faults(self) -> list[Fault]:

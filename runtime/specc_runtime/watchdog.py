@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
+import itertools
 import sys
 import threading
 import traceback
@@ -11,6 +12,7 @@ from types import FrameType, TracebackType
 
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import Frames, StepAbandoned, computed_at
+from specc_runtime.interruption import Interruption
 from specc_runtime.runner import outcome_of
 from specc_runtime.subsystem import Subsystem, contents
 
@@ -96,8 +98,13 @@ def frames_of(subsystem: Subsystem) -> Frames:
     for stack in _stacks():
         for index, (frame, _) in enumerate(stack):
             if frame.f_code is outcome_of.__code__ and frame.f_locals["subsystem"] is subsystem:
-                return stack[index + 1 :]
+                return list(itertools.takewhile(_is_interrupted, stack[index + 1 :]))
     return []
+
+
+def _is_interrupted(at: tuple[FrameType, int]) -> bool:
+    """Whether a frame is not yet of what handles a signal."""
+    return at[0].f_code is not Interruption.on_alarm.__code__
 
 
 def left(subsystem: Subsystem, error: BaseException) -> StepAbandoned:

@@ -132,11 +132,6 @@ def test_a_system_built_without_a_plant_knows_its_devices_and_takes_one_later(
             "    def __init__(self, port):\n        self.port = port\n\n    def reset",
             "the plant 'own_cart:Cart' is called with (), and takes (port)",
         ),
-        (
-            "    def reset",
-            "    def __init__(self):\n        raise OSError('no such port')\n\n    def reset",
-            "cannot be made: OSError: no such port (own_cart.py, line 3)",
-        ),
         ("class Cart:", "class Wagon:", "cannot load the plant 'own_cart:Cart'"),
         ("class Cart:", "Cart = 3\nclass Wagon:", "is nothing that can be called"),
     ],
@@ -148,6 +143,16 @@ def test_what_is_wrong_with_a_plant_is_told_before_the_run(
     (folder / "own_cart.py").write_text(CART.replace(old, new), encoding="utf-8")
     assert run() == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_plant_that_cannot_be_made_is_a_fault(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    raises = "    def __init__(self):\n        raise OSError('no such port')\n\n    def reset"
+    (folder / "own_cart.py").write_text(CART.replace("    def reset", raises), encoding="utf-8")
+    assert run() == 1
+    told = capsys.readouterr()
+    assert "OSError: no such port" in told.out + told.err
 
 
 @pytest.mark.parametrize(

@@ -15,14 +15,21 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from specc_runtime.plants.errors import PlantError
 
-from tests.runtime.hinge import SPEC, hinge
+from tests.runtime.hinge import SPEC, hinge, run
 
 ROOT = Path(__file__).parents[2]
 ENDLESS = ["--duration", "10000"]
 SLOW = "def drive(e):\n    time.sleep(0.005)\n    return 0.1 * e"
 HANGS = "def drive(e):\n    while {}:\n        pass\n    return 0.1 * e"
 IN_C = "def drive(e):\n    time.sleep(1000)\n    return 0.0"
+SWALLOWS = """def drive(e):
+    while True:
+        try:
+            time.sleep(0.01)
+        except:
+            pass"""
 HOLDS = "def drive(e):\n    return float(sum(range(10**12)))"
 # The limits of the watchdog and of an interruption, made short.
 SHORT = (
@@ -30,6 +37,7 @@ SHORT = (
     "from specc_runtime import interruption, watchdog\n"
     "watchdog.Watchdog.__init__.__defaults__ = (0.5,)\n"
     "interruption.GRACE_S = 0.5\n"
+    "interruption.SAFE_S = 0.5\n"
     "from specc_runtime.main import main\n"
     "sys.exit(main())\n"
 )
@@ -77,7 +85,30 @@ def test_a_signal_ends_a_run(tmp_path: Path, number: signal.Signals) -> None:
     assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
 
 
-@pytest.mark.parametrize("drive", [HANGS.format("True"), IN_C])
+def test_signals_after_the_first_change_nothing(tmp_path: Path) -> None:
+    slow = "def hold(q):\n    time.sleep(0.3)\n    return 3.0"
+    package = hinge(tmp_path, drive=SLOW, hold=slow)
+    with begun(package, *ENDLESS) as process:
+        until(process, "arm.j")
+        for number in (signal.SIGTERM, signal.SIGTERM, signal.SIGHUP):
+            process.send_signal(number)
+            time.sleep(0.05)
+        process.communicate(timeout=60)
+    assert process.returncode == 143
+    assert report(package)["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+
+
+@pytest.mark.parametrize("hold", ["def hold(q):\n    while True:\n        pass"])
+def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> None:
+    package = hinge(tmp_path, hold=hold)
+    with begun(package, "--duration", "0.1") as process:
+        process.communicate(timeout=60)
+    last = report(package)["last_outputs"]["arm.E.j.tau"]
+    assert (last["by"], last["value"]) == ("otherwise", "7.0")
+    assert "safe: Abandoned" in last["problem"]
+
+
+@pytest.mark.parametrize("drive", [HANGS.format("True"), IN_C, SWALLOWS])
 @pytest.mark.parametrize("rate", ["100 Hz", "10 Hz"])
 def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
     tmp_path: Path, drive: str, rate: str
@@ -97,6 +128,86 @@ def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
     assert fault["culprit"] == "operator drive (hinge_parts:drive)"
     assert fault["equations"] == [1]
     assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+
+
+LEAVES = "raise SystemExit(0)"
+SCENE = "    def __init__(self):\n        {}\n    def place(self, plant, rng):\n        pass"
+PARTS_THAT_FAIL: list[tuple[dict[str, str], str]] = [
+    ({"gain": f"def gain():\n    {LEAVES}"}, "StepFailed"),
+    ({"drive": f"def drive(e):\n    {LEAVES}"}, "StepFailed"),
+    ({"place": f"    def place(self, plant, rng):\n        {LEAVES}"}, "SceneFailed"),
+    ({"place": SCENE.format(LEAVES)}, "SceneFailed"),
+    ({"place": SCENE.format("1 / 0")}, "SceneFailed"),
+    ({"init": f"    def __init__(self, plant):\n        {LEAVES}"}, "JudgeFailed"),
+    ({"init": "    def __init__(self, plant):\n        1 / 0"}, "JudgeFailed"),
+    ({"end_cycle": f"    def end_cycle(self):\n        {LEAVES}"}, "JudgeFailed"),
+]
+
+
+@pytest.mark.parametrize(("parts", "kind"), PARTS_THAT_FAIL)
+def test_whatever_fails_leaves_one_fault_and_a_report(
+    tmp_path: Path, parts: dict[str, str], kind: str
+) -> None:
+    data = run(hinge(tmp_path, **parts), "--cycles", "1")
+    assert [fault["fault"] for fault in data["faults"]] == [kind]
+    assert data["ended"] == "fault"
+
+
+@pytest.mark.parametrize("method", ["reset", "close"])
+def test_a_plant_that_fails_leaves_one_fault_and_a_report(
+    tmp_path: Path, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from specc_runtime.plants.mujoco import MujocoPlant
+
+    usual = getattr(MujocoPlant, method)
+    made = []
+
+    def fails(self: MujocoPlant, *arguments: int) -> None:
+        made.append(usual(self, *arguments))
+        if method == "close":
+            raise SystemExit(0)
+        if len(made) > 1:  # the first one is of the constructor
+            raise PlantError("not at home")
+
+    monkeypatch.setattr(MujocoPlant, method, fails)
+    (tmp_path / "report.json").write_text("old")
+    data = run(hinge(tmp_path), "--duration", "0.1")
+    assert [fault["fault"] for fault in data["faults"]] == ["PlantFailed"]
+
+
+def test_a_judge_adds_nothing_to_a_fault(tmp_path: Path) -> None:
+    fails = {"end_cycle": "    def end_cycle(self):\n        1 / 0"}
+    data = run(hinge(tmp_path, drive="def drive(e):\n    1 / 0", **fails), "--cycles", "1")
+    assert [fault["fault"] for fault in data["faults"]] == ["StepFailed"]
+
+
+def test_what_a_judge_says_is_written_or_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    endless = "        x = {'good': True}\n        x['x'] = x\n        return x"
+    package = hinge(tmp_path, end_cycle=f"    def end_cycle(self):\n{endless}")
+    (tmp_path / "report.json").write_text("{}")
+    run(package, "--cycles", "1", "--duration", "20", code=2)
+    assert "error: cannot write" in capsys.readouterr().err
+
+
+def test_a_time_that_cuts_cycles_off_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = hinge(tmp_path)
+    run(package, "--cycles", "9", "--duration", "0.02")
+    assert "not fulfilled: 0 of 9 cycles when 0.02 s were over" in capsys.readouterr().err
+    run(package, "--cycles", "9", "--cycle-limit", "0.02")
+    assert "not fulfilled: 1 of 9 cycles when one took 0.02 s" in capsys.readouterr().err
+
+
+def test_a_limit_of_cycles_without_cycles_is_wrong_usage(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = hinge(tmp_path)
+    (tmp_path / "report.json").write_text("{}")
+    run(package, "--duration", "0.1", "--cycle-limit", "1", code=2)
+    assert "--cycle-limit: no cycle is waited for; add --cycles" in capsys.readouterr().err
 
 
 def test_what_holds_the_interpreter_is_named(tmp_path: Path) -> None:
