@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
+from specc.facts.words import listed
 from specc.model.system import Device, Element, Port, Subsystem, System
 from specc.source import Place
+
+_MOST_SHOWN = 4
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -21,7 +25,7 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
             if device is not None:
                 elements = facts.connections.device_elements(port)
                 there = _side(device, "y" if port.direction == "x" else "x")
-                yield from _compare(port, port.place, port.elements, there, elements)
+                yield from _compare(port.place, port.elements, there, elements)
             else:
                 yield from _between_subsystems(subsystem, port, facts)
     for device in system.devices:
@@ -53,10 +57,10 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
                 ),
             ),
             f"add `{name}: {{...}}` under its `{key}:`, with the same elements",
-            lacks=lacks,
+            lacks=(lacks,),
         )
     elif port.direction == "x":
-        yield from _compare(port, port.place, port.elements, end.place, end.elements)
+        yield from _compare(port.place, port.elements, end.place, end.elements)
 
 
 def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
@@ -69,13 +73,13 @@ def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
 
 
 def _compare(
-    port: Port, here: Place, own: tuple[Element, ...], there: Place, others: tuple[Element, ...]
+    here: Place, own: tuple[Element, ...], there: Place, others: tuple[Element, ...]
 ) -> Iterator[Diagnostic]:
     """Two ends of a connection; `here` and `there` are their places."""
     mine, theirs = {e.name: e for e in own}, {e.name: e for e in others}
-    for name in {**mine, **theirs}:
-        one, other = mine.get(name), theirs.get(name)
-        if one and other and one.type != other.type:
+    for name, one in mine.items():
+        other = theirs.get(name)
+        if other and one.type != other.type:
             yield Diagnostic(
                 "E0405",
                 f"`{name}` is `{one.type}` at one end and `{other.type}` at the other",
@@ -84,21 +88,66 @@ def _compare(
                 (Related(other.place, f"connected to this one: `{other.type}`"),),
                 "both ends of a connection have exactly the same type",
             )
-        elif one is None and other:
-            yield _missing(port, here, other)
-        elif other is None and one:
-            yield _missing(port, there, one)
+    only_here = [e for e in own if e.name not in theirs]
+    only_there = [e for e in others if e.name not in mine]
+    if only_here and only_there:
+        yield _two_lists(_Lack(here, only_there), _Lack(there, only_here))
+    elif only_here or only_there:
+        yield _missing(_Lack(here, only_there) if only_there else _Lack(there, only_here))
 
 
-def _missing(port: Port, place: Place, element: Element) -> Diagnostic:
+class _Lack(NamedTuple):
+    """An end of a connection, and what only the other one has."""
+
+    place: Place
+    elements: list[Element]
+
+    @property
+    def names(self) -> str:
+        return listed([f"`{element.name}`" for element in self.elements], "and")
+
+    @property
+    def others(self) -> tuple[Related, ...]:
+        """Where the other end has it, of many the first."""
+        return tuple(
+            Related(element.place, f"`{element.type}`, without another end")
+            for element in self.elements[:_MOST_SHOWN]
+        )
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where it would be declared."""
+        route = self.place.route
+        return tuple(
+            replace(self.place, route=(*route, element.name), part="value")
+            for element in self.elements
+        )
+
+
+def _missing(lack: _Lack) -> Diagnostic:
+    added = listed([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
+    it = "it" if len(lack.elements) == 1 else "them"
     return Diagnostic(
         "E0404",
-        f"the buffer lacks `{element.name}`, which the other end has",
-        place,
-        "lacks it",
-        (Related(element.place, f"`{element.type}`, without another end"),),
-        f'add `{element.name}: "{element.type}"`, or delete it at the other end',
-        lacks=replace(place, route=(*place.route, element.name), part="value"),
+        f"the buffer lacks {lack.names}, which the other end has",
+        lack.place,
+        f"lacks {it}",
+        lack.others,
+        f"add {added}, or delete {it} at the other end",
+        lacks=lack.places,
+    )
+
+
+def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
+    """Each end has what the other lacks: another name, or the list of another buffer."""
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {here.names}, and its other end lacks {there.names}",
+        here.place,
+        f"has {there.names} instead",
+        (*here.others, Related(there.place, "the other end")),
+        "give both ends the same elements; one may have those of another buffer",
+        lacks=here.places + there.places,
     )
 
 
@@ -125,5 +174,5 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
                 f"{names}: without another end",
                 (Related(here, f"`{subsystem.qualified_name}` works with it"),),
                 f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
-                lacks=lacks,
+                lacks=(lacks,),
             )

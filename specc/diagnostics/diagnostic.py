@@ -42,7 +42,7 @@ class Diagnostic:
     """A finding; `code` is an entry of the registry and `label` stands at the caret.
 
     `promoted` makes a warning or an open point count as an error, as `--strict` asks for. `lacks`
-    is the place of a part that is not there but should be, if that is what the finding says.
+    are the places of parts that are not there but should be, if that is what the finding says.
     `example` has values that show what is refuted, in words.
     """
 
@@ -54,7 +54,7 @@ class Diagnostic:
     help: str = ""
     fix: Fix | None = None
     promoted: bool = False
-    lacks: Place | None = None
+    lacks: tuple[Place, ...] = ()
     example: str = ""
 
     @property
@@ -73,11 +73,11 @@ def without_follow_ups(
     uses: Iterable[Diagnostic], found: Iterable[Diagnostic]
 ) -> Iterator[Diagnostic]:
     """The findings about `uses` of parts but those of parts whose lack is `found` already."""
-    lacking = {finding.lacks for finding in found if finding.lacks}
+    lacking = {place for finding in found for place in finding.lacks}
     for use in uses:
-        place = use.lacks
-        if place is None or not any(
+        if not any(
             replace(place, route=place.route[:depth]) in lacking
+            for place in use.lacks
             for depth in range(len(place.route) + 1)
         ):
             yield use

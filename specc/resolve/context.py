@@ -111,7 +111,9 @@ class Findings:
         related = tuple(Related(origin.place, origin.words) for origin in error.origins)
         if target is not None and error.expected is not None:
             related += (target,)
-        found = Diagnostic(error.code, error.message, place, "", related, error.help, lacks=lacks)
+        found = Diagnostic(
+            error.code, error.message, place, "", related, error.help, lacks=_all(lacks)
+        )
         self._add(replace(found, fix=rename(place, error.repair)))
 
     def outside(self, reach: Reach, path: str, where: Where) -> None:
@@ -154,13 +156,15 @@ class Findings:
             return True
         fix = rename(place, surely_meant(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
-        self.diagnostics.append(Diagnostic(code, message, place, "", (), help, fix, lacks=lacks))
+        self.diagnostics.append(
+            Diagnostic(code, message, place, "", (), help, fix, lacks=_all(lacks))
+        )
         return False
 
     def not_there(self, part: str, place: Place, help: str, lacks: Place | None = None) -> None:
         """Report a part that something refers to and that may still come."""
         message = f"{part} is not there yet"
-        self._add(Diagnostic("O0205", message, place, help=help, lacks=lacks))
+        self._add(Diagnostic("O0205", message, place, help=help, lacks=_all(lacks)))
 
     def _add(self, found: Diagnostic) -> None:
         """Add a diagnostic; a part that is not there is told once, with all that refers to it."""
@@ -196,6 +200,10 @@ _MAY_COME = {
 }
 """What may be still to come where it is referred to, and how it comes."""
 _MOST_RELATED = 4
+
+
+def _all(place: Place | None) -> tuple[Place, ...]:
+    return (place,) if place else ()
 
 
 def _part(finding: Diagnostic) -> object:
