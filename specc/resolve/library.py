@@ -260,16 +260,18 @@ class _TypeMaker:
         self.findings.depth += 1
         try:
             if self.findings.depth > MAX_DEPTH:
-                raise _too_large("nested more than", MAX_DEPTH, "levels deep", "E0016")
+                message = f"types are over {MAX_DEPTH} levels deep"
+                raise ExprError(message, 0, 0, _TOO_LARGE, "E0016")
             made = self._make(frames)
         finally:
             self._making = False
             self.findings.depth -= 1
         parts, levels = extent(made)
+        whole = f"with the types in it written out, `{self.name}`"
         if levels > MAX_DEPTH:
-            raise _too_large("nested more than", MAX_DEPTH, "levels deep", "E0016")
+            raise self._refused(f"{whole} is over {MAX_DEPTH} levels deep", "E0016")
         if parts > MAX_TYPE_PARTS:
-            raise _too_large("types written out to more than", MAX_TYPE_PARTS, "parts", "E0017")
+            raise self._refused(f"{whole} has over {MAX_TYPE_PARTS} parts", "E0017")
         return made
 
     def enum(self) -> Type | None:
@@ -293,6 +295,13 @@ class _TypeMaker:
             self(frames)
         except ExprError as error:
             self.findings.expression_error(self.where.scalar("type"), error)
+
+    def _refused(self, message: str, code: str) -> ExprError:
+        """Report that the type is too large, here and nowhere else."""
+        error = ExprError(message, 0, 0, _TOO_LARGE, code)
+        self.findings.expression_error(self.where.scalar("type"), error)
+        self._broken = True
+        return ExprError(message, 0, 0, code=FOLLOW_UP)
 
     def _parsed(self, where: Where, text: str, names: TypeNames) -> Type:
         """A type in the definition; what is wrong with it is reported here and nowhere else."""
@@ -322,9 +331,7 @@ class _TypeMaker:
         return Enum(self.name, made.members) if isinstance(made, Enum) else made
 
 
-def _too_large(what: str, limit: int, of: str, code: str) -> ExprError:
-    return ExprError(f"this is {what} {limit} {of}", 0, 0, "use an opaque type for a part", code)
-
+_TOO_LARGE = "use an opaque type for a part"
 
 __all__ = ["Library", "Load", "Loaded", "MakeType", "constant_scope", "enum_members"]
 

@@ -110,6 +110,18 @@ def test_what_is_reached_twice_is_told_once(
     assert len(files) == 2 + with_system
 
 
+def test_a_finding_that_names_frames_of_the_user_is_told_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    about_frames = DESCRIPTION.replace('"real[N]"}\nsub', '"real[N]", F: frame}\nsub')
+    in_f = ('"real[N]"}}\n  y:', '"wrench[F]"}}\n  y:')
+    put("description.yaml", about_frames, in_f)
+    outer = "specc: 1\nframes: {K: a camera}\nagent: {control: {use: description.yaml, "
+    put("outer.yaml", outer + "with: {threshold: '1[N]', F: K}}}\n")
+    found = validated(capsys, "*.yaml")[1]
+    assert [place[:2] for place in found] == [("E0313", "description.yaml")]
+
+
 def test_a_part_of_a_part_has_its_tables_checked(capsys: pytest.CaptureFixture[str]) -> None:
     put("description.yaml", DESCRIPTION, NO_ROW)
     outer = "specc: 1\nagent: {control: {use: description.yaml, with: {threshold: '1[N]'}}}\n"
