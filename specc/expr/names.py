@@ -9,7 +9,7 @@ from specc.diagnostics.nearest import nearest
 from specc.expr.context import Context
 from specc.expr.errors import ExprError, one_of
 from specc.expr.parse import span
-from specc.expr.scope import CLOCK_NAMES
+from specc.expr.scope import CLOCK_NAMES, Scope
 from specc.model.expr import Bound, Clock, ConstantRef, Expr, FileRef, LetRef, Member, MemoryRef
 from specc.model.types import Bool, Enum, File, Real, Type
 from specc.model.units import SECOND, UNITS
@@ -95,7 +95,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         error.repair = _FOREIGN[name]
     if help and not near:
         return error
-    way = _way_to_declare(hint)
+    way = _way_to_declare(scope, hint)
     if (scope.known_peers() or scope.allow_clock) and not isinstance(hint, File):
         peer = next(iter(scope.known_peers()), "peer")
         way += (
@@ -105,13 +105,16 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
     return error.not_there(f"`{name}` is not there yet", way, name, near)
 
 
-def _way_to_declare(hint: Type | None) -> str:
+def _way_to_declare(scope: Scope, hint: Type | None) -> str:
+    """Lets depend on memory, so that nothing names one where memory has no value yet."""
+    lets = scope.allow_memory and (scope.allow_clock or scope.known_peers())
     match hint:
         case File():
             return "declare it under `files:`"
         case Enum(members=members):
-            return f"declare it, e.g. under `let:`, or write {one_of(members)}"
-    return "declare it, e.g. under `let:` or `constants:`"
+            way = "declare it, e.g. under `let:`" if lets else "declare it under `constants:`"
+            return f"{way}, or write {one_of(members)}"
+    return f"declare it{', e.g. under `let:` or' if lets else ' under'} `constants:`"
 
 
 def _unknown_help(ctx: Context, name: str) -> str:
