@@ -15,7 +15,7 @@ from specc.proof import Witness
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
-    unmet = [d for d in facts.decided() if not d.verdict.rows and d.verdict.decision.possible]
+    unmet = [decided for decided in facts.decided() if facts.lacks_rows(decided)]
     for subsystem in facts.subsystems:
         sources = {row.source for row in subsystem.transitions}
         without = {

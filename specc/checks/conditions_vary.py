@@ -8,7 +8,11 @@ from specc.diagnostics import Diagnostic, Related
 from specc.expr import show
 from specc.facts import Facts
 from specc.facts.constancy import Constancy, ConstantPart
+from specc.facts.words import ms
+from specc.model.expr import Unary
+from specc.model.fsm import Condition
 from specc.model.system import Subsystem, System
+from specc.model.types import Bool
 from specc.source import Place
 
 
@@ -34,8 +38,18 @@ def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
                 "W0613",
                 f"{condition.kind} condition `{condition.name}` {word} holds",
                 condition.place,
+                _time(subsystem, condition, settled, facts),
                 help=f"say `{word}` where it is used, or mend the condition",
             )
+
+
+def _time(subsystem: Subsystem, condition: Condition, settled: bool, facts: Facts) -> str:
+    """That time settles a condition, if it does."""
+    when = condition.when
+    never = Unary("not", when, type=Bool()) if settled else when
+    if not facts.lasting(subsystem).is_why(never):
+        return ""
+    return f"its times settle it; conditions are first asked after {ms(1 / subsystem.rate_hz)}"
 
 
 def _part(part: ConstantPart) -> Diagnostic:

@@ -2,53 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from typing import Any
 
 from specc.diagnostics import Diagnostic
 from specc.expr import show
-from specc.expr.evaluate import Environment, evaluate
 from specc.facts import Facts
-from specc.model.expr import Call, ConstantRef, FileRef, has_unknown, walk
-from specc.model.system import Constant, System
+from specc.model.system import System
 
 
 def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0334; what operators and files give is known when the system is built."""
-    values: dict[str, Any] = {}
-    for constant in (*system.constants, *(c for s in facts.subsystems for c in s.constants)):
-        if not _is_known(constant, values):
-            values.pop(constant.name, None)
-            continue
-        try:
-            values[constant.name] = _finite(evaluate(constant.value, Environment(constants=values)))
-        except (ArithmeticError, ValueError) as error:
-            message = f"`{show(constant.value)}` has no value: {_why(error)}"
-            yield Diagnostic("E0334", message, constant.place, help="write another number")
-
-
-def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
-    nodes = tuple(walk(constant.value))
-    names = {node.name for node in nodes if isinstance(node, ConstantRef)}
-    given = any(isinstance(node, (Call, FileRef)) for node in nodes)
-    return not given and names <= values.keys() and not has_unknown(constant.value)
-
-
-def _why(error: Exception) -> str:
-    match error:
-        case OverflowError():
-            return "it is too large"
-        case ZeroDivisionError():
-            return "it divides by zero"
-    return "it takes a root of a negative number" if "domain" in str(error) else str(error)
-
-
-def _finite(value: Any) -> Any:
-    """The value; raises OverflowError if a number in it is not finite."""
-    for part in value if isinstance(value, tuple) else (value,):
-        if isinstance(part, tuple):
-            _finite(part)
-        elif isinstance(part, float) and math.isinf(part):
-            raise OverflowError
-    return value
+    """E0334."""
+    for constant, why in facts.valueless:
+        message = f"`{show(constant.value)}` has no value: {why}"
+        yield Diagnostic("E0334", message, constant.place, help="write another number")

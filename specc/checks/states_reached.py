@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from specc.diagnostics import Diagnostic, Related
 from specc.facts import Facts
 from specc.facts.graph import components
-from specc.model.fsm import Transition
 from specc.model.system import Subsystem, System
 
 
@@ -17,11 +16,11 @@ def check(system: System, facts: Facts) -> Iterator[Diagnostic]:
         reached = facts.reached(subsystem)
         left = [s.name for s in subsystem.states if s.name not in reached]
         if left:
-            yield from _findings(subsystem, left, reached)
+            yield from _findings(subsystem, left, reached, facts)
 
 
 def _findings(
-    subsystem: Subsystem, left: list[str], reached: frozenset[str]
+    subsystem: Subsystem, left: list[str], reached: frozenset[str], facts: Facts
 ) -> Iterator[Diagnostic]:
     """Of the components of the unreached states, those that no other one leads to."""
     edges = [(row.source, row.target) for row in subsystem.transitions]
@@ -33,7 +32,9 @@ def _findings(
         steps = [step for step in edges if step[1] not in reached]
         behind = [n for n in left if n in _from(part.states[0], steps) - told]
         told.update(behind)
-        yield _finding(subsystem, part.states, behind, dead)
+        lasting = facts.lasting(subsystem)
+        never = [Related(row.place, _never_taken(lasting.excludes(row))) for row in dead]
+        yield _finding(subsystem, part.states, behind, never)
 
 
 def _from(start: str, edges: list[tuple[str, str]]) -> set[str]:
@@ -49,7 +50,7 @@ def _from(start: str, edges: list[tuple[str, str]]) -> set[str]:
 
 
 def _finding(
-    subsystem: Subsystem, first: tuple[str, ...], group: list[str], dead: list[Transition]
+    subsystem: Subsystem, first: tuple[str, ...], group: list[str], dead: list[Related]
 ) -> Diagnostic:
     named = ", ".join(f"`{name}`" for name in group)
     through = f", `{first[0]}` would have to be entered first" if len(group) > 1 else ""
@@ -59,10 +60,7 @@ def _finding(
         f"`{subsystem.initial_state}`",
         subsystem.state(first[0]).place,
         f"never entered{through}",
-        (
-            *(Related(row.place, "this row can never be taken") for row in dead),
-            *_unsent(subsystem, group),
-        ),
+        (*dead, *_unsent(subsystem, group)),
         _way_out(first[0], dead),
     )
 
@@ -75,7 +73,11 @@ def _unsent(subsystem: Subsystem, group: list[str]) -> Iterator[Related]:
     return (Related(a.place, f"so `{a.target}` is never sent") for a in lost.values())
 
 
-def _way_out(name: str, dead: list[Transition]) -> str:
+def _never_taken(excluded: bool) -> str:
+    return f"this row can never be taken{': the times exclude it' if excluded else ''}"
+
+
+def _way_out(name: str, dead: list[Related]) -> str:
     if dead:
         return "make the condition of the row possible, or delete what is not needed"
     return f"add a row that leads to `{name}`, or delete what is not needed"

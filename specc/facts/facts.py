@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from specc.facts.bindings import Bound, bound_elements
 from specc.facts.connections import Connections
+from specc.facts.lasting import Lasting
 from specc.facts.misfits import Misfits
 from specc.facts.partial import is_vague
 from specc.facts.presence import Presence, find_presence
@@ -17,6 +18,7 @@ from specc.facts.rates import Rates
 from specc.facts.reading import Readings
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES, Step, find_steps, reached_from
+from specc.facts.valueless import valueless
 from specc.facts.views import Views
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth, has_unknown
@@ -67,7 +69,11 @@ class Facts:
         self.faulty = faulty
         self.connections = Connections(system)
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
-        self._constants = {c.name: c.value for c in system.constants}
+        every = (*system.constants, *(c for s in self.subsystems for c in s.constants))
+        self.valueless = tuple(valueless(every))
+        """Constants without a value, with the reason."""
+        none = {constant.name for constant, _ in self.valueless}
+        self._constants = {c.name: c.value for c in system.constants if c.name not in none}
         self._provers: dict[str, Prover] = {}
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
@@ -77,6 +83,7 @@ class Facts:
         self._ways: dict[str, bool] = {}
         self._readings: dict[str, Readings] = {}
         self._misfits: dict[str, Misfits] = {}
+        self._lasting: dict[str, Lasting] = {}
         self._views = Views(self._new_prover)
 
     def prover(self, subsystem: Subsystem) -> Prover:
@@ -120,11 +127,14 @@ class Facts:
         Where conditions are unknown, what they say holds whatever these are.
         """
         for subsystem in self.consistent_subsystems:
-            for state in subsystem.states:
-                for cause in CAUSES:
-                    verdict = self._certain(subsystem, state, cause)
-                    if verdict is not None:
-                        yield Decided(subsystem, state, cause, verdict)
+            yield from self._decided(subsystem)
+
+    def _decided(self, subsystem: Subsystem) -> Iterator[Decided]:
+        for state in subsystem.states:
+            for cause in CAUSES:
+                verdict = self._certain(subsystem, state, cause)
+                if verdict is not None:
+                    yield Decided(subsystem, state, cause, verdict)
 
     def _certain(self, subsystem: Subsystem, state: State, cause: Cause) -> RowVerdict | None:
         """The verdict that does not depend on anything unknown; None if there is none."""
@@ -176,6 +186,21 @@ class Facts:
             )
         return self._dead_ends[name]
 
+    def lasting(self, subsystem: Subsystem) -> Lasting:
+        """How long the states of a subsystem without unknowns can last."""
+        name = subsystem.qualified_name
+        if name not in self._lasting:
+            self._lasting[name] = Lasting(subsystem, self)
+        return self._lasting[name]
+
+    def lacks_rows(self, decided: Decided) -> bool:
+        """Whether a cause that can occur before its state is over has no row."""
+        subsystem, verdict = decided.subsystem, decided.verdict
+        if verdict.rows or not verdict.decision.possible:
+            return False
+        known = subsystem.qualified_name not in self.faulty and not self.dead_ends(subsystem)
+        return not (known and self.lasting(subsystem).never_ends(decided.state, decided.cause))
+
     def settled(self, subsystem: Subsystem, condition: Condition) -> bool | None:
         """The truth value of a condition that ought to have two; None if it has.
 
@@ -220,10 +245,8 @@ class Facts:
         name = subsystem.qualified_name
         if name not in self._ways:
             self._ways[name] = self.conditions_vary(subsystem) and not any(
-                verdict.decision.gap or (verdict.decision.possible and not verdict.rows)
-                for state in subsystem.states
-                for cause in CAUSES
-                if (verdict := self._certain(subsystem, state, cause))
+                decided.verdict.decision.gap or self.lacks_rows(decided)
+                for decided in self._decided(subsystem)
             )
         return self._ways[name]
 

@@ -6,9 +6,21 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
+from specc.facts.bounds import possibly
+from specc.facts.needs import Needs
 from specc.facts.references import names_any
 from specc.facts.steps import CAUSES
-from specc.model.expr import Clock, Compare, Expr, LetRef, Logic, Number, Unary, children
+from specc.model.expr import (
+    Clock,
+    Compare,
+    Expr,
+    LetRef,
+    Logic,
+    Number,
+    Unary,
+    children,
+    has_unknown,
+)
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
@@ -26,14 +38,16 @@ _MOST_TIMES = 12
 class Late(NamedTuple):
     """`condition` could hold in a state only after the state is `over` by its other conditions.
 
-    `row` is the row that asks it, if it is an initial condition; `ended_by` ends the state by then.
+    `row` is the row that asks it, if it is an initial condition; `ended_by` end the state by then,
+    and `timed` says whether they speak of time.
     """
 
     state: State
     condition: Condition
     row: Transition | None
     over_s: Fraction
-    ended_by: Condition
+    ended_by: tuple[Condition, ...]
+    timed: bool
 
 
 class Lasting:
@@ -45,6 +59,13 @@ class Lasting:
         self._prover = facts.prover(subsystem)
         self._parameters = {constant.name for constant in subsystem.constants}
         self._lets = {item.name: item.value for item in subsystem.lets}
+        self._needs = Needs(subsystem)
+
+    def never_ends(self, state: State, cause: Cause) -> bool:
+        """Whether time makes a condition that ends a state false for ever before it can hold."""
+        behaviour = state.behaviour
+        condition = behaviour.error if cause == "error" else behaviour.terminal
+        return any(late.row is None and late.condition is condition for late in self.late(state))
 
     def late(self, state: State) -> Iterator[Late]:
         """The conditions that time makes false for ever in a state before they can hold."""
@@ -60,26 +81,40 @@ class Lasting:
         if over is None:
             return
         over_s, ended_by = over
+        timed = any(self._times(condition.when) for condition in ended_by)
         by_then = Compare("<=", _ELAPSED, _seconds(over_s), type=Bool())
         for cause, condition in zip(CAUSES[::-1], ends, strict=True):
             verdict = self._facts.verdict(self._subsystem, state.name, cause)
             if not verdict.decision.possible:
                 continue
-            context = [*_context(state, cause), by_then]
+            context = [*ended(state, cause), by_then]
             if self._prover.satisfiable(context) is False:
-                yield Late(state, condition, None, over_s, ended_by)
+                yield Late(state, condition, None, over_s, ended_by, timed)
                 continue
             for row, possible in zip(verdict.rows, verdict.decision.satisfiable, strict=True):
                 when = row.condition.when
                 if possible and self._prover.satisfiable([*context, when]) is False:
-                    yield Late(state, row.condition, row, over_s, ended_by)
+                    yield Late(state, row.condition, row, over_s, ended_by, timed)
+
+    def excludes(self, row: Transition) -> bool:
+        """Whether what is said of time is why a row is never taken, if it is never taken."""
+        source = self._subsystem.state(row.source)
+        return self.is_why(*ended(source, row.cause), row.condition.when)
+
+    def is_why(self, *conditions: Expr) -> bool:
+        """Whether conditions that never hold together could, but for what they say of time."""
+        timeless = [possibly(condition, self._is_timed) for condition in conditions]
+        return any(map(self._is_timed, conditions)) and self._prover.satisfiable(timeless) is True
+
+    def _is_timed(self, expr: Expr) -> bool:
+        return self._needs.sources(expr).clock or has_unknown(expr)
 
     def _rows(self, state: State) -> Iterator[tuple[Cause, Transition]]:
         for cause in CAUSES:
             for _, row in self._subsystem.rows(state.name, cause):
                 yield cause, row
 
-    def _over(self, state: State) -> tuple[Fraction, Condition] | None:
+    def _over(self, state: State) -> tuple[Fraction, tuple[Condition, ...]] | None:
         """The time at which a state surely ends, if it has not before, and what ends it then."""
         error, terminal = state.behaviour.error, state.behaviour.terminal
         either = Logic("or", (error.when, terminal.when), type=Bool())
@@ -88,8 +123,8 @@ class Lasting:
             if self._prover.implies([now], either):
                 for condition in (error, terminal):
                     if self._prover.implies([now], condition.when):
-                        return time_s, condition
-                return time_s, terminal
+                        return time_s, (condition,)
+                return time_s, (error, terminal)
         return None
 
     def _candidates(self, ends: Expr) -> list[Fraction]:
@@ -132,7 +167,7 @@ def _seconds(time_s: Fraction) -> Number:
     return Number(float(time_s), type=Real(SECOND))
 
 
-def _context(state: State, cause: Cause) -> list[Expr]:
+def ended(state: State, cause: Cause) -> list[Expr]:
     """When a state ends by a cause: an error goes before."""
     error, terminal = state.behaviour.error.when, state.behaviour.terminal.when
     return [error] if cause == "error" else [terminal, Unary("not", error, type=Bool())]

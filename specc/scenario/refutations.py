@@ -62,7 +62,7 @@ def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
     if gap and verdict.rows:
         words = f"no row of state `{state.name}` applies {situation(gap)}"
         yield Refutation("E0601", name, state.name, cause, words, gap.answers)
-    elif not verdict.rows and verdict.decision.possible and not _is_unfinished(decided, facts):
+    elif facts.lacks_rows(decided) and not _is_unfinished(decided, facts):
         words = f"state `{state.name}` can end {ended} and has no row for that"
         yield Refutation("E0603", name, state.name, cause, words)
     if overlap:
