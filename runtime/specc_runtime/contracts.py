@@ -25,6 +25,9 @@ R = TypeVar("R")
 _FLOAT64 = np.dtype(np.float64)
 _ORTHONORMAL = 1e-3
 """How far columns of a rotation may be from unit length and from right angles."""
+_LAST_ROW = [0.0, 0.0, 0.0, 1.0]
+_LAST_ROW_OFF = 1e-9
+"""How far the last row of a pose may be off, as an inverse leaves it; it is made exact."""
 _NUMBERS = (float, int, np.floating, np.integer)
 
 
@@ -139,8 +142,10 @@ def as_pose(value: Any) -> np.ndarray[Any, Any]:
     """A homogeneous transform (4, 4): a rotation, a translation in metres, and 0 0 0 1."""
     owned = _array(value, (4, 4))
     (a, b, c, _), (d, e, f, _), (g, h, i, _), last = owned.tolist()
-    if last != [0.0, 0.0, 0.0, 1.0]:
-        raise Unfit(f"an array whose last row is {last}", "a pose, with the last row 0 0 0 1")
+    if last != _LAST_ROW:
+        if not all(abs(n - m) <= _LAST_ROW_OFF for n, m in zip(last, _LAST_ROW, strict=True)):
+            raise Unfit(f"an array whose last row is {last}", "a pose, with the last row 0 0 0 1")
+        owned = _owned(np.vstack((owned[:3], _LAST_ROW)))
     off = max(  # two columns of unit length at a right angle, and the third is their product
         abs(a * a + d * d + g * g - 1.0),
         abs(b * b + e * e + h * h - 1.0),
@@ -210,7 +215,7 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
 
     def accept(value: Any) -> Any:
         if not isinstance(value, kind):
-            raise Unfit(said(value), f"a value of class {kind.__name__}")
+            raise Unfit(said(value), f"a value of class {kind.__module__}:{kind.__qualname__}")
         accepted = {}
         for name, contract in items:
             try:

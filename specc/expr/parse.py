@@ -71,6 +71,10 @@ _HINTS = (
 )
 
 
+# A byte of the command line that is no UTF-8 arrives as half of a surrogate pair.
+_FOREIGN = re.compile("[\0\ud800-\udfff]")
+
+
 def parse(text: str) -> ast.expr:
     """The syntax tree of an expression; raises `ExprError` with offsets into `text`."""
     tree, nodes = _read(text)
@@ -94,10 +98,9 @@ def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
     lead = len(line) - len(line.lstrip(" \t\f"))
     if lead == len(line):
         raise ExprError("the expression is empty", 0, len(text), "write a value", "E0301")
-    if "\0" in line:
-        start = line.index("\0")
+    if foreign := _FOREIGN.search(line):
         message = "the text has a character that no expression has"
-        raise ExprError(message, start, start + 1, "delete it", "E0301")
+        raise ExprError(message, *foreign.span(), "delete it", "E0301")
     tree = _python_tree(text, line[lead:], lead)
     nodes = _nodes(tree, text)
     if lead or not line.isascii():

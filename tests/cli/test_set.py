@@ -121,6 +121,7 @@ def test_a_run_behaves_by_the_value_and_reports_it(spec: Path, tmp_path: Path) -
         ("q=[0, 0, 0]", ["--set:1:3"]),
         ("low=1[m", ["the bracket is not closed"]),
         ("low=", ["the expression is empty"]),
+        ("low=\udcff", ["a character that no expression has", "--set:1:5"]),
         ("low=middle", ["`middle`", "--set:1:5"]),  # only those above it
         ("low", ["argument --set: 'low' is not `name=value`"]),
         ("=1[m]", ["argument --set: '=1[m]' is not `name=value`"]),

@@ -188,6 +188,11 @@ def test_the_largest_floats_are_numbers() -> None:
     far = EYE.copy()
     far[:3, 3] = 1.7e308
     assert np.array_equal(c.as_pose(far), far)
+    rounded = far + np.array([[0.0]] * 3 + [[1e-10]])
+    assert np.array_equal(c.as_pose(rounded)[3], (0, 0, 0, 1))
+    assert not c.as_pose(rounded).flags.writeable
+    with pytest.raises(Unfit, match="last row"):
+        c.as_pose(far + np.array([[0.0]] * 3 + [[1e-8]]))
 
 
 def test_a_partial_vector_may_lack_components_and_holds_no_infinity() -> None:
