@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import threading
 from functools import partial
 from pathlib import Path
@@ -25,6 +24,7 @@ from specc_runtime.report import Report, check_writable, stillborn, write
 from specc_runtime.session import Session
 from specc_runtime.system import PlantSpec, System
 from specc_runtime.task import Judge, Scene
+from specc_runtime.telling import say
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
@@ -50,7 +50,7 @@ def execute(options: Options) -> int:
             companions.append(Keeper(session, options.report, clock))
         session.run(companions)
     except (UsageError, PlantError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}")
         return WRONG_USAGE
     except Fault as fault:
         return _conclude(stillborn(options, fault), options) or UNFULFILLED
@@ -60,7 +60,7 @@ def execute(options: Options) -> int:
             _close_plant(plant, session)
     code = _conclude(session.report(), options)
     for film in lost:
-        print(f"error: {film}", file=sys.stderr)
+        say(f"error: {film}")
     if code or lost:
         return code or WRONG_USAGE
     if session.interruption.requested:
@@ -68,7 +68,7 @@ def execute(options: Options) -> int:
     if session.fulfilled:
         return FULFILLED
     if why := session.shortfall:
-        print(f"not fulfilled: {why}", file=sys.stderr)
+        say(f"not fulfilled: {why}")
     return UNFULFILLED
 
 
@@ -219,11 +219,11 @@ def _conclude(report: Report, options: Options) -> int:
             write(report, options.report)
         except Exception as error:  # noqa: BLE001  # what a judge says may be anything
             why = error.strerror if isinstance(error, OSError) else said(error)
-            print(f"error: cannot write {options.report}: {why}", file=sys.stderr)
+            say(f"error: cannot write {options.report}: {why}")
             code = WRONG_USAGE
     if options.quiet:
         for fault in report.faults:
-            print(f"fault: {fault['culprit']}: {fault['message']}", file=sys.stderr)
+            say(f"fault: {fault['culprit']}: {fault['message']}")
     else:
         from specc_runtime.progress.summary import show
 
@@ -231,5 +231,5 @@ def _conclude(report: Report, options: Options) -> int:
     for name, last in report.last_outputs.items():
         if last["problem"]:
             got = f"got {last['value']} from {last['by']}" if last["by"] else "got nothing"
-            print(f"safe output: {name} {got}: {last['problem']}", file=sys.stderr)
+            say(f"safe output: {name} {got}: {last['problem']}")
     return code

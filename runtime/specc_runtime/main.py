@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from specc_runtime.extras import remedy
 from specc_runtime.options import parse
+from specc_runtime.telling import say
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         return execute(options)
     except ModuleNotFoundError as error:
-        print(f"error: {remedy(error)}", file=sys.stderr)
+        say(f"error: {remedy(error)}")
         return 2
     except OSError as error:
         # Standard output is closed, full or not read; the report has been written.
@@ -43,13 +44,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(error, BrokenPipeError):
             return BROKEN_PIPE
         with contextlib.suppress(OSError):
-            print(f"error: the output cannot be written: {error.strerror}", file=sys.stderr)
+            say(f"error: the output cannot be written: {error.strerror}")
         return 2
     except SystemExit as left:
-        print(f"error: a module of the specification called exit({left.code})", file=sys.stderr)
+        say(f"error: a module of the specification called exit({left.code})")
         return 1
     except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
+        say("interrupted")
         return 130
 
 

@@ -15,6 +15,7 @@ from specc_runtime.faults import Frames, StepAbandoned, computed_at
 from specc_runtime.interruption import Interruption
 from specc_runtime.runner import outcome_of
 from specc_runtime.subsystem import Subsystem, contents
+from specc_runtime.telling import say
 
 PATIENCE_S = 10.0
 """Wall time without progress after which it is told what is under way."""
@@ -66,7 +67,7 @@ class Watchdog:
 
     def _tell(self, line: str) -> None:
         try:
-            print(f"{line}; Ctrl-C ends the run", file=sys.stderr, flush=True)
+            say(f"{line}; Ctrl-C ends the run")
         except (OSError, ValueError):  # nobody reads it
             self._over.set()
 

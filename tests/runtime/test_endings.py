@@ -175,6 +175,27 @@ def test_a_plant_that_fails_leaves_one_fault_and_a_report(
     assert [fault["fault"] for fault in data["faults"]] == ["PlantFailed"]
 
 
+EVIL = "\\x1b[31mred\\n::error::forged\\n##[error]too\\u202e"
+
+
+@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+def test_texts_of_strangers_steer_neither_a_terminal_nor_a_runner(
+    tmp_path: Path, quiet: list[str]
+) -> None:
+    package = hinge(
+        tmp_path,
+        drive=f"def drive(e):\n    raise ValueError('{EVIL}')",
+        end_cycle=f"    def end_cycle(self):\n        return {{'good': True, '{EVIL}': '{EVIL}'}}",
+    )
+    with begun(package, "--cycles", "1", *quiet) as process:
+        out, err = process.communicate(timeout=60)
+    for line in (out + err).split("\n"):
+        assert not line.lstrip().startswith("::")
+        assert "##[" not in line
+        assert "\x1b" not in line and "\u202e" not in line
+    assert "forged" in out + err
+
+
 def test_a_judge_adds_nothing_to_a_fault(tmp_path: Path) -> None:
     fails = {"end_cycle": "    def end_cycle(self):\n        1 / 0"}
     data = run(hinge(tmp_path, drive="def drive(e):\n    1 / 0", **fails), "--cycles", "1")

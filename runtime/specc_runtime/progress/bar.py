@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
+from specc_runtime.telling import say
 
 BAR_INTERVAL_S = 0.1
 LINE_INTERVAL_S = 5.0
@@ -72,7 +72,7 @@ class Lines:
             self._shown_s = now_s
             self._cycles = len(view.fulfilled)
             text = f"{_what(view)}  {view.time_s:.2f} s  {_states(view)}"
-            print(text.strip(), file=sys.stderr, flush=True)
+            say(text.strip())
 
     def close(self) -> None:
         """See `Companion`."""

@@ -12,7 +12,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from specc_runtime.faults import text_of
 from specc_runtime.report import Report
+from specc_runtime.telling import harmless, visible
 
 CYCLES_ABREAST = 4
 
@@ -25,7 +27,8 @@ def show(report: Report, console: Console | None = None) -> None:
     # Rich would end the process where nobody reads; who called says what that means.
     if sys.stdout is None:
         raise OSError(errno.EBADF, os.strerror(errno.EBADF))
-    sys.stdout.write(captured.get())
+    shown = captured.get()  # with escapes of rich on a terminal, where no runner reads it
+    sys.stdout.write(shown if own.is_terminal else harmless(shown))
     sys.stdout.flush()
 
 
@@ -48,7 +51,7 @@ def _show(report: Report, console: Console) -> None:
 
 def _told(fault: dict[str, Any]) -> Iterator[str]:
     """Who is to blame for what; then where, as far as it is known."""
-    yield f"[red]fault[/] {escape(': '.join((fault['culprit'], fault['message'])))}"
+    yield f"[red]fault[/] {_safe(': '.join((fault['culprit'], fault['message'])))}"
     parts = [f"{fault['fault']} at {fault['time_s']:.3f} s"]
     if fault["subsystem"]:
         parts.append(f"{fault['subsystem']} {fault['state']}".strip())
@@ -60,9 +63,9 @@ def _told(fault: dict[str, Any]) -> Iterator[str]:
         parts.append(f"eq. {', '.join(map(str, fault['equations']))}")
     if fault["place"]:
         parts.append(f"raised by {fault['place']}")
-    yield f"      {escape(', '.join(parts))}"
+    yield f"      {_safe(', '.join(parts))}"
     if fault["line"]:
-        yield f"      in {escape(fault['line'])}"
+        yield f"      in {_safe(fault['line'])}"
 
 
 def _cycles(cycles: list[dict[str, Any]], first: int) -> Table:
@@ -71,7 +74,7 @@ def _cycles(cycles: list[dict[str, Any]], first: int) -> Table:
     for number in range(first, first + len(cycles)):
         table.add_column(str(number), justify="right", overflow="fold")
     for name in dict.fromkeys(name for cycle in cycles for name in cycle):
-        table.add_row(name, *(_cell(cycle.get(name)) for cycle in cycles))
+        table.add_row(_safe(name), *(_cell(cycle.get(name)) for cycle in cycles))
     return table
 
 
@@ -96,4 +99,16 @@ def _cell(value: Any) -> str:
         return "[green]yes[/]" if value else "[red]no[/]"
     if isinstance(value, float):
         return f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}"
-    return "-" if value is None else escape(str(value))
+    return "-" if value is None else _safe(_text(value))
+
+
+def _text(value: Any) -> str:
+    try:
+        return str(value)
+    except Exception:  # noqa: BLE001  # what a judge says may be anything
+        return text_of(value)
+
+
+def _safe(text: str) -> str:
+    """A stranger's text among the markup of rich."""
+    return escape(visible(text))
