@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.seeding import (
+    device_faults,
     flow_faults,
     machine_faults,
     meaning_faults,
@@ -26,6 +27,7 @@ GROUPS = {
     "Machines": machine_faults.FAULTS,
     "What flows": flow_faults.FAULTS,
     "Plant and task": plant_faults.FAULTS,
+    "Samples and safe outputs": device_faults.FAULTS,
 }
 FAULTS = tuple(fault for group in GROUPS.values() for fault in group)
 

@@ -48,7 +48,10 @@ def _no_error_rows(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _new_errors(sheet: Sheet) -> Iterator[Seed]:
-    """An error condition that could not hold now can, and no row is there for it."""
+    """An error condition that could not hold now can, and no row is there for it.
+
+    Where the state is over by then, that is what is wrong with it.
+    """
     for machine in machines(sheet):
         for route in machine.entries("conditions", "error"):
             node = sheet.at(sheet.scalar(route, "when"))
@@ -309,7 +312,13 @@ _LEADS = f"{_READS} E0514"
 
 FAULTS = (
     fault("missing case (one of several rows)", "E0601", _missing_rows),
-    fault("case left out of a condition", "E0601", _narrowed, several=Follows.EVERY_STATE),
+    fault(
+        "case left out of a condition",
+        "E0601",
+        _narrowed,
+        {Follows.BOTH: "W0618"},
+        several=Follows.EVERY_STATE,
+    ),
     fault(
         "condition without its `not`",
         "E0601 E0602",
@@ -347,7 +356,7 @@ FAULTS = (
     fault("trap state (no rows)", "E0603 O0605", _traps, {Follows.WAY: "E0514"}),
     fault("trap state (all rows lead back)", "W0612", _returning, {Follows.WAY: _LEADS}),
     fault("missing row for the error cause", "E0603", _no_error_rows),
-    fault("new error without a row", "E0603", _new_errors, several=Follows.EVERY_STATE),
+    fault("new error without a row", "E0603 W0618", _new_errors, several=Follows.EVERY_STATE),
     fault("row for a cause that never occurs", "W0604", _idle_rows),
     fault(
         "row for the other cause",

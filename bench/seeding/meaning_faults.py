@@ -51,6 +51,17 @@ def _rewritten(sheet: Sheet, node: Node, text: str) -> Edit:
     return sheet.replaced(node, f"{quote}{text}{quote}")
 
 
+def _no_values(sheet: Sheet) -> Iterator[Seed]:
+    """A constant divided by zero, and one that is too large for a float."""
+    for route in sheet.entries(("constants",)):
+        node = sheet.at(sheet.scalar(route, "is"))
+        text = sheet.raw(node).strip("\"'")
+        if _NUMBER.match(text):
+            for wrong in (f"{text} / 0", f"{text} * 1e200 * 1e200"):
+                edit = sheet.replaced(node, f'"{wrong}"')
+                yield seed(edit, node.start, sheet.key(route).start)
+
+
 def _half_turns(sheet: Sheet) -> Iterator[Seed]:
     """A number of degrees that is called radians."""
     for node, uses in _tolerances(sheet, 4):
@@ -100,6 +111,7 @@ _LEFT = {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"}
 FAULTS = (
     fault("tolerance that is not positive", "E0330", _not_positive, _LEFT),
     fault("angle of a tolerance that is too large", "E0330", _half_turns, _LEFT),
+    fault("constant without a value", "E0334", _no_values),
     fault("quaternion of another length", "E0331", _quaternions),
     fault("bounds the wrong way round", "W0332", _clamps),
     fault("thing beside itself", "W0333", _itself, _LEFT),

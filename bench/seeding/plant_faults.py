@@ -13,12 +13,13 @@ from specc.source import Route
 _NAMED = ("actuators", "joints", "sensors")
 
 
-def _bindings(sheet: Sheet) -> list[Route]:
+def bindings(sheet: Sheet) -> list[Route]:
+    """Routes of the bindings of the plant."""
     return sheet.entries(("plant", "bind"))
 
 
 def _listed(sheet: Sheet, kind: str) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         for route in sheet.entries((*binding, kind)):
             node = sheet.at(route)
             yield seed(sheet.replaced(node, misspelt(str(sheet.get(route)))))
@@ -37,20 +38,20 @@ def _sensors(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _cameras(sheet: Sheet) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         if sheet.has((*binding, "camera")):
             yield seed(sheet.replaced(sheet.at((*binding, "camera")), "kinetc"))
 
 
 def _elements(sheet: Sheet) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         key = sheet.key(binding)
         for wrong in (f"{binding[-1]}x", "nobody.E.m.x"):
             yield seed(sheet.replaced(key, wrong))
 
 
 def _unbound(sheet: Sheet) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         agent, group, device, element = str(binding[-1]).split(".")
         real = {"E": "real_effectors", "R": "real_receptors"}[group]
         found = ("agents", agent, real, device)
@@ -62,7 +63,7 @@ def _unbound(sheet: Sheet) -> Iterator[Seed]:
 
 def _sizes(sheet: Sheet) -> Iterator[Seed]:
     """One name too many, where no function stands in between."""
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         if sheet.has((*binding, "through")) or sheet.has((*binding, "noise")):
             continue
         for kind in _NAMED:
@@ -74,7 +75,7 @@ def _sizes(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _noises(sheet: Sheet) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         route: Route = (*binding, "noise")
         if sheet.has(route):
             yield seed(sheet.replaced(sheet.at(route), '["1[N]", "1[N]", "1[N]"]'))
@@ -83,7 +84,7 @@ def _noises(sheet: Sheet) -> Iterator[Seed]:
 
 def _noise_units(sheet: Sheet) -> Iterator[Seed]:
     """Amperes, or the unit of the sensor beside it."""
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         route: Route = (*binding, "noise")
         one = sheet.get(route)
         if isinstance(one, list):
@@ -96,7 +97,7 @@ def _noise_units(sheet: Sheet) -> Iterator[Seed]:
 
 def _other_sensors(sheet: Sheet) -> Iterator[Seed]:
     """A sensor that another element has, which is of another kind."""
-    plain = [b for b in _bindings(sheet) if not sheet.has((*b, "through"))]
+    plain = [b for b in bindings(sheet) if not sheet.has((*b, "through"))]
     every = [(b, r) for b in plain for r in sheet.entries((*b, "sensors"))]
     for binding, route in every:
         for other, _ in [(r, b) for b, r in every if b != binding]:
@@ -105,8 +106,8 @@ def _other_sensors(sheet: Sheet) -> Iterator[Seed]:
 
 def _other_actuators(sheet: Sheet) -> Iterator[Seed]:
     """The servos of two elements changed round."""
-    plain = [b for b in _bindings(sheet) if not sheet.has((*b, "through"))]
-    commanded = [b for b in plain if _is_command(sheet, b)]
+    plain = [b for b in bindings(sheet) if not sheet.has((*b, "through"))]
+    commanded = [b for b in plain if is_command(sheet, b)]
     for first, second in itertools.pairwise(commanded):
         routes = [(*binding, "actuators", 0) for binding in (first, second)]
         names = [str(sheet.get(route)) for route in routes]
@@ -115,7 +116,7 @@ def _other_actuators(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _joints_twice(sheet: Sheet) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         routes = sheet.entries((*binding, "joints"))
         for route, other in itertools.pairwise(routes):
             edit = sheet.replaced(sheet.at(other), str(sheet.get(route)))
@@ -124,7 +125,7 @@ def _joints_twice(sheet: Sheet) -> Iterator[Seed]:
 
 def _disordered(sheet: Sheet) -> Iterator[Seed]:
     """Two joints changed round, beside the actuators that drive them."""
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         routes = sheet.entries((*binding, "joints")) if sheet.has((*binding, "actuators")) else []
         for one, other in itertools.pairwise(routes):
             edits = [
@@ -135,7 +136,7 @@ def _disordered(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _rates(sheet: Sheet) -> Iterator[Seed]:
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         if sheet.has((*binding, "rate")):
             for wrong in ("7 Hz", "300 Hz"):
                 yield seed(sheet.replaced(sheet.at((*binding, "rate")), wrong))
@@ -143,7 +144,7 @@ def _rates(sheet: Sheet) -> Iterator[Seed]:
 
 def _kinds(sheet: Sheet) -> Iterator[Seed]:
     """Depth for colour, a command measured, a measurement commanded."""
-    for binding in _bindings(sheet):
+    for binding in bindings(sheet):
         image = (*binding, "image")
         if sheet.has(image):
             other = "rgb" if sheet.get(image) == "depth" else "depth"
@@ -151,14 +152,14 @@ def _kinds(sheet: Sheet) -> Iterator[Seed]:
         elif sheet.has((*binding, "sensors")) and not sheet.has((*binding, "noise")):
             text = "{camera: overview, image: rgb}"
             yield seed(sheet.replaced(sheet.at(binding), text), sheet.key(binding).start)
-        elif _is_command(sheet, binding) and not sheet.has((*binding, "joints")):
+        elif is_command(sheet, binding) and not sheet.has((*binding, "joints")):
             node = sheet.key((*binding, "actuators"))
             yield seed(sheet.replaced(node, "joints"), sheet.key(binding).start)
 
 
 def _driven_twice(sheet: Sheet) -> Iterator[Seed]:
     """The actuator of another element, beside or instead of the element's own."""
-    commanded = [b for b in _bindings(sheet) if _is_command(sheet, b)]
+    commanded = [b for b in bindings(sheet) if is_command(sheet, b)]
     for one in commanded:
         for other in commanded:
             if one != other:
@@ -168,7 +169,8 @@ def _driven_twice(sheet: Sheet) -> Iterator[Seed]:
                 yield seed(sheet.replaced(node, first), elsewhere=places)
 
 
-def _is_command(sheet: Sheet, binding: Route) -> bool:
+def is_command(sheet: Sheet, binding: Route) -> bool:
+    """Whether a binding is about what a device accepts."""
     agent, group, device, element = str(binding[-1]).split(".", 3)
     return group == "E" and sheet.has(("agents", agent, "real_effectors", device, "x", element))
 

@@ -9,7 +9,7 @@ from bench.seeding.fault import Seed, fault, seed
 from bench.seeding.sheet import Edit, Sheet, misspelt
 from specc.source import Route
 
-# A mapping lacks its meaning without these; wherever else they stand they are optional.
+_CLAIM: Route = ("specc",)
 # A mapping lacks its meaning without these; the part that each must stand in, "" for any.
 _REQUIRED = {
     "signature": "operators",
@@ -84,9 +84,16 @@ def _unclosed(sheet: Sheet) -> Iterator[Seed]:
 
 def _misspelt_keys(sheet: Sheet) -> Iterator[Seed]:
     for route in sheet.walk():
-        if route and _is_key(route):
+        if route and _is_key(route) and route != _CLAIM:
             key = sheet.key(route)
             yield seed(sheet.replaced(key, misspelt(str(route[-1]))))
+
+
+def _unclaimed(sheet: Sheet) -> Iterator[Seed]:
+    """Without the key that says that it is a specification, nothing looks into a file."""
+    key = sheet.key(_CLAIM)
+    yield seed(sheet.replaced(key, misspelt(str(key.scalar))), elsewhere=[0])
+    yield seed(sheet.removed(_CLAIM), elsewhere=[0])
 
 
 def _missing_keys(sheet: Sheet) -> Iterator[Seed]:
@@ -152,6 +159,7 @@ FAULTS = (
     fault("duplicate key", "E0011", _doubled),
     fault("bracket not closed", "E0009", _unclosed),
     fault("misspelt key", "E0101", _misspelt_keys),
+    fault("file that does not say what it is", "E0022", _unclaimed, abroad=True),
     fault("missing key", "E0102", _missing_keys),
     fault("part that is not there yet", "O0201 O0203 O0602 O0606 O0607", _open_keys),
     fault("wrong kind of value", "E0103", _wrong_kinds),

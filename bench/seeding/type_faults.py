@@ -14,6 +14,7 @@ _LITERAL = re.compile(r"(?<![\w.])\d+(?:\.\d+)?\[([^\]]+)\]")
 _CALL = re.compile(r"\b([A-Z]\w*)\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
 _SIX = re.compile(r"\[((?:[^\[\],]+,){5}[^\[\],]+)\]")
 _POSE = re.compile(r"pose\[(\w+), (\w+)\]")
+_PARTIAL = re.compile(r"\bpartial\[((?:[^\[\]]|\[[^\]]*\])+)\]")
 _COMPARED = re.compile(r"(?<= )(?:<|>|>=|<=)(?= )")
 
 _TYPE_CODES = "E0310 E0311 E0312 E0313 E0315 E0316 E0317 E0318"
@@ -191,6 +192,16 @@ def _units_of_types(sheet: Sheet) -> Iterator[Seed]:
             yield seed(Edit(start, start + len(found[2]), "mm"))
 
 
+def _no_dash(sheet: Sheet) -> Iterator[Seed]:
+    """`wrench[E]` for `partial[wrench[E]]`: an operator that needs every component."""
+    for route in sheet.entries(("operators",)):
+        node = sheet.at((*route, "signature"))
+        uses = [use.start for machine in machines(sheet) for use in machine.uses(str(route[-1]))]
+        for found in _PARTIAL.finditer(sheet.raw(node)):
+            start, end = (node.start + offset for offset in found.span())
+            yield seed(Edit(start, end, found[1]), elsewhere=uses)
+
+
 FAULTS = (
     fault("type error in a condition", _TYPE_CODES, _conditions),
     fault("unit error in an expression", _TYPE_CODES, _literals),
@@ -215,5 +226,6 @@ FAULTS = (
     fault("wrong number of arguments", "E0314", _numbers_of_arguments),
     fault("arguments swapped", "E0315", _swapped_arguments, several=Follows.EACH),
     fault("argument of a part of the wrong type", _TYPE_CODES, _wrong_given),
+    fault("component that may be missing", "E0321 E0315", _no_dash, several=Follows.EVERY_USE),
     fault("reals compared exactly", "E0319", _exact),
 )
