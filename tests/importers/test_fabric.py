@@ -189,6 +189,25 @@ def test_buffers_of_one_name_are_connected_though_others_would_fit(workshop: Wor
     assert "ram_st2" in [e.name for e in control(found, "press").port("x", "press_bottom").elements]
 
 
+def test_an_output_that_several_subsystems_read(workshop: Workshop) -> None:
+    press = (FILES / "press.xml").read_text()
+    ram = (FILES / "ram.xml").read_text().replace('"up_cmd"', '"ram_cmd"')
+    paths = {name: workshop.folder / f"{name}.xml" for name in ("press", "r1", "r2")}
+    for name, text in (("press", press), ("r1", ram), ("r2", ram)):
+        paths[name].write_text(text)
+    made = import_fabric([str(path) for path in paths.values()])
+    assert not [d for d in made.diagnostics if "`press.ram_cmd` could be" in d.message]
+    found = workshop.compile(made)
+    for name in ("r1", "r2"):
+        assert [e.name for e in control(found, "press").port("y", name).elements] == ["ram_cmd"]
+        assert [e.name for e in control(found, name).port("x", "press").elements] == ["ram_cmd"]
+    wires = [(("press", "ram_cmd"), (name, "ram_cmd")) for name in ("r1", "r2")]
+    asked = import_fabric([str(path) for path in paths.values()], wires=wires)
+    assert "agents" in asked.text
+    twice = import_fabric([str(path) for path in paths.values()], wires=[wires[0], wires[0]])
+    assert [d.code for d in twice.diagnostics if d.severity == "error"] == ["E0806"]
+
+
 def test_what_is_left_after_a_connection_is_connected(workshop: Workshop) -> None:
     """Two rams under two presses: once one pair has its name, the other has no choice."""
     press, ram = ((FILES / name).read_text() for name in ("press.xml", "ram.xml"))
@@ -252,7 +271,6 @@ BROKEN = [
     ('min_period="0.002"', 'min_period="1/0"', "E0804", "`1/0` is not a time"),
     ('min_period="0.002"', 'min_period="1e999999999"', "E0804", "`1e999999999` is not a time"),
     ('min_period="0.002"', 'min_period="nan"', "E0804", "`nan` is not a time"),
-    ("subsystem_definition", "definition", "E0803", "the root is <definition>"),
     ("<predicates>", "<predicates/><predicates>", "E0806", "<predicates> is there twice"),
 ]
 
@@ -273,6 +291,18 @@ def test_broken_definitions_are_refused_at_the_place(
     line = made.sources.span(found.primary).line
     # A missing attribute is shown at its element, which may have begun a line earlier.
     assert changed - 1 <= line <= changed + 1 or not new
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<definition/>", "the file has no <subsystem_definition>"),
+        ("<a><subsystem_definition/></a>", "the root is <a>, not <subsystem_definition>"),
+    ],
+)
+def test_what_is_no_definition_is_refused(text: str, words: str, workshop: Workshop) -> None:
+    made = workshop.fabric(text)
+    assert [(d.code, d.message) for d in made.diagnostics] == [("E0803", words)]
 
 
 def _pairs(a: str, b: str) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from specc.importers.fabric.definition import Buffer, Definition
 from specc.importers.fabric.library import Library
-from specc.importers.fabric.wiring import Wiring
+from specc.importers.fabric.wiring import End, Wiring
 from specc.importers.names import Names
 from specc.importers.yaml import Data
 
@@ -30,36 +30,42 @@ class Ends:
                 name = self.element(buffer)
                 if name != buffer.alias:
                     element["title"] = buffer.alias
-                found.setdefault(self.peer(buffer), {})[name] = element
+                for peer in self.peers(buffer):
+                    found.setdefault(peer, {})[name] = element
         return {**found}
 
     def input(self, buffer: Buffer) -> str:
         """The expression that reads an input buffer."""
-        return f"x.{self.peer(buffer)}.{self.element(buffer)}"
+        return f"x.{self.peers(buffer)[0]}.{self.element(buffer)}"
 
-    def peer(self, buffer: Buffer) -> str:
-        """The agent at the other end."""
-        other = self._other_end(buffer)
-        name = self._definition.name
-        return self._agents.of(f"{name} {buffer.side}" if other is None else other[0])
+    def outputs(self, buffer: Buffer) -> list[str]:
+        """What is written to send an output buffer to all that read it."""
+        return [f"y.{peer}.{self.element(buffer)}" for peer in self.peers(buffer)]
+
+    def peers(self, buffer: Buffer) -> list[str]:
+        """The agents at the other ends: of an input one, of an output one or more."""
+        outside = f"{self._definition.name} {buffer.side}"
+        return [self._agents.of(name) for name, _ in self._other_ends(buffer) or [(outside, "")]]
 
     def element(self, buffer: Buffer) -> str:
         """Both ends of a connection have the name that the sender gives the buffer."""
-        other = self._other_end(buffer)
-        return Names().of(other[1] if other and buffer.is_input else buffer.alias)
+        others = self._other_ends(buffer)
+        return Names().of(others[0][1] if others and buffer.is_input else buffer.alias)
 
-    def _other_end(self, buffer: Buffer) -> tuple[str, str] | None:
-        ends = self._wiring.sender if buffer.is_input else self._wiring.reader
-        return ends.get((self._definition.name, buffer.alias))
+    def _other_ends(self, buffer: Buffer) -> list[End]:
+        own = self._definition.name, buffer.alias
+        if not buffer.is_input:
+            return self._wiring.readers.get(own, [])
+        return [self._wiring.sender[own]] if own in self._wiring.sender else []
 
     def stand_ins(self) -> dict[str, Data]:
         """An agent for each side on which something is not connected."""
         found: dict[str, Data] = {}
         for side in ("top", "bottom"):
             buffers = [b for b in self._definition.buffers if b.side == side]
-            outside = [b for b in buffers if self._other_end(b) is None]
+            outside = [b for b in buffers if not self._other_ends(b)]
             if outside:
-                found[self.peer(outside[0])] = self._stand_in(outside, side)
+                found[self.peers(outside[0])[0]] = self._stand_in(outside, side)
         return found
 
     def _stand_in(self, buffers: list[Buffer], side: str) -> dict[str, Data]:

@@ -117,9 +117,7 @@ class Subsystem:
             if not buffer.is_input:
                 output = f"(components: {self._components}) -> {self._library.message(buffer.type)}"
                 gives = self._operator(buffer.alias, output, f"contents of {buffer.alias}")
-                targets[f"y.{self._ends.peer(buffer)}.{self._ends.element(buffer)}"] = (
-                    f"{gives}({let})"
-                )
+                targets |= dict.fromkeys(self._ends.outputs(buffer), f"{gives}({let})")
         return targets
 
     def _opaque(self, name: str, title: str) -> str:

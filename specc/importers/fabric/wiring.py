@@ -22,19 +22,19 @@ End = tuple[str, str]
 class Wiring:
     """Connections by their ends; a buffer that is in neither ends outside the files."""
 
-    reader: dict[End, End] = field(default_factory=dict)
-    """Output buffer -> input buffer."""
+    readers: dict[End, list[End]] = field(default_factory=dict)
+    """Output buffer -> input buffers, of different subsystems."""
     sender: dict[End, End] = field(default_factory=dict)
     """Input buffer -> output buffer."""
 
     def add(self, output: End, input_: End) -> None:
         """Connect two buffers."""
-        self.reader[output] = input_
+        self.readers.setdefault(output, []).append(input_)
         self.sender[input_] = output
 
     def has(self, end: End) -> bool:
         """Whether a buffer is connected."""
-        return end in self.reader or end in self.sender
+        return end in self.readers or end in self.sender
 
 
 def connect(
@@ -62,13 +62,23 @@ def connect(
 
 
 def _evident(definitions: Sequence[Definition], wiring: Wiring) -> Iterator[tuple[End, End]]:
-    """Outputs and inputs that meet under one name, or without these those that meet no other."""
+    """Outputs and inputs that meet under one name, or without these those that meet no other.
+
+    Several subsystems may read an output under its name.
+    """
     meeting = _meeting(definitions, wiring)
     named = {e: [o for o in others if o[1] == e[1]] for e, others in meeting.items()}
     outputs = [(d.name, b.alias) for d in definitions for b in d.buffers if not b.is_input]
     for choice in (named, meeting):
-        pairs = [(e, choice[e][0]) for e in outputs if len(choice.get(e, ())) == 1]
-        if found := [(e, other) for e, other in pairs if choice[other] == [e]]:
+        found = [
+            (output, input_)
+            for output in outputs
+            if (inputs := choice.get(output, []))
+            and (choice is named or len(inputs) == 1)
+            and all(choice[input_] == [output] for input_ in inputs)
+            for input_ in inputs
+        ]
+        if found:
             yield from found
             return
 
@@ -115,7 +125,8 @@ def _asked(
         notes.error("E0805", message, b.element.place, help)
         return
     output, input_ = (second, first) if a.is_input else (first, second)
-    if output in wiring.reader or input_ in wiring.sender:
+    known = {name for name, _ in wiring.readers.get(output, ())}
+    if input_ in wiring.sender or input_[0] in known:
         message = f"`{first[0]}.{a.alias}` or `{second[0]}.{b.alias}` is connected twice"
         notes.error("E0806", message, b.element.place, "correct the `--connect`")
         return
