@@ -256,6 +256,100 @@ def _let_doubling(spec: Spec, n: int) -> None:
     _m(spec)["transitions"] = [["S0", "terminal", "always", "S0"]]
 
 
+_DOUBLING = {
+    "numbers": ("x.c.go", "{0} + {0}", "{0} > 3"),
+    "results": ("x.c.go", "size({0}) + size({0} + 1)", "{0} > 3"),
+    "times": ("elapsed", "{0} - 0.5 * {0}", "{0} > 3[s]"),
+    "bool": ("x.c.lit", "{0} and x.c.go > {1} or {0} and x.c.go < {1}", "{0}"),
+    "guards": ("fresh(x.c.some)", "({0} or fresh(x.c.lit)) and ({0} or present(x.c.lit))", "{0}"),
+    "optional": ("x.c.some", "{0} if x.c.go > {1} else {0}", "(0 if {0} is None else {0}) > 3"),
+    "records": ("x.c.box", "{0} if x.c.go > {1} else {0}", "{0}.a > 3"),
+    "enum": ("x.c.mode", "{0} if {0} == u else v", "{0} == u"),
+    "poses": ("x.c.pose", "{0} @ {0}", "near({0}, identity(), 1[m], 1[rad])"),
+    "vectors": ("x.c.three", "[{0}[0] + {0}[1], {0}[1], {0}[2]]", "any(n > 3 for n in {0})"),
+    "quantifiers": ("x.c.lit", "any({0} and n > {1} for n in x.c.three)", "{0}"),
+}
+"""Of a kind of value: the last let of a chain, a let by the one below, and a condition."""
+_INPUTS: Spec = {
+    "lit": {"type": "bool", "init": False},
+    "some": {"type": "optional[int]", "init": "None"},
+    "box": {"type": "Box", "init": "box(1)"},
+    "mode": {"type": "Mode", "init": "u"},
+    "pose": {"type": "pose[F, F]", "init": "identity()"},
+    "three": {"type": "vector[3]", "init": "[0, 0, 0]"},
+}
+
+
+def _doubled(kind: str, use: Callable[[Spec, str], None]) -> Callable[[int], Files]:
+    """Lets that each name the one below twice, and a use of the condition about the first one."""
+    last, step, condition = _DOUBLING[kind]
+
+    def files(n: int) -> Files:
+        spec = small() | {"frames": {"F": "a frame"}}
+        spec["types"] = {"Box": {"fields": {"a": "int"}}, "Mode": "enum[u, v]"}
+        spec["operators"] = {
+            "box": {"signature": "(a: int) -> Box", "python": "p:box"},
+            "size": {"signature": "(a: int) -> int", "python": "p:size"},
+        }
+        _m(spec)["x"]["c"] |= _INPUTS
+        _c(spec)["y"]["m"] |= {name: element["type"] for name, element in _INPUTS.items()}
+        sent = {f"y.m.{name}": str(element["init"]) for name, element in _INPUTS.items()}
+        _c(spec)["functions"]["go"] |= sent | {"y.m.lit": "k > 3"}
+        for i in range(n):
+            _m(spec)["let"][f"l{i}"] = step.format(f"l{i + 1}", i) if i + 1 < n else last
+        use(spec, condition.format("l0"))
+        return {MAIN: written(spec)}
+
+    return files
+
+
+def _rows(spec: Spec, one: str, other: str) -> None:
+    effector = _m(spec)
+    effector["conditions"]["initial"] = {"one": one, "other": other}
+    effector["behaviours"]["pass"]["terminal"] = "always"
+    effector["transitions"] = [["S0", "terminal", name, "S0"] for name in ("one", "other")]
+
+
+def _needed(spec: Spec, when: str) -> None:
+    """What is there only where a condition holds is needed, and written to memory."""
+    _m(spec)["memory"]["kept"] = {"type": "optional[int]", "init": "None"}
+    _m(spec)["functions"]["pass"] |= {
+        "kept": f"1 if {when} else None",
+        "y.E.u": f"kept if kept is not None and ({when}) else 0",
+    }
+
+
+def _ended(spec: Spec, when: str) -> None:
+    effector = _m(spec)
+    effector["conditions"]["terminal"]["late"] = f"elapsed > 3[s] or ({when})"
+    effector["conditions"]["error"]["lost"] = f"elapsed > 4[s] and ({when})"
+    effector["behaviours"]["pass"] |= {"terminal": "late", "error": "lost"}
+    effector["transitions"] = [["S0", cause, "always", "S0"] for cause in ("terminal", "error")]
+
+
+def _assumed(spec: Spec, when: str) -> None:
+    _rows(spec, "x.c.go > 1", "x.c.go <= 1")
+    _m(spec)["assume"] = [{"that": "x.c.go > 3", "because": "so it is"}]
+    if "elapsed" not in str(_m(spec)["let"]):
+        _m(spec)["assume"][0]["that"] += f" or {when}"
+
+
+_USES: dict[str, Callable[[Spec, str], None]] = {
+    "in rows": lambda spec, when: _rows(spec, when, f"not ({when})"),
+    "in rows that overlap": lambda spec, when: _rows(spec, when, "x.c.go < 7"),
+    "beside times": lambda spec, when: _rows(
+        spec, f"(2[s] if {when} else 1[s]) < elapsed", f"elapsed > 3[s] and ({when})"
+    ),
+    "for what is needed": _needed,
+    "at the end": _ended,
+    "assumed": _assumed,
+}
+DOUBLED: dict[str, Callable[[int], Files]] = {
+    f"{kind}, {name}": _doubled(kind, use) for kind in _DOUBLING for name, use in _USES.items()
+}
+"""Kind of value and its use -> n lets that each name the one below twice, and that use."""
+
+
 @_listed("initial conditions of one state")
 def _initial(spec: Spec, n: int) -> None:
     for i in range(n):

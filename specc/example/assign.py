@@ -8,6 +8,7 @@ from typing import Any
 
 from specc.example.freedom import Freedom
 from specc.example.inverses import BUILTINS, inverted
+from specc.example.patience import Patience
 from specc.example.situation import Meaning, Situation
 from specc.example.values import Fields, Value, alike, first_value
 from specc.model import expr as m
@@ -22,8 +23,11 @@ _CONDITIONS = (m.Logic, m.Compare, m.Among, m.Quantifier, m.Fresh, m.Present, m.
 class Assigning:
     """Solves `expression == value` for inputs, memory, results of operators and time."""
 
-    def __init__(self, meaning: Meaning, freedom: Freedom, holding: Holding) -> None:
-        """`holding` gives ways to make a condition hold or not."""
+    def __init__(
+        self, meaning: Meaning, freedom: Freedom, holding: Holding, steps: Patience
+    ) -> None:
+        """`holding` gives ways to make a condition hold or not; `steps` are left for one search."""
+        self._steps = steps
         self._meaning = meaning
         self._freedom = freedom
         self._holding = holding
@@ -47,6 +51,8 @@ class Assigning:
     def ways(self, expr: m.Expr, value: Value, at: Situation) -> Ways:
         """Situations in which the expression may have the value."""
         rule = self._rules.get(type(expr))
+        if not self._steps.spend(1):
+            return
         if rule is not None:
             yield from rule(expr, value, at)
         elif isinstance(expr, _CONDITIONS):

@@ -11,6 +11,7 @@ from typing import Any
 from specc.example.assign import Assigning, Ways, items_of
 from specc.example.freedom import Freedom
 from specc.example.numbers import HOLDS, Thresholds
+from specc.example.patience import Patience
 from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.example.values import Value, first_value, others
 from specc.expr.evaluate_builtins import compose, translation
@@ -18,6 +19,8 @@ from specc.model import expr as m
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text
 
 MOST_WAYS = 60
+MOST_STEPS = 1000
+"""Parts of expressions that are looked at for the ways of one condition."""
 _OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 _OTHER_TEXT = "something else"
@@ -30,7 +33,8 @@ class Conditions:
         self._meaning = meaning
         self._freedom = freedom
         self._thresholds = thresholds
-        self._assigning = Assigning(meaning, freedom, self.ways)
+        self._steps = Patience(MOST_STEPS)
+        self._assigning = Assigning(meaning, freedom, self.ways, self._steps)
         self._rules: dict[type, Callable[[Any, bool, Situation], Ways]] = {
             m.Unary: lambda e, wanted, at: self.ways(e.operand, not wanted, at),
             m.LetRef: lambda e, wanted, at: self.ways(meaning.lets[e.name], wanted, at),
@@ -48,6 +52,7 @@ class Conditions:
 
     def some_ways(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
         """A bounded number of ways; none if its value cannot be computed."""
+        self._steps.left = MOST_STEPS
         try:
             return list(islice(self.ways(expr, wanted, at), MOST_WAYS))
         except NO_VALUE:
@@ -55,8 +60,9 @@ class Conditions:
 
     def ways(self, expr: m.Expr, wanted: bool, at: Situation) -> Ways:
         """Situations in which the condition may hold, or fail, as `wanted`."""
-        rule = self._rules.get(type(expr), self._give)
-        yield from rule(expr, wanted, at)
+        if self._steps.spend(1):
+            rule = self._rules.get(type(expr), self._give)
+            yield from rule(expr, wanted, at)
 
     def _give(self, expr: m.Expr, value: Value, at: Situation) -> Ways:
         yield from self._assigning.ways(expr, value, at)
@@ -156,20 +162,26 @@ class Conditions:
                 yield other + step
 
 
-def conjuncts(expr: m.Expr, wanted: bool, meaning: Meaning) -> Iterator[tuple[m.Expr, bool]]:
-    """What must hold or fail together so that a condition does."""
-    match expr:
-        case m.Truth(value=value) if value is wanted:
-            return
-        case m.LetRef(name=name):
-            yield from conjuncts(meaning.lets[name], wanted, meaning)
-        case m.Unary(op="not", operand=operand):
-            yield from conjuncts(operand, not wanted, meaning)
-        case m.Logic(op=op, operands=operands) if (op == "and") is wanted:
-            for operand in operands:
-                yield from conjuncts(operand, wanted, meaning)
-        case _:
-            yield expr, wanted
+def conjuncts(expr: m.Expr, wanted: bool, meaning: Meaning) -> list[tuple[m.Expr, bool]]:
+    """What must hold or fail together so that a condition does; what a let says counts once."""
+    found: list[tuple[m.Expr, bool]] = []
+    open_, seen = [(expr, wanted)], set[tuple[str, bool]]()
+    while open_:
+        part, holds = open_.pop()
+        match part:
+            case m.Truth(value=value) if value is holds:
+                pass
+            case m.LetRef(name=name):
+                if (name, holds) not in seen:
+                    seen.add((name, holds))
+                    open_.append((meaning.lets[name], holds))
+            case m.Unary(op="not", operand=operand):
+                open_.append((operand, not holds))
+            case m.Logic(op=op, operands=operands) if (op == "and") is holds:
+                open_ += [(operand, holds) for operand in reversed(operands)]
+            case _:
+                found.append((part, holds))
+    return found
 
 
 def _name(element: m.Input) -> tuple[str, str]:

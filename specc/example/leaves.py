@@ -13,22 +13,25 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
 
     Of a record its field; arguments of an operator do not count, its result does.
     """
-    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, lets)))
+    seen = set[str]()
+    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, lets, seen)))
 
 
-def _leaves(expr: m.Expr, lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
+def _leaves(expr: m.Expr, lets: Mapping[str, m.Expr], seen: set[str]) -> Iterator[m.Expr]:
     match expr:
         case m.Call():
             if not any(isinstance(node, m.Bound) for node in m.walk(expr)):
                 yield expr
         case m.LetRef(name=name) if name in lets:
-            yield from _leaves(lets[name], lets)
+            if name not in seen:
+                seen.add(name)
+                yield from _leaves(lets[name], lets, seen)
         case m.FieldOf() if _is_path(expr):
             yield expr
         case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Clock(name="elapsed"):
             yield expr
         case _:
-            yield from (leaf for part in m.children(expr) for leaf in _leaves(part, lets))
+            yield from (leaf for part in m.children(expr) for leaf in _leaves(part, lets, seen))
 
 
 def says_all(asked: m.Expr) -> bool:

@@ -40,7 +40,9 @@ class Situation:
         return None
 
 
-NO_VALUE = (ArithmeticError, ValueError, LookupError, TypeError, AttributeError)
+NO_VALUE = (
+    ArithmeticError, ValueError, LookupError, TypeError, AttributeError, RecursionError
+)  # fmt: skip
 """What evaluating an expression raises that has no value: a root of -1, a part of None."""
 
 

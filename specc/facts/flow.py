@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from specc.facts.visits import MOST_VISITS
 from specc.model.expr import (
     Choice,
     Expr,
@@ -37,7 +38,8 @@ class Flow:
 
     subsystem: Subsystem
     _lets: dict[str, Let] = field(init=False)
-    _found: dict[tuple[str, Names], frozenset[Read]] = field(default_factory=dict)
+    _found: dict[str, dict[Names, frozenset[Read]]] = field(default_factory=dict)
+    _asked: dict[tuple[str, bool], Names] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._lets = {item.name: item for item in self.subsystem.lets}
@@ -58,7 +60,10 @@ class Flow:
                 every = (op == "and") == holds
                 return _NONE.union(*parts) if every else frozenset.intersection(*parts)
             case LetRef(name=name) if name in self._lets:
-                return self.asked(self._lets[name].value, holds)
+                key = name, holds
+                if key not in self._asked:
+                    self._asked[key] = self.asked(self._lets[name].value, holds)
+                return self._asked[key]
         return _NONE
 
     def _reads(self, expr: Expr, fresh: Names) -> Iterator[Read]:
@@ -68,9 +73,11 @@ class Flow:
             case Fresh() | Present():
                 pass
             case LetRef(name=name) if name in self._lets:
-                if (name, fresh) not in self._found:
-                    self._found[name, fresh] = self.reads(self._lets[name].value, fresh)
-                yield from self._found[name, fresh]
+                found = self._found.setdefault(name, {})
+                known = fresh if len(found) < MOST_VISITS else _NONE
+                if known not in found:
+                    found[known] = self.reads(self._lets[name].value, known)
+                yield from found[known]
             case Logic(op=op, operands=operands):
                 for part in operands:
                     yield from self._reads(part, fresh)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
+from specc.facts.visits import Visits
 from specc.model.expr import (
     Bound,
     Builtin,
@@ -24,6 +25,7 @@ from specc.model.expr import (
     Sure,
     Unary,
     children,
+    walk,
 )
 from specc.model.system import Let, Subsystem
 from specc.model.types import Bool, Int, ListOf, OptionalOf
@@ -71,15 +73,22 @@ class Needs:
     subsystem: Subsystem
     _lets: dict[str, Let] = field(init=False)
     _sources: dict[str, Sources] = field(default_factory=dict)
+    _needy: set[str] = field(default_factory=set)
+    """Lets in which something has to be there."""
 
     def __post_init__(self) -> None:
         self._lets = {item.name: item for item in self.subsystem.lets}
         for item in self.subsystem.lets:
             self._sources[item.name] = self.sources(item.value)
+            if any(self._is_needy(node) for node in walk(item.value)):
+                self._needy.add(item.name)
 
     def of(self, expr: Expr) -> Iterator[Need]:
         """What an evaluation of `expr` may need, each with the tests that stand before it."""
-        yield from self._of(expr, (), None, set())
+        yield from self._of(expr, (), None, Visits())
+
+    def _is_needy(self, node: Expr) -> bool:
+        return isinstance(node, Sure) or (isinstance(node, LetRef) and node.name in self._needy)
 
     def sources(self, expr: Expr) -> Sources:
         """What `expr` depends on, directly or through lets."""
@@ -101,13 +110,16 @@ class Needs:
         expr: Expr,
         guards: tuple[Expr, ...],
         let: Let | None,
-        seen: set[tuple[str, tuple[Expr, ...]]],
+        seen: Visits[Expr],
     ) -> Iterator[Need]:
         match expr:
-            case LetRef(name=name) if name in self._lets:
-                if (name, guards) not in seen:
-                    seen.add((name, guards))
+            case LetRef(name=name):
+                if name not in self._needy:
+                    return
+                known = seen.knowing(name, frozenset(guards))
+                if known is not None:
                     inner = self._lets[name]
+                    guards = tuple(guard for guard in guards if guard in known)
                     yield from self._of(inner.value, guards, inner, seen)
             case Sure(value=value):
                 yield Need(expr, guards, let)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
+from specc.facts.visits import Visits
 from specc.model.expr import (
     Choice,
     Expr,
@@ -58,7 +59,7 @@ class Readings:
 
     def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
         """What `expr` may read in vain where only `present` is sure; tests in it are heeded."""
-        yield from self._read(expr, present, None, set())
+        yield from self._read(expr, present, None, Visits(present))
 
     def told(self, expr: Expr, holds: bool) -> Names:
         """Inputs that must have a value where a condition holds, or where it does not.
@@ -87,7 +88,7 @@ class Readings:
         return _NONE
 
     def _read(
-        self, expr: Expr, present: Names, let: Let | None, seen: set[tuple[str, Names]]
+        self, expr: Expr, present: Names, let: Let | None, seen: Visits[InputName]
     ) -> Iterator[Reading]:
         match expr:
             case Input(peer=peer, element=element):
@@ -96,10 +97,10 @@ class Readings:
             case Fresh() | Present():
                 pass
             case LetRef(name=name) if name in self._lets:
-                if (name, present) not in seen:
-                    seen.add((name, present))
+                known = seen.knowing(name, present)
+                if known is not None:
                     inner = self._lets[name]
-                    yield from self._read(inner.value, present, inner, seen)
+                    yield from self._read(inner.value, known, inner, seen)
             case Logic(op=op, operands=operands):
                 for part in operands:
                     yield from self._read(part, present, let, seen)
@@ -107,8 +108,8 @@ class Readings:
             case Choice(test=test, then=then, otherwise=otherwise):
                 yield from self._read(test, present, let, seen)
                 for branch, holds in ((then, True), (otherwise, False)):
-                    known = self.close(present | self.told(test, holds))
-                    yield from self._read(branch, known, let, seen)
+                    there = self.close(present | self.told(test, holds))
+                    yield from self._read(branch, there, let, seen)
             case _:
                 for child in children(expr):
                     yield from self._read(child, present, let, seen)

@@ -60,7 +60,10 @@ class Finder:
         key = name, every, there
         if key not in self._known:
             freedom = Freedom(self._changing[name], True, True, frozenset(), there)
-            self._known[key] = self._searched(every, self._meanings[name], freedom)
+            try:
+                self._known[key] = self._searched(every, self._meanings[name], freedom)
+            except RecursionError:  # a finding does without an example where lets are that deep
+                self._known[key] = None
         return self._known[key]
 
     def _searched(

@@ -252,6 +252,12 @@ class Translator:
     def _is_none(self, whole: Expr, value: Expr, bound: Depths) -> Formula:
         """Whether an optional value is missing; a choice may miss one in each branch."""
         value = self._look_through(value)
+        key = "none", self._numbering.number(value, bound), len(bound)
+        if key not in self._compared:
+            self._compared[key] = self._missing(whole, value, bound)
+        return self._compared[key]
+
+    def _missing(self, whole: Expr, value: Expr, bound: Depths) -> Formula:
         match value:
             case Nothing():
                 return self.make.true

@@ -11,7 +11,7 @@ from types import FrameType
 
 import pytest
 
-from bench.harness.lists import GROWING, MAIN, put
+from bench.harness.lists import DOUBLED, GROWING, MAIN, put
 from specc.cli.main import main
 
 SIZES = (25, 50, 100)
@@ -70,3 +70,13 @@ def test_calls_grow_with_the_list(
     calls(tmp_path, name, 3)  # imports what it takes
     few, more, many = (calls(tmp_path, name, size) for size in SIZES)
     assert many - more < 2.4 * max(more - few, FEW), (few, more, many)
+
+
+@pytest.mark.parametrize("name", DOUBLED)
+def test_lets_that_double_are_looked_into_once(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """2^36 steps would not end."""
+    monkeypatch.chdir(tmp_path)
+    put(DOUBLED[name](36), tmp_path)
+    assert main(["validate", MAIN]) in (0, 1), capsys.readouterr()

@@ -37,9 +37,14 @@ class Theory:
     ) -> None:
         if left("proof") <= 0:
             raise UnsureError(OUT_OF_STEPS)
-        items = _quantified(atoms, numbering)
+        items, reached = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, items, exact=exact)
         try:
+            for (
+                value
+            ) in numbering.named():  # so that no chain of lets is followed by deep recursion
+                if id(value) in reached:
+                    self._conditions.prepare(value)
             terms = [self._term(atom) for atom in atoms]
         except TooManyItemsError:
             raise UnsureError("a quantifier goes over a long vector") from None
@@ -146,8 +151,13 @@ def _arrival(variable: Any) -> Any:
     return present if variable.always_present else z3.Implies(fresh, present)
 
 
-def _quantified(atoms: Iterable[Atom], numbering: Numbering) -> dict[int, set[int]]:
-    """Numbers of lists, and of the quantifiers over each that are in no other quantifier."""
+def _quantified(
+    atoms: Iterable[Atom], numbering: Numbering
+) -> tuple[dict[int, set[int]], set[int]]:
+    """Numbers of lists, and of the quantifiers over each that are in no other quantifier.
+
+    With the identities of the expressions that this has looked at.
+    """
     found: dict[int, set[int]] = {}
     seen: set[int] = set()
     open_ = [atom.expr for atom in atoms if atom.expr is not None]
@@ -167,4 +177,4 @@ def _quantified(atoms: Iterable[Atom], numbering: Numbering) -> dict[int, set[in
             open_.append(expr.over)
         else:
             open_ += children(expr)
-    return found
+    return found, seen

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import z3
@@ -38,7 +39,17 @@ class Values:
 
     def item(self, expr: Expr) -> Any:
         """The term of a member of an enum, or of a text."""
+        return self._once("item", expr, self._item)
+
+    def _once(self, kind: str, expr: Expr, make: Callable[[Expr], Any]) -> Any:
+        """The term that `make` gives, made once; lets may name each other many times over."""
         expr = self._numbering.looked_through(expr)
+        key = kind, self._numbering.number(expr)
+        if key not in self._made:
+            self._made[key] = make(expr)
+        return self._made[key]
+
+    def _item(self, expr: Expr) -> Any:
         known = self._numbering.value(self._numbering.number(expr))
         if isinstance(known, str):
             enum = expr.type
@@ -49,9 +60,18 @@ class Values:
             return z3.If(self.boolean(expr.test), then, otherwise)
         return self.unknown(expr)
 
+    def prepare(self, expr: Expr) -> None:
+        """Make the term of a value before others are made of it."""
+        if isinstance(expr.type, Real):
+            self.number(expr)
+        else:
+            self.argument(expr)
+
     def argument(self, expr: Expr) -> Any:
         """The term of a value as an argument of an operator."""
-        expr = self._numbering.looked_through(expr)
+        return self._once(f"argument {type(expr.type).__name__}", expr, self._argument)
+
+    def _argument(self, expr: Expr) -> Any:
         match expr.type:
             case Bool():
                 return self.boolean(expr)
@@ -68,7 +88,7 @@ class Values:
 
     def unknown(self, expr: Expr) -> Any:
         """A value of which only its parts are known, if it has any."""
-        key = str(_sort(expr.type)), self._numbering.number(expr)
+        key = type(expr.type).__name__, self._numbering.number(expr)
         if key not in self._made:
             self._made[key] = term = self._unknown(expr, key[1])
             if isinstance(expr.type, Enum):
