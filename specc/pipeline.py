@@ -13,7 +13,7 @@ from specc.model.system import System
 from specc.policy import reach_of
 from specc.resolve import Findings, Loaded, resolve
 from specc.resolve.alone import is_certain, resolve_alone
-from specc.resolve.comments import told_of_comments
+from specc.resolve.expressions import told_of_comments
 from specc.resolve.loader import Loader
 from specc.source import Place, Sources
 

@@ -2,7 +2,7 @@
 
 `expressions(type)` and `conditions()` make trees directly, in the form that the checker gives:
 `expression(show(tree), SCOPE, tree.type) == tree`. `environments()` has a value for every name in
-`SCOPE`, as plain Python values (see `specc.expr.evaluate`); its operators are `OPERATORS`.
+`SCOPE`, as plain Python values (see `specc.lang.evaluate`); its operators are `OPERATORS`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from specc.expr import Environment, Scope, TypeNames, members_of, parse_signature, parse_type
-from specc.expr.evaluate_builtins import compose, pose, translation
+from specc.lang import Environment, Scope, TypeNames, members_of, parse_signature, parse_type
+from specc.lang.evaluate import compose, pose, translation
 from specc.model import expr as m
 from specc.model.system import Operator
 from specc.model.trace import Trace

@@ -11,9 +11,9 @@ from random import Random
 
 from bench.fuzzing.trial import Trial, guarded
 from specc.cli.main import main
-from specc.lsp.answers import completions, definition, hover, notes, renameable
-from specc.lsp.names import RenameError
-from specc.lsp.project import Project
+from specc.tools.lsp.answers import completions, definition, hover, notes, renameable
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.rename import RenameError
 
 XML = Path(__file__).parents[2] / "tests/importers/files"
 _PIECES = (

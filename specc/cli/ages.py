@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 from specc.diagnostics.render.visible import visible
 
 if TYPE_CHECKING:
-    from specc.facts.ages import Ages, Held
-    from specc.facts.sources import Node
-    from specc.facts.trails import Trail
+    from specc.analysis.ages import Ages, Held, Trail
+    from specc.analysis.sources import Node
     from specc.model.system import Element, System
 
 VERSION = 1
@@ -28,7 +27,7 @@ def run_ages(options: argparse.Namespace) -> int:
     """Print the greatest age of every value that is received; 1 if the specification has errors."""
     from specc import pipeline
     from specc.cli import streams
-    from specc.cli.telling import tell
+    from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
 
     result = pipeline.compile_spec(options.spec)
@@ -57,7 +56,7 @@ def _as_text(system: System) -> str:
 
 def _as_json(system: System) -> str:
     """An object with `version`, `system` and `values`; ages in s, null where none is known."""
-    from specc.facts.trails import Trail
+    from specc.analysis.ages import Trail
 
     values = []
     for node, element, oldest, ages in _found(system):
@@ -81,9 +80,9 @@ def _name(node: Node) -> str:
 
 
 def _found(system: System) -> list[tuple[Node, Element, Trail | Held | None, Ages]]:
-    from specc.facts import Facts
-    from specc.facts.ages import Ages
-    from specc.facts.sources import received
+    from specc.analysis import Facts
+    from specc.analysis.ages import Ages
+    from specc.analysis.sources import received
 
     facts = Facts(system)
     ages = Ages(facts)
@@ -92,8 +91,8 @@ def _found(system: System) -> list[tuple[Node, Element, Trail | Held | None, Age
 
 def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
     """The age in words, and how it comes about."""
-    from specc.facts.ages import Held
-    from specc.facts.sources import Measured
+    from specc.analysis.ages import Held
+    from specc.analysis.sources import Measured
 
     if oldest is None:
         return "-", "no measurement"
@@ -112,6 +111,6 @@ def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
 
 
 def _ms(seconds: Any) -> str:
-    from specc.facts.words import ms
+    from specc.analysis.words import ms
 
     return ms(seconds)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from specc.cli import streams
-from specc.cli.telling import exit_code, tell
+from specc.cli.streams import exit_code, tell
 from specc.diagnostics import nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
 from specc.source import Sources
@@ -75,8 +75,7 @@ def run(options: Namespace) -> int:
 
     from specc import output, pipeline
     from specc.cli.inspect import judged
-    from specc.cli.launch import launch
-    from specc.cli.runnable import missing
+    from specc.cli.run import launch, missing
 
     built = pipeline.build(options.spec, options.set)
     findings, refused = judged(options.spec, built.result, _overrides(options))
@@ -98,7 +97,7 @@ def run(options: Namespace) -> int:
 
 def fmt(options: Namespace) -> int:
     """Put files into the canonical layout."""
-    from specc.cli.fmt import run
+    from specc.cli.rewrite import run
 
     findings, files, differs = run(options)
     code = _publish(report(findings, files), "text") if findings else 0
@@ -108,8 +107,7 @@ def fmt(options: Namespace) -> int:
 def status(options: Namespace) -> int:
     """Print how far a specification has come along the procedure of section 3."""
     from specc import pipeline
-    from specc.cli.procedure import progress
-    from specc.cli.status import as_json, as_text
+    from specc.cli.status import as_json, as_text, progress
 
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
@@ -186,7 +184,7 @@ def schema(options: Namespace) -> int:
 def lsp(options: Namespace) -> int:
     """Serve an editor over standard input and output."""
     try:
-        from specc.lsp.server import serve
+        from specc.tools.lsp.server import serve
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
             raise

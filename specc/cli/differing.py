@@ -24,9 +24,9 @@ def run_diff(options: argparse.Namespace) -> int:
     """Print how two specifications differ; 0 if they mean the same, 1 if not or with errors."""
     from specc import pipeline
     from specc.cli import streams
-    from specc.cli.telling import tell
+    from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
-    from specc.difference import compare
+    from specc.tools.diff import compare
 
     results = [pipeline.read_spec(path) for path in (options.old, options.new)]
     findings = [f for r in results for f in resolve(r.diagnostics, r.sources)]
@@ -35,7 +35,7 @@ def run_diff(options: argparse.Namespace) -> int:
     if wrong or old is None or new is None:
         return tell(report(wrong, [options.old, options.new]))
     comparison = compare(old, new)
-    renderer = import_module(f"specc.difference.render.{options.format}")
+    renderer = import_module(f"specc.tools.diff.render.{options.format}")
     streams.show(renderer.render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 

@@ -38,10 +38,10 @@ def add_import(commands: Any) -> None:
 
 def run_import(options: argparse.Namespace) -> int:
     """Import, print or write the specification, and report what is not in it."""
-    from specc.cli.telling import tell
+    from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
-    from specc.fmt import formatted
-    from specc.importers import import_fabric, import_scxml
+    from specc.tools.fmt import formatted
+    from specc.tools.importers import import_fabric, import_scxml
 
     if options.source == "fabric":
         made = import_fabric(

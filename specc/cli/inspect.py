@@ -55,7 +55,7 @@ class InspectionFailed(Exception):
 
 def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
     """Like `inspect_all`, after the repairs that findings carry were made in the files named."""
-    from specc.cli.mend import ROUNDS, mend, report_left
+    from specc.cli.rewrite import ROUNDS, mend, report_left
 
     found = inspect_all(arguments, overrides)
     for _ in range(ROUNDS):

@@ -1,16 +1,30 @@
-"""Writing a file: whole or not at all."""
+"""Files written anew by `fmt` and `--fix`: aside, then renamed."""
+
+from __future__ import annotations
 
 import contextlib
+import difflib
 import errno
 import os
+import shlex
 import shutil
 import tempfile
+import tomllib
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
+from specc.cli import streams
 from specc.cli.interruption import held
+from specc.cli.targets import is_named, targets
 from specc.diagnostics import Diagnostic
+from specc.diagnostics.report import Finding, Repair, resolve, shown_path
 from specc.policy import reach_of
-from specc.source import Place
+from specc.read import read_file, read_text, specification
+from specc.repair import repaired
+from specc.source import Place, Sources
+
+# Writing a file: whole or not at all.
 
 
 def rewrite(path: str, text: str) -> None:
@@ -67,3 +81,136 @@ def _rewrite(target: Path, content: bytes) -> None:
     except BaseException:
         os.unlink(name)
         raise
+
+
+# `specc validate --fix`: makes the repairs that findings carry, file by file.
+
+
+ROUNDS = 10
+"""A repair can bring up what another one hid; more rounds than this would be a circle."""
+_MARK = "\ufeff"
+
+
+def mend(findings: Iterable[Finding], arguments: Sequence[str]) -> bool:
+    """Make the repairs of findings in files that arguments name, and say which; whether any was.
+
+    Raises:
+        OSError: a file cannot be written; those before it are mended.
+    """
+    found = by_file(findings)
+    made = [_mend(path, wanted) for path, wanted in found.items() if is_named(path, arguments)]
+    return any(made)
+
+
+def report_left(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
+    """Say which files could be mended but were not named, and how to have them mended."""
+    for path, wanted in by_file(findings).items():
+        if is_named(path, arguments):
+            continue
+        repairs = "1 repair" if len(wanted) == 1 else f"{len(wanted)} repairs"
+        name = (os.path.dirname(path) or ".") if path.endswith(".toml") else path
+        command = shlex.join(["specc", "validate", "--fix", *arguments, name])
+        streams.say(f"not mended, since it was not named: {path} ({repairs}); `{command}`")
+
+
+def by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
+    """Repairs that findings carry, each once, by the file that they change."""
+    found: dict[str, dict[Repair, Finding]] = {}
+    seen: dict[object, str] = {}
+    for finding in findings:
+        if (repair := finding.repair) is None:
+            continue
+        # A file that was read under two names is still one file.
+        real = os.path.realpath(repair.file)
+        path = seen.setdefault(real, repair.file)
+        edits = real, tuple((change.start, change.end, change.text) for change in repair.changes)
+        if edits not in seen:
+            seen[edits] = path
+            found.setdefault(path, {})[repair] = finding
+    return found
+
+
+def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
+    with open(path, encoding="utf-8", newline="") as file:
+        text = file.read()
+    mark = _MARK if text.startswith(_MARK) else ""
+    result = repaired(text.removeprefix(_MARK), wanted, _accepts(path))
+    if result.made:
+        rewrite(path, mark + result.text)
+    for repair in result.made:
+        line = repair.changes[0].span.line
+        code = wanted[repair].diagnostic.code
+        streams.say(f"mended {path}:{line}: {code}: {repair.title}")
+    return bool(result.made)
+
+
+def _accepts(path: str) -> Callable[[str], bool]:
+    return _is_toml if path.endswith(".toml") else _is_yaml
+
+
+def _is_yaml(text: str) -> bool:
+    return read_text("mended", text).ok
+
+
+def _is_toml(text: str) -> bool:
+    try:
+        tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return False
+    return True
+
+
+# `specc fmt`: the canonical layout of files, written, compared or shown as a difference.
+
+
+def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
+    """Format files: findings about those that cannot be, the others, and whether any differs."""
+    meant = targets(options.files)
+    findings = resolve(meant.faults, Sources())
+    changed, readable, files = [], 0, [*meant.systems, *meant.parts]
+    for path in files:
+        reach = reach_of(path)
+        if not reach.holds(path):
+            findings += resolve([reach.link_out(path)], Sources())
+            continue
+        document = specification(read_file(path))
+        if not document.ok:
+            findings += resolve(document.diagnostics, Sources([document.source]))
+            continue
+        readable += 1
+        old = document.source.text
+        new = _formatted(old)
+        if new == old:
+            continue
+        changed.append(path)
+        if options.diff:
+            streams.show("".join(_difference(path, old, new)))
+        if not (options.check or options.diff):
+            try:
+                rewrite(path, new)
+            except OSError as error:
+                findings += resolve([refusal(error)], Sources())
+    if readable:
+        _summarise(changed, readable, options.check or options.diff)
+    return findings, files, bool(changed)
+
+
+def _formatted(text: str) -> str:
+    from specc.tools.fmt import formatted
+
+    return formatted(text)
+
+
+def _difference(path: str, old: str, new: str) -> Iterator[str]:
+    name = shown_path(path)
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    for line in difflib.unified_diff(before, after, f"{name} (now)", f"{name} (formatted)"):
+        yield line if line.endswith("\n") else f"{line}\n"
+
+
+def _summarise(changed: list[str], files: int, only_looked: bool) -> None:
+    what = "would be formatted" if only_looked else "formatted"
+    for path in changed:
+        streams.say(f"{what}: {shown_path(path)}")
+    same = files - len(changed)
+    streams.say(f"{len(changed)} of {files} {what}, {same} left as they are")

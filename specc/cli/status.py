@@ -1,12 +1,210 @@
-"""`specc status`: which steps of the procedure of section 3 are done, and what comes next."""
+"""`specc status`: what is there of a specification, and the next step (section 3)."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
 
-from specc.cli.procedure import AGENT_STEPS, SUBSYSTEM_STEPS, Progress
+from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
+from specc.model.system import Agent, Subsystem, System
+from specc.source import Place
+
+# How far a specification has come along the procedure of section 3 (Fig. 4).
+
+
+State = Literal["done", "open", "wrong"]
+
+SYSTEM_STEPS = ("scenario", "structure", "definitions")
+SIMULATED_STEPS = (*SYSTEM_STEPS, "simulation")
+"""Of a system with a plant or a task, which Fig. 4 does not ask for."""
+AGENT_STEPS = ("devices", "control", "assignment")
+SUBSYSTEM_STEPS = ("buffers", "role", "fsm", "behaviours", "ends")
+
+_HINTS = {
+    "scenario": "say in a `title:` what the system is for",
+    "structure": "divide the work among `agents:`",
+    "control": "give the agent a `control:` subsystem",
+    "buffers": "add `x:` and `y:` with what goes in and out, and `memory:`",
+    "role": "say in a `title:` what the subsystem is for",
+    "fsm": "add `states:`, `initial_state:` and `transitions:`",
+    "behaviours": "add `functions:` and the `behaviours:` that execute them",
+    "ends": "give each behaviour a `terminal:` condition",
+}
+_BY_CODE = {
+    "O0401": "structure",
+    "O0501": "simulation",
+    "O0502": "simulation",
+    "O0503": "simulation",
+    "O0402": "control",
+    "O0404": "assignment",
+    "O0601": "role",
+    "O0602": "fsm",
+    "O0603": "behaviours",
+    "O0604": "fsm",
+    "O0605": "fsm",
+    "O0606": "ends",
+    "O0607": "behaviours",
+}
+_BY_KEY = {
+    "agents": "structure",
+    "system": "structure",
+    "plant": "simulation",
+    "task": "simulation",
+    "x": "buffers",
+    "y": "buffers",
+    "memory": "buffers",
+    "uses": "buffers",
+    "title": "role",
+    "rate": "role",
+    "states": "fsm",
+    "initial_state": "fsm",
+    "transitions": "fsm",
+    "assume": "fsm",
+    "initial": "fsm",
+    "terminal": "ends",
+    "error": "ends",
+    "real_effectors": "devices",
+    "real_receptors": "devices",
+    "kind": "control",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step of the procedure; `next` says what to do for it, empty if it is done."""
+
+    name: str
+    state: State
+    next: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """The steps of the system, an agent or a subsystem."""
+
+    of: str
+    steps: tuple[Step, ...]
+
+    @property
+    def next(self) -> Step | None:
+        """The first step that is not done; what is wrong comes before what is open."""
+        left = [step for step in self.steps if step.state != "done"]
+        return min(left, key=lambda step: step.state != "wrong", default=None)
+
+
+def progress(system: System, findings: Iterable[Diagnostic]) -> list[Progress]:
+    """The system, then each agent with its subsystems."""
+    told = [finding for finding in findings if finding.severity != "warning"]
+    parts = {s.qualified_name: s for s in system.subsystems}
+    owner = {id(finding): _owner(finding, system) for finding in told}
+    steps = SIMULATED_STEPS if system.plant or system.task else SYSTEM_STEPS
+    found = [_of("system", steps, _missing_of_system(system), _own("", told, owner))]
+    for agent in system.agents:
+        missing = () if agent.subsystems else ("control",)
+        found.append(_of(agent.name, AGENT_STEPS, missing, _own(agent.name, told, owner)))
+        for name in (s.qualified_name for s in agent.subsystems):
+            own = _own(name, told, owner)
+            found.append(_of(name, SUBSYSTEM_STEPS, tuple(_missing(parts[name])), own))
+    return found
+
+
+def _of(
+    name: str, steps: tuple[str, ...], missing: tuple[str, ...], findings: list[Diagnostic]
+) -> Progress:
+    return Progress(name, tuple(_step(step, steps, step in missing, findings) for step in steps))
+
+
+def _step(name: str, steps: tuple[str, ...], missing: bool, findings: list[Diagnostic]) -> Step:
+    own = [finding for finding in findings if _step_of(finding, steps) == name]
+    wrong = [finding for finding in own if finding.severity == "error"]
+    if wrong:
+        return Step(name, "wrong", _told(wrong, wrong[0].message))
+    if own:
+        return Step(name, "open", _told(own, own[0].help or own[0].message))
+    return Step(name, "open", _HINTS[name]) if missing else Step(name, "done")
+
+
+def _told(findings: list[Diagnostic], words: str) -> str:
+    """What to do about the first finding, by its name, and how many others there are."""
+    first = findings[0]
+    named = "`" in first.message and first.severity == "open" and words != first.message
+    text = f"{first.message}: {words}" if named else words
+    return text if len(findings) == 1 else f"{text} (and {len(findings) - 1} more)"
+
+
+def _missing_of_system(system: System) -> tuple[str, ...]:
+    return tuple(
+        name
+        for name, there in (("scenario", system.title), ("structure", system.agents))
+        if not there
+    )
+
+
+def _missing(subsystem: Subsystem) -> Iterator[str]:
+    """Steps that no finding speaks of where nothing has been written at all."""
+    if not subsystem.ports:
+        yield "buffers"
+    if not subsystem.title:
+        yield "role"
+    if not subsystem.states:
+        yield "fsm"
+    if not subsystem.behaviours:
+        yield "behaviours"
+        yield "ends"
+
+
+def _step_of(finding: Diagnostic, steps: tuple[str, ...]) -> str:
+    """The step that a finding belongs to; what has no step of its own goes to the last of them."""
+    named = _BY_CODE.get(finding.code, "")
+    keys = [_BY_KEY[str(k)] for k in finding.primary.route if str(k) in _BY_KEY]
+    found = [name for name in (named, *reversed(keys)) if name in steps]
+    if found:
+        return found[0]
+    if "definitions" in steps:
+        return "definitions"
+    return "behaviours" if "behaviours" in steps else steps[-1]
+
+
+def _own(
+    name: str, findings: list[Diagnostic], owner: dict[int, frozenset[str]]
+) -> list[Diagnostic]:
+    return [finding for finding in findings if name in owner[id(finding)]]
+
+
+def _owner(finding: Diagnostic, system: System) -> frozenset[str]:
+    """Qualified names of what a finding is about; a file that is used twice has two owners."""
+    subsystems = [s for s in system.subsystems if any(_inside(finding, p) for p in _places(s))]
+    if subsystems:
+        return frozenset(s.qualified_name for s in subsystems)
+    agents = [agent for agent in system.agents if _inside(finding, agent.place)]
+    agents += [a for a in system.agents if _of_device(finding, a) and a not in agents]
+    return frozenset(a.name for a in agents) or frozenset(("",))
+
+
+def _of_device(finding: Diagnostic, agent: Agent) -> bool:
+    return any(_inside(finding, device.place) for device in agent.devices)
+
+
+def _places(subsystem: Subsystem) -> Iterator[Place]:
+    """Where a subsystem is described: at its place and, if it is reused, in another file."""
+    yield subsystem.place
+    groups = subsystem.ports, subsystem.behaviours, subsystem.states, subsystem.memory
+    places = [part.place for group in groups for part in group]
+    for place in places:
+        if place.file != subsystem.place.file:
+            yield Place(place.file, place.route[:1])
+
+
+def _inside(finding: Diagnostic, place: Place) -> bool:
+    found = finding.primary
+    return found.file == place.file and found.route[: len(place.route)] == place.route
+
+
+# `specc status`: which steps of the procedure of section 3 are done, and what comes next.
+
 
 VERSION = 1
 

@@ -13,7 +13,7 @@ from specc.diagnostics import nearest
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
-    from specc.scenario.refutations import Refutation
+    from specc.scenario.subject import Refutation
 
 
 def add_witness(commands: Any) -> None:
@@ -33,7 +33,7 @@ def add_witness(commands: Any) -> None:
 def run_witness(options: argparse.Namespace) -> int:
     """Write scenarios; 0 if nothing is refuted, 1 if something is, 2 for wrong usage."""
     from specc import pipeline
-    from specc.cli.telling import tell
+    from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
 
     result = pipeline.compile_spec(options.spec)
@@ -46,7 +46,7 @@ def run_witness(options: argparse.Namespace) -> int:
 
 
 def _write_all(options: argparse.Namespace, result: Result) -> int:
-    from specc.scenario.refutations import refutations
+    from specc.scenario.subject import refutations
 
     found = [item for item in refutations(result.proofs.facts) if _is_asked(item, options)]
     if not found:
@@ -58,10 +58,8 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
 
 def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int:
     from specc.emit import FormatError
-    from specc.scenario.absence import AbsencePlanner
-    from specc.scenario.plan import Planner
-    from specc.scenario.text import file_name, scenario
-    from specc.scenario.write import ForeignFileError, put
+    from specc.scenario.plan import AbsencePlanner, Planner
+    from specc.scenario.text import ForeignFileError, file_name, put, scenario
 
     assert result.system is not None  # something is refuted of it
     kind = Planner if item.absent is None else AbsencePlanner
@@ -85,7 +83,7 @@ def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int
 
 def _unknown(options: argparse.Namespace, result: Result) -> str:
     """What is wrong with the names in the options; empty if nothing is."""
-    from specc.scenario.refutations import CODES
+    from specc.scenario.subject import CODES
 
     assert result.system is not None
     subsystems = [

@@ -1,18 +1,174 @@
-"""Ways to give an expression a value, by changing one thing that it depends on."""
+"""Choosing values of inputs and memory so that an expression gets a wanted value."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from specc.example.freedom import Freedom
-from specc.example.inverses import BUILTINS, inverted
-from specc.example.patience import Patience
-from specc.example.situation import Meaning, Situation
-from specc.example.values import Fields, Value, alike, first_value
+from specc.example.numbers import Patience
+from specc.example.situation import Fields, Meaning, Situation, Value, alike, first_value
+from specc.lang.evaluate import compose, inverse, position
 from specc.model import expr as m
 from specc.model.types import ListOf, Vector
+from specc.proof import InputName
+
+# What may be changed in a situation, and how inputs, memory and time are changed.
+
+
+LONGEST = 100_000
+"""Most periods that a scenario waits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Freedom:
+    """What a search may change.
+
+    Attributes:
+        memory: memory elements with these names.
+        time: how long the state has been running.
+        unsent: inputs that change although nothing comes; otherwise only those of `devices` do.
+        sure: inputs that are always there.
+        never: inputs that must not come.
+    """
+
+    memory: frozenset[str]
+    time: bool
+    unsent: bool
+    devices: frozenset[InputName]
+    sure: frozenset[InputName]
+    never: frozenset[InputName] = frozenset()
+
+    def input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation with another value of an input."""
+        inputs = {**at.inputs, name: value}
+        if name in self.never:
+            return
+        if name in at.fresh or self.unsent or name in self.devices:
+            yield replace(at, inputs=inputs, present=at.present | {name})
+        if name not in at.fresh:
+            came = at.fresh | {name}
+            yield replace(at, inputs=inputs, present=at.present | {name}, fresh=came)
+
+    def fresh(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+        """The situation where an input has come, or has not."""
+        if not wanted:
+            yield replace(at, fresh=at.fresh - {name})
+        elif name not in self.never:
+            yield replace(at, fresh=at.fresh | {name}, present=at.present | {name})
+
+    def present(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+        """The situation where an input has a value, or none yet."""
+        if wanted and name not in self.never:
+            yield from self.fresh(name, True, at)
+            if self.unsent:
+                yield replace(at, present=at.present | {name})
+        if not wanted and name not in self.sure and self.unsent:
+            yield replace(at, present=at.present - {name}, fresh=at.fresh - {name})
+
+    def remembered(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation with another value in memory."""
+        if name in self.memory:
+            yield replace(at, memory={**at.memory, name: value})
+
+    def after(self, periods: int, at: Situation) -> Iterator[Situation]:
+        """The situation some periods after the state was entered."""
+        if self.time and 1 <= periods <= LONGEST:
+            yield replace(at, periods=periods)
+
+
+# Which argument has to have which value so that an operation gives a wanted one.
+
+
+Wanted = Iterator[tuple[int, Value]]
+"""Indices of arguments, each with a value that it could have."""
+
+
+def inverted(op: str, value: Value, left: Value, right: Value) -> Wanted:
+    """For the operators of arithmetic and of poses; `left` and `right` are the present values."""
+    match op:
+        case "+":
+            yield 0, _each(value, right, lambda v, r: v - r)
+            yield 1, _each(value, left, lambda v, a: v - a)
+        case "-":
+            yield 0, _each(value, right, lambda v, r: v + r)
+            yield 1, _each(left, value, lambda a, v: a - v)
+        case "*":
+            if _is_number(right) and right:
+                yield 0, _each(value, right, lambda v, r: v / r)
+            if _is_number(left) and left:
+                yield 1, _each(value, left, lambda v, a: v / a)
+        case "/":
+            if _is_number(right):
+                yield 0, _each(value, right, lambda v, r: v * r)
+        case "@":
+            yield 0, compose(value, inverse(right))
+            yield 1, compose(inverse(left), value)
+
+
+def _position(now: Sequence[Value], value: Value) -> Wanted:
+    rows = ((*row[:3], p) for row, p in zip(now[0], value, strict=False))
+    yield 0, (*rows, (0.0, 0.0, 0.0, 1.0))
+
+
+def _translation(now: Sequence[Value], value: Value) -> Wanted:
+    for index, (old, new) in enumerate(zip(now, position(value), strict=True)):
+        if old != new:
+            yield index, new
+
+
+def _norm(now: Sequence[Value], value: Value) -> Wanted:
+    """All of it along one axis."""
+    for index in range(len(now[0]) if value >= 0 else 0):
+        yield 0, tuple(float(value) * (i == index) for i in range(len(now[0])))
+
+
+def _absolute(now: Sequence[Value], value: Value) -> Wanted:
+    if value >= 0:
+        yield 0, value
+        yield 0, -value
+
+
+def _root(now: Sequence[Value], value: Value) -> Wanted:
+    if value >= 0:
+        yield 0, value * value
+
+
+def _any_argument(now: Sequence[Value], value: Value) -> Wanted:
+    for index in range(len(now)):
+        yield index, value
+
+
+BUILTINS: dict[str, Callable[[Sequence[Value], Value], Wanted]] = {
+    "inverse": lambda now, value: iter([(0, inverse(value))]),
+    "position": _position,
+    "translation": _translation,
+    "norm": _norm,
+    "abs": _absolute,
+    "sqrt": _root,
+    "min": _any_argument,
+    "max": _any_argument,
+}
+"""For functions of the language, from the present values of the arguments and the wanted result."""
+
+
+def _each(a: Value, b: Value, operation: Callable[[Any, Any], Value]) -> Value:
+    match a, b:
+        case tuple(), tuple():
+            return tuple(operation(p, q) for p, q in zip(a, b, strict=True))
+        case tuple(), _:
+            return tuple(operation(p, b) for p in a)
+        case _, tuple():
+            return tuple(operation(a, q) for q in b)
+    return operation(a, b)
+
+
+def _is_number(value: Value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+# Ways to give an expression a value, by changing one thing that it depends on.
+
 
 Holding = Callable[[m.Expr, bool, Situation], Iterator[Situation]]
 Ways = Iterator[Situation]

@@ -1,21 +1,250 @@
-"""Values that show a refutation, and how they are said."""
+"""A situation in as few words as possible."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from specc.example.freedom import Freedom
-from specc.example.leaves import leaves
-from specc.example.patience import Patience
+from specc.example.assign import Freedom
+from specc.example.numbers import Patience
 from specc.example.search import Goal, find
-from specc.example.situation import NO_VALUE, Meaning, Situation
-from specc.example.tidy import tidied
-from specc.example.words import number, worded
-from specc.expr import show
+from specc.example.situation import NO_VALUE, Meaning, Situation, Value
+from specc.lang import show
 from specc.model import expr as m
-from specc.model.types import Bool
+from specc.model.types import (
+    Bool,
+    Enum,
+    Int,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+)
+from specc.model.units import DIMENSIONLESS, Unit
 from specc.proof import InputName
+
+# What a witness is about: the inputs, memory, time and operators that its answers depend on.
+
+
+def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Expr]:
+    """The parts of expressions that a situation has values for, through lets, each once.
+
+    Of a record its field; arguments of an operator do not count, its result does.
+    """
+    seen = set[str]()
+    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, lets, seen)))
+
+
+def _leaves(expr: m.Expr, lets: Mapping[str, m.Expr], seen: set[str]) -> Iterator[m.Expr]:
+    match expr:
+        case m.Call():
+            if not any(isinstance(node, m.Bound) for node in m.walk(expr)):
+                yield expr
+        case m.LetRef(name=name) if name in lets:
+            if name not in seen:
+                seen.add(name)
+                yield from _leaves(lets[name], lets, seen)
+        case m.FieldOf() if _is_path(expr):
+            yield expr
+        case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Clock(name="elapsed"):
+            yield expr
+        case _:
+            yield from (leaf for part in m.children(expr) for leaf in _leaves(part, lets, seen))
+
+
+def says_all(asked: m.Expr) -> bool:
+    """Whether the answer to a question is the value of all that it is about."""
+    match asked:
+        case m.Fresh() | m.Present():
+            return True
+        case m.Among(item=item, members=members):
+            return len(members) == 1 and _is_path(item)
+        case m.Compare(op="==", left=left, right=m.Member()):
+            return _is_path(left)
+    return isinstance(asked.type, Bool) and (_is_path(asked) or isinstance(asked, m.Call))
+
+
+def _is_path(expr: m.Expr) -> bool:
+    """Whether an expression is an element of a buffer or memory, or a field of one."""
+    while isinstance(expr, m.FieldOf):
+        expr = expr.value
+    return isinstance(expr, (m.Input, m.MemoryRef))
+
+
+# A situation with simpler values that shows the same.
+
+
+_SMALL = (1, -1, 2, -2, 3, -3, 5, -5, 10, -10)
+_DIGITS = range(1, 10)
+
+
+def tidied(
+    found: Situation,
+    start: Situation,
+    about: Sequence[m.Expr],
+    meaning: Meaning,
+    shows: Callable[[Situation], bool],
+) -> Situation:
+    """The situation with what is `about` as at the start, sooner or rounded, if that `shows` it.
+
+    Operators give the same for other arguments then.
+    """
+    calls = [leaf for leaf in about if isinstance(leaf, m.Call)]
+    for node in (node for leaf in about for node in m.walk(leaf)):
+        for simpler in _simpler(node, found, start):
+            answered = _answered(calls, simpler, found, meaning)
+            if shows(answered):
+                found = answered
+                break
+    return found
+
+
+def _answered(
+    calls: Iterable[m.Call], at: Situation, before: Situation, meaning: Meaning
+) -> Situation:
+    """A situation in which operators give what they gave before."""
+    for call in calls:
+        try:
+            args = tuple(meaning.value(arg, at) for arg in call.args)
+            answer = call.operator, args, meaning.value(call, before)
+        except NO_VALUE:
+            continue
+        if at.answer(*answer[:2]) is None:
+            at = replace(at, answers=(*at.answers, answer))
+    return at
+
+
+def _simpler(node: m.Expr, at: Situation, start: Situation) -> Iterator[Situation]:
+    match node:
+        case m.Input(peer=peer, element=element):
+            name: InputName = (peer, element)
+            if name in at.fresh:
+                yield replace(at, fresh=at.fresh - {name})
+            for value in _plainer(at.inputs[name], start.inputs[name]):
+                yield replace(at, inputs={**at.inputs, name: value})
+        case m.MemoryRef(name=memory):
+            for value in _plainer(at.memory[memory], start.memory[memory]):
+                yield replace(at, memory={**at.memory, memory: value})
+        case m.Clock(name="elapsed") if at.periods > 2:
+            yield replace(at, periods=2)
+            yield replace(at, periods=at.periods - 1)
+
+
+def _plainer(value: Value, first: Value) -> Iterator[Value]:
+    if repr(value) != repr(first):
+        yield first
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            if value in _SMALL:
+                yield from (type(value)(small) for small in _SMALL[: _SMALL.index(value)])
+                return
+            yield from map(type(value), _SMALL)
+        for digits in _DIGITS:
+            rounded = _rounded(value, digits)
+            if repr(rounded) != repr(value):
+                yield rounded
+
+
+def _rounded(value: Value, digits: int) -> Value:
+    """A value with so many digits of its real numbers; poses have to stay poses."""
+    if isinstance(value, tuple) and not (value and isinstance(value[0], tuple)):
+        return tuple(_rounded(item, digits) for item in value)
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
+# Values in the words of a specification, in SI units.
+
+
+MOST_ITEMS, MOST_OTHERS = 8, 3
+
+
+def worded(value: Value, type_: Type) -> str | None:
+    """`0.2 s`, `[u, u, g]`, `translation(0, 0, 1)`; None for what only operators look into."""
+    if value is None:
+        return "None"
+    match type_:
+        case Int() | Real():
+            return number(value) + unit(type_)
+        case Pose() | Spatial() | Vector(element=Real()):
+            return _numbers(value, type_)
+        case Vector(element=element) | ListOf(element=element):
+            return _items([worded(item, element) for item in value])
+        case Record(fields=fields):
+            return _record([(name, worded(getattr(value, name), t)) for name, t in fields])
+        case OptionalOf(value=inner) | PartialOf(value=inner):
+            return worded(value, inner)
+    simple = _SIMPLE.get(type(type_))
+    return simple(value) if simple else None
+
+
+_SIMPLE: dict[type[Type], Callable[[Value], str]] = {
+    Bool: lambda value: "true" if value else "false",
+    Enum: str,
+    Text: repr,
+}
+
+
+def number(value: float) -> str:
+    """A number as it is read back, without a needless fraction; `_` for a missing component."""
+    if math.isnan(value):
+        return "_"
+    return repr(value).removesuffix(".0")
+
+
+def unit(type_: Type) -> str:
+    """The unit of a number with a space before it; nothing for plain numbers."""
+    kind = type_.unit if isinstance(type_, Real) else DIMENSIONLESS
+    return "" if kind == DIMENSIONLESS else f" {_spelled(kind)}"
+
+
+def _spelled(kind: Unit) -> str:
+    return str(kind.coherent())
+
+
+def _items(items: Sequence[str | None]) -> str | None:
+    known = [item for item in items if item is not None]
+    return _listed(known) if len(known) == len(items) else None
+
+
+def _listed(items: Sequence[str]) -> str:
+    """All items; of very many the usual one and those that differ, or the first ones."""
+    if len(items) <= MOST_ITEMS:
+        return f"[{', '.join(items)}]"
+    usual = Counter(items).most_common(1)[0][0]
+    others = [f"[{index}] = {item}" for index, item in enumerate(items) if item != usual]
+    if len(others) <= MOST_OTHERS:
+        return " and ".join([f"[{usual}, {usual}, ...]", *others])
+    return f"[{', '.join(items[:MOST_ITEMS])}, ...]"
+
+
+def _record(fields: Sequence[tuple[str, str | None]]) -> str | None:
+    known = [f"{name}: {text}" for name, text in fields if text is not None]
+    return f"{{{', '.join(known)}}}" if known else None
+
+
+def _numbers(value: Value, type_: Type) -> str:
+    if isinstance(type_, Pose):
+        return _pose(value)
+    listed = _listed([number(item) for item in value])
+    return listed + (unit(type_.element) if isinstance(type_, Vector) else "")
+
+
+def _pose(rows: Value) -> str:
+    match rows:
+        case ((1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z), _):
+            moved = ", ".join(map(number, (x, y, z)))
+            return f"translation({moved})" if any((x, y, z)) else "identity()"
+    return _listed([_listed([number(item) for item in row]) for row in rows])
+
+
+# Values that show a refutation, and how they are said.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Which numbers are worth trying: those that conditions compare with, and what lies between."""
+"""Numbers worth trying, exact arithmetic on them, and how long the search may take."""
 
 from __future__ import annotations
 
@@ -6,10 +6,73 @@ import math
 import operator
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 from specc.example.situation import NO_VALUE, Meaning, Situation
+from specc.model import expr as m
 from specc.model.expr import Builtin, Compare, Expr, Number, walk
+from specc.model.types import Bool, Pose, Real, Spatial, Type, Vector
+
+# Exact comparisons of poses and vectors, which are refused but mean something.
+
+
+def runnable(expr: m.Expr) -> m.Expr:
+    """The expression with `a == b` of arrays as `near` with no tolerance, which can be run."""
+    changed: dict[str, Any] = {}
+    for name in expr.__match_args__:
+        part = getattr(expr, name)
+        if isinstance(part, m.Node):
+            changed[name] = runnable(part)  # type: ignore[arg-type]  # every Node is an Expr
+        elif isinstance(part, tuple):
+            changed[name] = tuple(runnable(p) if isinstance(p, m.Node) else p for p in part)  # type: ignore[arg-type]  # as above
+    same = replace(expr, **changed)
+    if isinstance(same, m.Compare) and _is_array(same.left.type):
+        return _near(same)
+    return same
+
+
+def _is_array(type_: Type) -> bool:
+    return isinstance(type_, (Pose, Spatial)) or (
+        isinstance(type_, Vector) and isinstance(type_.element, Real)
+    )
+
+
+def _near(compared: m.Compare) -> m.Expr:
+    zeros = 2 if isinstance(compared.left.type, Pose) else 1
+    tolerances = (m.Number(0.0, type=Real()),) * zeros
+    near = m.Builtin("near", (compared.left, compared.right, *tolerances), type=Bool())
+    return near if compared.op == "==" else m.Unary("not", near, type=Bool())
+
+
+# How much is tried until a search gives up, counted so that it always ends in the same place.
+
+
+class Patience:
+    """A number of situations that may still be looked at."""
+
+    def __init__(self, situations: int) -> None:
+        self.left = situations
+
+    def spend(self, situations: int) -> bool:
+        """Whether any were left before these."""
+        had = self.left > 0
+        self.left -= situations
+        return had
+
+    @contextmanager
+    def some(self, most: int) -> Iterator[Patience]:
+        """A part of it; what is spent of it is spent of the whole."""
+        given = max(0, min(most, self.left))
+        part = Patience(given)
+        yield part
+        self.left -= given - part.left
+
+
+# Which numbers are worth trying: those that conditions compare with, and what lies between.
+
 
 HOLDS = {
     "<": operator.lt,

@@ -1,18 +1,215 @@
-"""Finding a situation that meets goals: repair what is not met, whatever mends most first."""
+"""The search for a situation in which conditions have wanted outcomes."""
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import Any
 
-from specc.example.conditions import MOST_WAYS, Conditions, conjuncts
-from specc.example.freedom import Freedom
-from specc.example.numbers import Thresholds
-from specc.example.patience import Patience
-from specc.example.situation import Meaning, Situation
+from specc.example.assign import Assigning, Freedom, Ways, items_of
+from specc.example.numbers import HOLDS, Patience, Thresholds
+from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value, others
+from specc.lang.evaluate import compose, translation
+from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
-from specc.model.types import Bool
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text
 from specc.proof import InputName
+
+# Ways to make a condition hold or fail, by changing one thing that it depends on.
+
+
+MOST_WAYS = 60
+MOST_STEPS = 1000
+"""Parts of expressions that are looked at for the ways of one condition."""
+_OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+_OTHER_TEXT = "something else"
+
+
+class Conditions:
+    """Finds situations near a given one in which a condition has a truth value."""
+
+    def __init__(self, meaning: Meaning, freedom: Freedom, thresholds: Thresholds) -> None:
+        self._meaning = meaning
+        self._freedom = freedom
+        self._thresholds = thresholds
+        self._steps = Patience(MOST_STEPS)
+        self._assigning = Assigning(meaning, freedom, self.ways, self._steps)
+        self._rules: dict[type, Callable[[Any, bool, Situation], Ways]] = {
+            m.Unary: lambda e, wanted, at: self.ways(e.operand, not wanted, at),
+            m.LetRef: lambda e, wanted, at: self.ways(meaning.lets[e.name], wanted, at),
+            m.Logic: self._logic,
+            m.Choice: self._choice,
+            m.Compare: self._compare,
+            m.Among: self._among,
+            m.Quantifier: self._quantifier,
+            m.Fresh: lambda e, wanted, at: freedom.fresh(_name(e.input), wanted, at),
+            m.Present: lambda e, wanted, at: freedom.present(_name(e.input), wanted, at),
+            m.Builtin: self._near,
+            m.IsNone: self._none,
+            m.Call: self._call,
+        }
+
+    def some_ways(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
+        """A bounded number of ways; none if its value cannot be computed."""
+        self._steps.left = MOST_STEPS
+        try:
+            return list(islice(self.ways(expr, wanted, at), MOST_WAYS))
+        except NO_VALUE:
+            return []
+
+    def ways(self, expr: m.Expr, wanted: bool, at: Situation) -> Ways:
+        """Situations in which the condition may hold, or fail, as `wanted`."""
+        if self._steps.spend(1):
+            rule = self._rules.get(type(expr), self._give)
+            yield from rule(expr, wanted, at)
+
+    def _give(self, expr: m.Expr, value: Value, at: Situation) -> Ways:
+        yield from self._assigning.ways(expr, value, at)
+
+    def _call(self, call: m.Call, wanted: bool, at: Situation) -> Ways:
+        """A result of an operator; for other arguments it may give something else."""
+        yield from self._give(call, wanted, at)
+        for arg in call.args:
+            for value in others(self._meaning.value(arg, at), arg.type):
+                for moved in self._give(arg, value, at):
+                    yield from self._give(call, wanted, moved)
+
+    def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Ways:
+        assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
+        value = None if wanted else first_value(expr.value.type.value)
+        yield from self._give(expr.value, value, at)
+
+    def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Ways:
+        for operand in expr.operands:
+            if self._meaning.holds(operand, at) is not wanted:
+                yield from self.ways(operand, wanted, at)
+
+    def _choice(self, expr: m.Choice, wanted: bool, at: Situation) -> Ways:
+        test = bool(self._meaning.holds(expr.test, at))
+        yield from self.ways(expr.then if test else expr.otherwise, wanted, at)
+        yield from self.ways(expr.test, not test, at)
+
+    def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Ways:
+        op = expr.op if wanted else _OPPOSITES[expr.op]
+        left, right = self._meaning.value(expr.left, at), self._meaning.value(expr.right, at)
+        for side, other, how in (
+            (expr.left, right, op),
+            (expr.right, left, _MIRRORED[op]),
+        ):
+            for value in self._values(side, how, other):
+                yield from self._give(side, value, at)
+
+    def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
+        """Values of a side that are in a relation to the other side's."""
+        kind = side.type
+        if isinstance(kind, Bool):
+            return (other,) if op == "==" else (not other,)
+        if isinstance(kind, Enum):
+            return [member for member in kind.members if (member == other) == (op == "==")]
+        if isinstance(side, m.Clock):
+            period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
+            near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
+            return [time for time in near if HOLDS[op](time, other)]
+        if isinstance(other, (int, float)):
+            return self._thresholds.below_or_above(op, other, whole=isinstance(kind, Int))
+        if isinstance(kind, Text):
+            return (other,) if op == "==" else (_OTHER_TEXT,)
+        return (other,) if op == "==" else others(other, kind)
+
+    def _among(self, expr: m.Among, wanted: bool, at: Situation) -> Ways:
+        assert isinstance(expr.item.type, Enum)  # typing guarantees it
+        for member in expr.item.type.members:
+            if (member in expr.members) is wanted:
+                yield from self._give(expr.item, member, at)
+
+    def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Ways:
+        items = self._meaning.value(expr.over, at)
+        bodies = [_substituted(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
+        for body in bodies:
+            if self._meaning.holds(body, at) is not wanted:
+                yield from self.ways(body, wanted, at)
+        if not isinstance(expr.over.type, ListOf):
+            return
+        if (expr.kind == "any") == wanted:
+            longer = (*items, first_value(expr.over.type.element))
+            yield from self._give(expr.over, longer, at)
+        else:
+            yield from self._give(expr.over, (), at)
+
+    def _near(self, expr: m.Builtin, wanted: bool, at: Situation) -> Ways:
+        a, b, tolerance, *_ = (self._meaning.value(arg, at) for arg in expr.args)
+        for side, other in ((expr.args[0], b), (expr.args[1], a)):
+            for value in self._distant(other, side, tolerance, wanted):
+                yield from self._give(side, value, at)
+        if not isinstance(expr.args[0].type, Pose):
+            gap = abs(a - b) if not isinstance(a, tuple) else math.dist(a, b)
+            yield from self._give(expr.args[2], gap + 1.0 if wanted else gap / 2, at)
+
+    def _distant(
+        self, other: Value, side: m.Expr, tolerance: float, wanted: bool
+    ) -> Iterator[Value]:
+        """Values that are near another one, or not."""
+        if wanted:
+            yield other
+        steps = (0.5, -0.5) if wanted else (2.0, -2.0, 1000.0)
+        for step in (tolerance * n + (0 if wanted else n) for n in steps):
+            if isinstance(side.type, Pose):
+                yield compose(other, translation(step, 0.0, 0.0))
+            elif isinstance(other, tuple):
+                yield (other[0] + step, *other[1:])
+            else:
+                yield other + step
+
+
+def conjuncts(expr: m.Expr, wanted: bool, meaning: Meaning) -> list[tuple[m.Expr, bool]]:
+    """What must hold or fail together so that a condition does; what a let says counts once."""
+    found: list[tuple[m.Expr, bool]] = []
+    open_, seen = [(expr, wanted)], set[tuple[str, bool]]()
+    while open_:
+        part, holds = open_.pop()
+        match part:
+            case m.Truth(value=value) if value is holds:
+                pass
+            case m.LetRef(name=name):
+                if (name, holds) not in seen:
+                    seen.add((name, holds))
+                    open_.append((meaning.lets[name], holds))
+            case m.Unary(op="not", operand=operand):
+                open_.append((operand, not holds))
+            case m.Logic(op=op, operands=operands) if (op == "and") is holds:
+                open_ += [(operand, holds) for operand in reversed(operands)]
+            case _:
+                found.append((part, holds))
+    return found
+
+
+def _name(element: m.Input) -> tuple[str, str]:
+    return element.peer, element.element
+
+
+def _substituted(expr: m.Expr, variable: str, item: m.Expr) -> m.Expr:
+    """An expression with the variable of a quantifier replaced."""
+    if isinstance(expr, m.Bound):
+        return item if expr.name == variable else expr
+    changed: dict[str, Any] = {}
+    for name in expr.__match_args__:
+        part = getattr(expr, name)
+        if isinstance(part, m.Node):
+            changed[name] = _substituted(part, variable, item)  # type: ignore[arg-type]  # every Node is an Expr
+        elif isinstance(part, tuple):
+            changed[name] = tuple(
+                _substituted(p, variable, item) if isinstance(p, m.Node) else p  # type: ignore[arg-type]  # as above
+                for p in part
+            )
+    return replace(expr, **changed)
+
+
+# Finding a situation that meets goals: repair what is not met, whatever mends most first.
+
 
 Goal = tuple[Expr, bool]
 """A condition and whether it is to hold."""

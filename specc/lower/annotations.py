@@ -1,10 +1,13 @@
-"""Annotations: the Python type of every type of the language."""
+"""Types in generated code: annotations, named types, contracts."""
 
 from __future__ import annotations
 
-from specc.lower.imports import Imports
-from specc.lower.names import OWN_NAMES, Names, identifier
-from specc.lower.text import literal
+import re
+from collections.abc import Callable, Iterator
+
+from specc.lower.names import OWN_NAMES, Imports, Names, identifier, literal
+from specc.lower.plan import NamedPlan
+from specc.model.system import System
 from specc.model.types import (
     Bool,
     Enum,
@@ -14,6 +17,7 @@ from specc.model.types import (
     ListOf,
     Opaque,
     OptionalOf,
+    PartialOf,
     Pose,
     Real,
     Record,
@@ -23,6 +27,44 @@ from specc.model.types import (
     Vector,
     whole,
 )
+
+# The named types of a system, found in everything that has a type.
+
+
+def named_types(system: System) -> tuple[tuple[str, Type], ...]:
+    """Name and type of every enum and record in use, in the order of their declaration."""
+    found: dict[str, Type] = {}
+    pending = list(_types(system))[::-1]
+    while pending:
+        type_ = pending.pop()
+        match type_:
+            case ListOf(element=element) | Vector(element=element) | OptionalOf(value=element):
+                pending.append(element)
+            case Enum(name=name) | Opaque(name=name):
+                found.setdefault(name, type_)
+            case Record(name=name, fields=fields) if name not in found:
+                found[name] = type_
+                pending.extend(inner for _, inner in fields)
+    order = {name: index for index, (name, _) in enumerate(system.types)}
+    names = sorted(filter(None, found), key=lambda name: (order.get(name, len(order)), name))
+    return tuple((name, found[name]) for name in names)
+
+
+def _types(system: System) -> Iterator[Type]:
+    for operator in system.operators:
+        yield from (type_ for _, type_ in operator.parameters)
+        yield operator.result
+    for constant in system.constants:
+        yield constant.value.type
+    for subsystem in system.subsystems:
+        yield from (element.type for port in subsystem.ports for element in port.elements)
+        yield from (item.type for item in subsystem.memory)
+        yield from (let.value.type for let in subsystem.lets)
+        yield from (constant.value.type for constant in subsystem.constants)
+
+
+# Annotations: the Python type of every type of the language.
+
 
 VALUES = "specc_runtime.values"
 
@@ -119,3 +161,85 @@ def _value_name(type_: Type) -> str:
 def literal_type(enum: Enum) -> str:
     """`Literal["u", "c"]`."""
     return f"Literal[{', '.join(map(literal, enum.members))}]"
+
+
+# Contracts: how generated code checks what comes from outside against its declared type.
+
+
+RUNTIME = "specc_runtime.contracts"
+_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+_PLAIN: dict[type[Type], str] = {
+    Bool: "as_bool",
+    File: "as_text",
+    Int: "as_int",
+    Pose: "as_pose",
+    Real: "as_real",
+    Text: "as_text",
+}
+
+
+class Contracts:
+    """Contracts for one module; those of enums and records get a name there, in `named`."""
+
+    def __init__(
+        self,
+        imports: Imports,
+        annotations: Annotations,
+        new_name: Callable[[str], str],
+        *,
+        stand_ins: bool = False,
+    ) -> None:
+        """`stand_ins`: images and what has a class are represented by something else."""
+        self._stand_ins = stand_ins
+        self.named: list[NamedPlan] = []
+        self._names: dict[Type, str] = {}
+        self._imports = imports
+        self._annotations = annotations
+        self._new_name = new_name
+
+    def of(self, type_: Type) -> str:
+        """The contract of a type, as an expression."""
+        if name := _PLAIN.get(type(type_)):
+            return self._imports.add(RUNTIME, name)
+        if self._stand_ins and isinstance(type_, Image | Opaque | Record):
+            return self._imports.add(RUNTIME, "as_any")
+        if isinstance(type_, Enum | Record):
+            return self._own(type_)
+        return self._made(*self._call(type_))
+
+    def _call(self, type_: Type) -> tuple[str, ...]:
+        match type_:
+            case Vector(size=size, element=Real()):
+                return "as_vector", literal(size)
+            case PartialOf(value=value):
+                return "as_partial", literal(value.size if isinstance(value, Vector) else 6)
+            case Spatial():
+                return "as_vector", "6"
+            case Vector(size=size, element=element):
+                return "as_tuple", self.of(element), literal(size)
+            case ListOf(element=element, nonempty=nonempty):
+                return "as_list", self.of(element), *["least=1"] * nonempty
+            case OptionalOf(value=value):
+                return "as_optional", self.of(value)
+            case Image(height=height, width=width, channels=channels):
+                kind = "as_rgb" if channels == 3 else "as_depth"
+                return kind, literal(height), literal(width)
+            case Opaque(python=python):
+                return "as_instance", self._annotations.of(type_) if python else "object"
+        raise TypeError(f"no contract for {type_!r}")
+
+    def _made(self, name: str, *arguments: str) -> str:
+        return f"{self._imports.add(RUNTIME, name)}({', '.join(arguments)})"
+
+    def _own(self, type_: Enum | Record) -> str:
+        key = plain(type_)  # frames do not show in values
+        if key not in self._names:
+            if isinstance(type_, Enum):
+                value = self._made("as_member", *map(literal, type_.members))
+            else:
+                fields = (f"{name}={self.of(part)}" for name, part in type_.fields)
+                value = self._made("as_record", self._annotations.of(type_), *fields)
+            words = _HUMP.sub("_", type_.name or "one_of").lower()
+            self._names[key] = self._new_name(f"as_{words}")
+            self.named.append(NamedPlan(self._names[key], value))
+        return self._names[key]

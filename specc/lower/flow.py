@@ -1,4 +1,4 @@
-"""The work cycle of a state as a tree: error condition, terminal condition, rows, behaviour."""
+"""The work cycle of a state as a tree, and what it evaluates in any case."""
 
 from __future__ import annotations
 
@@ -6,13 +6,136 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from specc.lower.certain import Certain
-from specc.lower.facts import Facts, learn, shortened
-from specc.lower.terms import Term, Terms, TermTable
+from specc.lower.terms import NONE, Term, Terms, TermTable, in_order
+from specc.model import expr as e
 from specc.model.expr import Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
-from specc.model.types import Type
+from specc.model.types import Bool, Type, Vector
+
+# What is evaluated in any case: what may be computed early, because it will be needed anyway.
+#
+# A term behind a guard (a later operand of `and` and `or`, a branch of a choice, the body of a
+# quantifier over a list) is not, unless all paths come to it.
+
+
+class Certain:
+    """Answers for terms worth keeping. The values of the terms `known` are there already."""
+
+    def __init__(self, known: Terms = NONE) -> None:
+        self._known = known
+        self._found: dict[Term, Terms] = {}
+
+    def of(self, *terms: Term) -> Terms:
+        """Terms that an evaluation of all `terms` evaluates in any case, themselves among them."""
+        for term in in_order(self._missing(terms)):
+            itself = frozenset({term}) if term.is_kept else NONE
+            self._found[term] = itself | self._operands(term)
+        return NONE.union(*map(self._get, terms))
+
+    def before(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
+        """Terms evaluated in any case when `term` is tested and one of two things follows.
+
+        `if_true` and `if_false` are evaluated in any case after the test came out that way.
+        """
+        self.of(term)
+        return self._before(term, if_true, if_false)
+
+    def _missing(self, terms: tuple[Term, ...]) -> set[Term]:
+        missing: set[Term] = set()
+        pending = list(terms)
+        while pending:
+            term = pending.pop()
+            if term not in self._known and term not in self._found and term not in missing:
+                missing.add(term)
+                pending.extend(term.args)
+        return missing
+
+    def _get(self, term: Term) -> Terms:
+        return NONE if term in self._known else self._found[term]
+
+    def _before(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
+        if term in self._known:
+            return if_true & if_false
+        itself = frozenset({term}) if term.is_kept else NONE
+        match term.node:
+            case e.Truth(value=value):
+                return if_true if value else if_false
+            case e.Unary(op="not"):
+                return itself | self._before(term.args[0], if_false, if_true)
+            case e.Logic(op=op):
+                for operand in reversed(term.args):
+                    outcome = self._before(operand, if_true, if_false)
+                    if_true, if_false = (outcome, if_false) if op == "and" else (if_true, outcome)
+                return itself | outcome
+            case e.Choice():
+                test, then, otherwise = term.args
+                after_then = self._before(then, if_true, if_false)
+                after_else = self._before(otherwise, if_true, if_false)
+                return itself | self._before(test, after_then, after_else)
+        return self._get(term) | (if_true & if_false)
+
+    def _operands(self, term: Term) -> Terms:
+        match term.node:
+            case e.Logic(op=op):
+                after = NONE
+                for operand in reversed(term.args):
+                    outcomes = (after, NONE) if op == "and" else (NONE, after)
+                    after = self._before(operand, *outcomes)
+                return after
+            case e.Choice():
+                test, then, otherwise = term.args
+                return self._before(test, self._get(then), self._get(otherwise))
+            case e.Quantifier():
+                over, body = term.args
+                never_empty = isinstance(over.type, Vector) and over.type.size > 0
+                inside = (t for t in self._get(body) if not t.bound)
+                return self._get(over) | (frozenset(inside) if never_empty else NONE)
+        return NONE.union(*map(self._get, term.args))
+
+
+# What a path through a work cycle has already found out shortens the conditions further on.
+
+
+Facts = dict[Term, bool]
+
+
+def learn(table: TermTable, facts: Facts, term: Term, outcome: bool) -> Facts:
+    """`facts`, and what follows when `term` came out as `outcome`. Nothing is guessed."""
+    known = dict(facts)
+    pending = [(term, outcome)]
+    while pending:
+        item, value = pending.pop()
+        known[item] = value
+        known[table.negation(item)] = not value
+        match item.node:
+            case e.Unary(op="not"):
+                pending.append((item.args[0], not value))
+            case e.Logic(op=op) if value is (op == "and"):
+                pending.extend((operand, value) for operand in item.args)
+            case e.Fresh(input=source) if value:
+                pending.append((table.of(e.Present(source, type=Bool())), True))
+            case e.Present(input=source) if not value:
+                known[table.of(e.Fresh(source, type=Bool()))] = False
+    return known
+
+
+def shortened(table: TermTable, term: Term, facts: Facts) -> Term:
+    """A term equal to `term` wherever `facts` hold."""
+    if term in facts:
+        return table.truth(facts[term])
+    match term.node:
+        case e.Unary(op="not") | e.Logic():
+            args = tuple(shortened(table, arg, facts) for arg in term.args)
+            return term if args == term.args else table.make(term.node, args)
+        case e.Choice():
+            test = shortened(table, term.args[0], facts)
+            same = test is term.args[0]
+            return term if same else table.make(term.node, (test, *term.args[1:]))
+    return term
+
+
+# The work cycle of a state as a tree: error condition, terminal condition, rows, behaviour.
 
 
 class Proofs(Protocol):

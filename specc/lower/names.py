@@ -1,4 +1,4 @@
-"""Identifiers: any name of a specification becomes a safe and unique name of Python."""
+"""Names, texts and imports of a generated module."""
 
 from __future__ import annotations
 
@@ -6,6 +6,51 @@ import builtins
 import keyword
 import re
 from collections.abc import Iterable
+
+from specc.model.trace import Trace
+
+# Texts of a specification inside Python: they can end neither a docstring nor a comment.
+
+
+def one_line(text: str) -> str:
+    """`text` without line breaks and invisible characters."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def in_docstring(text: str) -> str:
+    """`text` for the inside of a docstring in triple quotes, at whose end it must not stand."""
+    return one_line(text).replace("\\", "\\\\").replace('""', '\\"\\"')
+
+
+def docstring(*parts: str) -> str:
+    """The parts that are not empty as one sentence, for the inside of a docstring."""
+    said = ", ".join(part for part in map(in_docstring, parts) if part)
+    if not said:
+        return ""
+    return said if said[-1] in ".!?" else f"{said}."
+
+
+def comment(*parts: str) -> str:
+    """The parts that are not empty for a comment; instructions to linters lose their sign."""
+    return ", ".join(part for part in (one_line(p).replace("#", "") for p in parts) if part)
+
+
+def traced(line: str, trace: Trace, *before: str) -> str:
+    """`line` with a comment of what stands `before` and where it comes from."""
+    said = comment(*before, str(trace))
+    return f"{line}  # {said}" if said else line
+
+
+def literal(value: object) -> str:
+    """A text, number, boolean or tuple as Python writes it."""
+    if isinstance(value, tuple):
+        inside = ", ".join(map(literal, value))
+        return f"({inside},)" if len(value) == 1 else f"({inside})"
+    return repr(value)
+
+
+# Identifiers: any name of a specification becomes a safe and unique name of Python.
+
 
 _AMBIGUOUS = frozenset("lOI")
 """Letters that fonts do not tell from digits; linters refuse them as names."""
@@ -94,3 +139,43 @@ def joined(
 def class_name(name: str) -> str:
     """`irp m` -> `IrpM`."""
     return identifier("".join(word[0].upper() + word[1:] for word in _WORD.findall(name)))
+
+
+# What a generated module imports, collected while it is lowered; the formatter sorts it.
+
+
+class Imports:
+    """Names from modules, in order of their first use."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, None] = {}
+
+    def add(self, module: str, name: str, alias: str = "") -> str:
+        """Import `name`; the name it has here."""
+        alias = alias or name
+        renamed = f" as {alias}" if alias != name else ""
+        self._lines[f"from {module} import {name}{renamed}"] = None
+        return alias
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Import statements."""
+        return tuple(self._lines)
+
+
+class Functions:
+    """Imports functions of operators and bindings, `module:name`; two of one name get two names."""
+
+    def __init__(self, imports: Imports, names: Names) -> None:
+        self._imports = imports
+        self._names = names
+        self._known: dict[tuple[str, str], str] = {}
+
+    def use(self, python: str) -> str:
+        """What stands for the function here; a method keeps the path below its class."""
+        module, _, attribute = python.partition(":")
+        first, dot, rest = attribute.partition(".")
+        if (module, first) not in self._known:
+            alias = self._imports.add(module, first, self._names.new(first))
+            self._known[module, first] = alias
+        return self._known[module, first] + dot + rest

@@ -1,17 +1,142 @@
-"""Python for single nodes of expressions over that of their operands; constants of a module."""
+"""Python for single nodes of expressions over that of their operands."""
 
 from __future__ import annotations
 
-from specc.lower import spelling as s
-from specc.lower.constants import shared_name
+import math
+from dataclasses import dataclass
+
 from specc.lower.finite import is_array
-from specc.lower.module import Module
+from specc.lower.module import Module, shared_name
+from specc.lower.names import comment, literal
 from specc.lower.plan import ConstantPlan
-from specc.lower.spelling import Spelled
 from specc.lower.terms import Term, TermTable
-from specc.lower.text import comment, literal
 from specc.model import expr as e
-from specc.model.types import OptionalOf, Pose, Real, Spatial, Type, Vector, whole
+from specc.model.types import (
+    Enum,
+    Int,
+    ListOf,
+    OptionalOf,
+    Pose,
+    Real,
+    Spatial,
+    Type,
+    Vector,
+    whole,
+)
+
+# Python for one node of an expression over the Python of its operands, with its rank.
+
+
+CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, POWER, PRIMARY, ATOM = range(11)
+"""How tightly Python binds; an operand of lower rank than its place needs brackets."""
+_BINARY = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "@": PRODUCT}
+
+
+@dataclass(frozen=True, slots=True)
+class Spelled:
+    """Python text of an expression and how tightly it binds."""
+
+    text: str
+    rank: int = ATOM
+
+    def at(self, rank: int) -> str:
+        """The text for a place that needs at least `rank`."""
+        return self.text if self.rank >= rank else f"({self.text})"
+
+
+def number(value: float, type_: Type) -> Spelled:
+    """A literal; reals get a point. Infinity has no literal in Python."""
+    if not math.isfinite(value):
+        return Spelled(f'float("{float(value)}")', PRIMARY)
+    text = str(int(value)) if isinstance(type_, Int) else repr(float(value))
+    return Spelled(text, SIGN if text.startswith("-") else ATOM)
+
+
+def call(function: str, *args: Spelled) -> Spelled:
+    """A call with its arguments."""
+    return Spelled(f"{function}({', '.join(arg.text for arg in args)})", PRIMARY)
+
+
+def sign(operand: Spelled) -> Spelled:
+    """The negative; two signs never stand side by side."""
+    rank = SIGN if operand.rank != SIGN else ATOM
+    return Spelled(f"-{operand.at(rank)}", SIGN)
+
+
+def negation(operand: Spelled) -> Spelled:
+    """`not`."""
+    return Spelled(f"not {operand.at(NOT)}", NOT)
+
+
+def binary(op: str, left: Spelled, right: Spelled) -> Spelled:
+    """Arithmetic between two operands."""
+    if op == "**":
+        return Spelled(f"{left.at(PRIMARY)} ** {right.at(SIGN)}", POWER)
+    rank = _BINARY[op]
+    return Spelled(f"{left.at(rank)} {op} {right.at(rank + 1)}", rank)
+
+
+def compare(op: str, left: Spelled, right: Spelled) -> Spelled:
+    """One comparison, never a chain."""
+    return Spelled(f"{left.at(SUM)} {op} {right.at(SUM)}", COMPARE)
+
+
+def logic(op: str, operands: list[Spelled]) -> Spelled:
+    """`and`/`or`; an `and` inside an `or` keeps its brackets, for the reader."""
+    return Spelled(f" {op} ".join(o.at(NOT) for o in operands), AND if op == "and" else OR)
+
+
+def choice(test: Spelled, then: Spelled, otherwise: Spelled) -> Spelled:
+    """`then if test else otherwise`."""
+    return Spelled(f"{then.at(OR)} if {test.at(OR)} else {otherwise.at(CHOICE)}", CHOICE)
+
+
+def among(item: Spelled, members: frozenset[str], type_: Type, *, negated: bool) -> Spelled:
+    """Whether an item is one of some members, which come in the order of their declaration."""
+    order = type_.members if isinstance(type_, Enum) else ()
+    names = [literal(member) for member in order if member in members]
+    if not names:
+        return Spelled(str(negated))
+    if len(names) == 1:
+        return compare("!=" if negated else "==", item, Spelled(names[0]))
+    verb = "not in" if negated else "in"
+    return Spelled(f"{item.at(SUM)} {verb} {{{', '.join(names)}}}", COMPARE)
+
+
+def quantifier(kind: str, variable: str, over: Spelled, body: Spelled, type_: Type) -> Spelled:
+    """`all` or `any` over a tuple, or over an array as a list of Python's numbers."""
+    items = over.at(PRIMARY) + ("" if is_tuple(type_) else ".tolist()")
+    return Spelled(f"{kind}({body.text} for {variable} in {items})", PRIMARY)
+
+
+def pairs(variable: str, over: Spelled, body: Spelled, type_: Type) -> Spelled:
+    """Every item after the number that it is judged by."""
+    items = over.at(PRIMARY) + ("" if is_tuple(type_) else ".tolist()")
+    return Spelled(f"({body.text}, {variable}) for {variable} in {items}")
+
+
+def component(value: Spelled, index: int, of: Type) -> Spelled:
+    """One component: a number of Python's, not one of numpy's."""
+    end = f"[{index}]" if is_tuple(of) else f".item({index})"
+    return Spelled(value.at(PRIMARY) + end, PRIMARY)
+
+
+def is_tuple(type_: Type) -> bool:
+    """Whether values are tuples: lists, and vectors of anything but reals."""
+    match type_:
+        case Vector(element=Real()):
+            return False
+    return isinstance(type_, (Vector, ListOf))
+
+
+def items(operands: list[Spelled]) -> Spelled:
+    """A tuple."""
+    inside = ", ".join(o.text for o in operands)
+    return Spelled(f"({inside},)" if len(operands) == 1 else f"({inside})")
+
+
+# Python for single nodes of expressions over that of their operands; constants of a module.
+
 
 PYTHON_FUNCTIONS = ("abs", "float", "len", "max", "min")
 
@@ -35,18 +160,18 @@ class Nodes:
         """Python for a node over its operands."""
         match term.node:
             case e.Quantifier(kind="argmax" | "argmin" as kind, variable=variable):
-                spelled = s.pairs(self.bound[variable], args[0], args[1], term.args[0].type)
-                return s.call(self.module.builtin(kind), spelled)
+                spelled = pairs(self.bound[variable], args[0], args[1], term.args[0].type)
+                return call(self.module.builtin(kind), spelled)
             case e.Logic() | e.Choice() | e.Quantifier() | e.Unary():
                 return self._condition(term, args)
             case e.Among() | e.Compare() | e.IsNone():
                 return self._condition(term, args)
             case e.Call(operator=operator):
-                return s.call(self.module.operator(operator), *args)
+                return call(self.module.operator(operator), *args)
             case e.Builtin(name=name):
                 return self._builtin(name, term, args)
             case e.Binary(op=op):
-                return s.binary(op, *args)
+                return binary(op, *args)
             case e.Items() | e.FieldOf() | e.Component() | e.Sure():
                 return self._structure(term, args)
         return self._leaf(term.node)
@@ -95,40 +220,40 @@ class Nodes:
     def _condition(self, term: Term, args: list[Spelled]) -> Spelled:
         match term.node:
             case e.Logic(op=op):
-                return s.logic(op, args)
+                return logic(op, args)
             case e.Choice():
-                return s.choice(*args)
+                return choice(*args)
             case e.Unary(op=op):
-                return s.sign(args[0]) if op == "-" else s.negation(args[0])
+                return sign(args[0]) if op == "-" else negation(args[0])
             case e.Compare(op=op):
-                return s.compare(op, *args)
+                return compare(op, *args)
             case e.IsNone():
-                return s.compare("is", args[0], Spelled("None"))
+                return compare("is", args[0], Spelled("None"))
             case e.Among(members=members):
-                return s.among(args[0], members, term.args[0].type, negated=False)
+                return among(args[0], members, term.args[0].type, negated=False)
             case e.Quantifier(kind=kind, variable=variable):
                 over = term.args[0].type
-                return s.quantifier(kind, self.bound[variable], args[0], args[1], over)
+                return quantifier(kind, self.bound[variable], args[0], args[1], over)
         raise TypeError(f"{term.node!r} is no condition")
 
     def _structure(self, term: Term, args: list[Spelled]) -> Spelled:
         match term.node:
             case e.FieldOf(name=name):
-                return Spelled(f"{args[0].at(s.PRIMARY)}.{name}", s.PRIMARY)
+                return Spelled(f"{args[0].at(PRIMARY)}.{name}", PRIMARY)
             case e.Component(index=index):
-                return s.component(args[0], index, term.args[0].type)
+                return component(args[0], index, term.args[0].type)
             case e.Sure() if isinstance(term.args[0].type, OptionalOf):
-                return s.call(self.module.builtin("some"), args[0])
+                return call(self.module.builtin("some"), args[0])
             case e.Sure():
                 return args[0]
-        if s.is_tuple(term.type):
-            return s.items(args)
-        return s.call(self.module.builtin("vector"), *args)
+        if is_tuple(term.type):
+            return items(args)
+        return call(self.module.builtin("vector"), *args)
 
     def _leaf(self, node: e.Expr) -> Spelled:
         match node:
             case e.Number(value=value, type=type_):
-                return s.number(value, type_)
+                return number(value, type_)
             case e.Truth(value=truth):
                 return Spelled(str(truth))
             case e.TextLiteral(value=text) | e.Member(name=text):
@@ -139,7 +264,7 @@ class Nodes:
                 return Spelled("None")
             case e.Clock(name=clock):
                 return self._clock(clock)
-        return Spelled(self._name(node), s.PRIMARY)
+        return Spelled(self._name(node), PRIMARY)
 
     def _name(self, node: e.Expr) -> str:
         match node:
@@ -166,26 +291,26 @@ class Nodes:
         if name == "period":
             return Spelled("PERIOD")
         if name == "entered":
-            return Spelled(f"{self.periods} == 0", s.COMPARE)
+            return Spelled(f"{self.periods} == 0", COMPARE)
         # A quotient of whole numbers is the decimal that the specification compares with, where a
         # multiple of the period may be off by a rounding error: 3 * 0.1 > 0.3.
         rate = self.module.rate_hz
         times = f" * {rate.denominator}" if rate.denominator > 1 else ""
-        return Spelled(f"{self.periods}{times} / {rate.numerator}", s.PRODUCT)
+        return Spelled(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
 
     def _builtin(self, name: str, term: Term, args: list[Spelled]) -> Spelled:
         if name in PYTHON_FUNCTIONS:
-            return s.call(name, *args)
+            return call(name, *args)
         if name == "sqrt":
-            return s.call(self.module.imports.add("math", "sqrt"), *args)
+            return call(self.module.imports.add("math", "sqrt"), *args)
         if name == "near":
             kind = term.args[0].type
             if isinstance(kind, Pose):
-                return s.call(self.module.builtin("near_pose"), *args)
+                return call(self.module.builtin("near_pose"), *args)
             if not is_array(kind):
-                distance = s.call("abs", s.binary("-", args[0], args[1]))
-                return s.compare("<=", distance, args[2])
-        return s.call(self.module.builtin(name), *args)
+                distance = call("abs", binary("-", args[0], args[1]))
+                return compare("<=", distance, args[2])
+        return call(self.module.builtin(name), *args)
 
     def _define(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False

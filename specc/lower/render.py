@@ -1,26 +1,71 @@
-"""From terms to Python: every value once, in the place where it is first needed.
-
-A term that is needed again keeps its value in a local: assigned by a statement before the
-expression where it is evaluated in any case, by `:=` inside the expression where a condition
-guards it. Where only some paths evaluated it, its local is None on the others.
-"""
+"""From terms to Python: every value once, in the place where it is first needed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from specc.lower import spelling as s
+from specc.lower import nodes as s
 from specc.lower.finite import is_array
-from specc.lower.members import accepted
 from specc.lower.module import Module
-from specc.lower.names import Names
-from specc.lower.nodes import Nodes
+from specc.lower.names import Names, literal
+from specc.lower.nodes import Nodes, Spelled
 from specc.lower.sharing import LARGEST, TooLarge
-from specc.lower.spelling import Spelled
 from specc.lower.terms import NONE, Term, Terms, TermTable
-from specc.lower.text import literal
 from specc.model import expr as e
 from specc.model.types import Enum, Pose, Vector
+
+# Which members of an enum a quantifier's body accepts, when it asks nothing else.
+
+
+def accepted(quantifier: e.Quantifier, body: Term) -> frozenset[str] | None:
+    """Members for which `body` holds; None if it depends on more than the variable."""
+    over = quantifier.over.type
+    if quantifier.kind not in ("all", "any"):
+        return None
+    if not (isinstance(over, Vector) and over.size and isinstance(over.element, Enum)):
+        return None
+    outcomes = {m: _holds(body, quantifier.variable, m) for m in over.element.members}
+    if None in outcomes.values():
+        return None
+    return frozenset(member for member, holds in outcomes.items() if holds)
+
+
+def _holds(term: Term, variable: str, member: str) -> bool | None:
+    match term.node:
+        case e.Truth(value=value):
+            return value
+        case e.Among(members=members) if _is_variable(term.args[0], variable):
+            return member in members
+        case e.Compare(op="==" | "!=" as op):
+            return _equals(term.args, variable, member, wanted=op == "==")
+        case e.Unary(op="not"):
+            inner = _holds(term.args[0], variable, member)
+            return None if inner is None else not inner
+        case e.Logic(op=op):
+            parts = [_holds(arg, variable, member) for arg in term.args]
+            if None in parts:
+                return None
+            return all(parts) if op == "and" else any(parts)
+    return None
+
+
+def _equals(sides: tuple[Term, ...], variable: str, member: str, *, wanted: bool) -> bool | None:
+    for side, other in (sides, sides[::-1]):
+        if _is_variable(side, variable) and isinstance(other.node, e.Member):
+            return (other.node.name == member) is wanted
+    return None
+
+
+def _is_variable(term: Term, variable: str) -> bool:
+    return isinstance(term.node, e.Bound) and term.node.name == variable
+
+
+# From terms to Python: every value once, in the place where it is first needed.
+#
+# A term that is needed again keeps its value in a local: assigned by a statement before the
+# expression where it is evaluated in any case, by `:=` inside the expression where a condition
+# guards it. Where only some paths evaluated it, its local is None on the others.
+
 
 FEW = 2
 """Up to so many members of an enum, `in` tests are clearer and faster than a loop."""

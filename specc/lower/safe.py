@@ -6,10 +6,10 @@ from fractions import Fraction
 
 from specc.lower.annotations import TypeNames
 from specc.lower.module import Module
+from specc.lower.names import comment, docstring, in_docstring, literal
 from specc.lower.plan import AttributePlan, DevicePlan, SafePlan
 from specc.lower.render import Renderer, Seen
 from specc.lower.terms import TermTable
-from specc.lower.text import comment, docstring, in_docstring, literal
 from specc.model.expr import Expr, Unknown
 from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.trace import Trace

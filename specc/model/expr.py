@@ -123,7 +123,7 @@ class Call(Node):
 
 @dataclass(frozen=True, slots=True)
 class Builtin(Node):
-    """A function of the language itself; the table is `specc.expr.builtins`."""
+    """A function of the language itself; the table is `specc.lang.builtins`."""
 
     name: str
     args: tuple[Expr, ...]

@@ -1,7 +1,7 @@
 """Types of values: shape, unit and coordinate frame. Two types are the same when they are equal.
 
 A frame is a name; in an operator's signature a name that starts with "?" is a frame variable,
-which stands for any frame (see `specc.expr.unify`).
+which stands for any frame (see `specc.lang.unify`).
 """
 
 from __future__ import annotations

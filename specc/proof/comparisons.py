@@ -8,8 +8,8 @@ from functools import partial
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int, ListOf
+from specc.proof.formula import Apart, Bound, Quantity
 from specc.proof.numbering import Depths, Numbering, Scalar
-from specc.proof.variables import Apart, Bound, Quantity
 
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 # The question that decides a comparison, and the answer with which the comparison holds.

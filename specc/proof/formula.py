@@ -1,14 +1,177 @@
-"""Propositional formulas over atoms, shared: two equal formulas of one factory are one object."""
+"""Formulas over the unknowns of a subsystem: questions, answers, Boolean structure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from specc.expr import show
+from specc.lang import show
 from specc.model.expr import Expr
-from specc.proof.variables import Variable
+
+# What conditions ask about. Atoms of one variable are related; those of different ones are not.
+
+
+Answers = tuple[bool, ...]
+"""Answers to the questions about one variable, in the order of the questions."""
+
+Number = int
+"""A value number: equal for expressions that have the same value (see `specc.proof.numbering`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """A truth value about which nothing else is known; its only question is None."""
+
+    of: Number
+
+    def answers(self, tests: Sequence[None]) -> list[Answers]:
+        """False and true."""
+        return [(False,) * len(tests), (True,) * len(tests)]
+
+
+@dataclass(frozen=True, slots=True)
+class EnumItem:
+    """One member of an enum; a question is a set of members."""
+
+    of: Number
+    members: tuple[str, ...]
+    expr: Expr | None = field(compare=False, default=None)
+
+    @property
+    def text(self) -> str:
+        """The item in the language."""
+        return "" if self.expr is None else show(self.expr)
+
+    def answers(self, tests: Sequence[frozenset[str]]) -> list[Answers]:
+        """One for every member that the questions tell apart."""
+        return _distinct([tuple(m in test for test in tests) for m in self.members])
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A text; a question is a text that it may be equal to."""
+
+    of: Number
+
+    def answers(self, tests: Sequence[str]) -> list[Answers]:
+        """Equal to one of the texts or to none."""
+        return [(False,) * len(tests)] + [tuple(a == b for a in tests) for b in tests]
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """An element of an input buffer: without a value, with an old one, or fresh."""
+
+    peer: str
+    element: str
+    always_present: bool
+
+    def answers(self, tests: Sequence[Literal["fresh", "present"]]) -> list[Answers]:
+        """A fresh element is present."""
+        states = [{"present"}, {"fresh", "present"}]
+        if not self.always_present:
+            states.insert(0, set())
+        return _distinct([tuple(test in state for test in tests) for state in states])
+
+
+Bound = tuple[str, float]
+"""One of <, <= and ==, and the constant to compare with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number; a question compares it with a constant."""
+
+    kind: Literal["value", "difference", "distance", "periods"]
+    of: tuple[Number, ...]
+    """One number of a value; two of a difference, or of the distance that `near` judges; none of
+    the number of periods that the state has lasted."""
+    whole: bool
+    """Whether it is an integer."""
+    least: float | None = None
+    """A lower bound by its nature, as of a length."""
+
+    def answers(self, tests: Sequence[Bound]) -> list[Answers]:
+        """One for every threshold that can be met and every gap between thresholds."""
+        thresholds = sorted({value for _, value in tests})
+        found = []
+        below = -math.inf
+        for value in thresholds:
+            if self._has_room(below, value):
+                found.append(tuple(t >= value and op != "==" for op, t in tests))
+            if self._can_be(value):
+                found.append(tuple(_holds_at(op, value, t) for op, t in tests))
+            below = value
+        if below < math.inf:
+            found.append((False,) * len(tests))
+        return _distinct(found)
+
+    def _can_be(self, value: float) -> bool:
+        if self.least is not None and value < self.least:
+            return False
+        return not self.whole or float(value).is_integer()
+
+    def _has_room(self, below: float, above: float) -> bool:
+        """Whether a value lies between, both ends excluded."""
+        if above == -math.inf:
+            return False
+        if self.least is not None and self.least > below:
+            return self.least < above if not self.whole else math.ceil(self.least) < above
+        if below == -math.inf:
+            return True
+        if self.whole:
+            return math.floor(below) + 1 < above
+        # Beyond this size a whole number may lie between two floats.
+        return abs(below) >= _ALL_WHOLE or math.nextafter(below, math.inf) < above
+
+
+_ALL_WHOLE = 2.0**53
+
+
+def _holds_at(op: str, value: float, threshold: float) -> bool:
+    if op == "==":
+        return value == threshold
+    return value < threshold or (value == threshold and op == "<=")
+
+
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """How far two poses are from each other; a question has a distance and an angle."""
+
+    of: tuple[Number, Number]
+
+    def answers(self, tests: Sequence[tuple[float, float]]) -> list[Answers]:
+        """Within which distances and angles: what is within one is within every larger one."""
+        distances = [*sorted({d for d, _ in tests if d >= 0.0}), math.inf]
+        angles = [*sorted({a for _, a in tests if a >= 0.0}), math.inf]
+        return _distinct(
+            [tuple(d <= e and a <= b for e, b in tests) for d in distances for a in angles]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Collection:
+    """Items of a vector or list; a question is a formula, asked of any item.
+
+    Its answers need the tables of `specc.proof.table`.
+    """
+
+    of: Number
+    size: int | None
+    """Number of items; None for a list, which may be empty unless it is `nonempty`."""
+    nonempty: bool = False
+
+
+Variable = Flag | EnumItem | Label | Arrival | Quantity | Apart | Collection
+
+
+def _distinct(answers: list[Answers]) -> list[Answers]:
+    return list(dict.fromkeys(answers))
+
+
+# Propositional formulas over atoms, shared: two equal formulas of one factory are one object.
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,13 +11,12 @@ from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Bool
-from specc.proof.decide import Question, can_hold
+from specc.proof.decide import Question, can_hold, conjuncts, related
 from specc.proof.formula import Formula
 from specc.proof.relations import Relations
-from specc.proof.relevance import conjuncts, related
-from specc.proof.repair import none_of, only
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
+from specc.proof.witness import none_of, only
 
 Moment = Literal["conditions", "functions", "start"]
 """When something holds. Axioms hold but at the start of a run; `entered` and `elapsed` are known in

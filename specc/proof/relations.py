@@ -28,9 +28,17 @@ from specc.model.expr import (
 )
 from specc.model.types import Bool, Enum, Int, Text, Vector
 from specc.proof.clock import ELAPSED
-from specc.proof.formula import Atom, Formula, atoms_of
+from specc.proof.formula import (
+    Apart,
+    Arrival,
+    Atom,
+    EnumItem,
+    Formula,
+    Quantity,
+    Variable,
+    atoms_of,
+)
 from specc.proof.numbering import Numbering
-from specc.proof.variables import Apart, Arrival, EnumItem, Quantity, Variable
 
 if TYPE_CHECKING:
     from specc.proof.solver import Theory

@@ -31,17 +31,19 @@ from specc.model.expr import (
 from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
 from specc.proof.clock import Timer, Turns
 from specc.proof.comparisons import Comparisons
-from specc.proof.formula import Atom, Formula, Formulas
-from specc.proof.numbering import Depths, Numbering
-from specc.proof.variables import (
+from specc.proof.formula import (
     Arrival,
+    Atom,
     Collection,
     EnumItem,
     Flag,
+    Formula,
+    Formulas,
     Label,
     Quantity,
     Variable,
 )
+from specc.proof.numbering import Depths, Numbering
 from specc.proof.verdict import InputName
 
 _OUTSIDE: Depths = {}

@@ -1,4 +1,4 @@
-"""What the proofs say."""
+"""What was decided about the rows of a state and cause, and what was not."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 
 from specc.model.expr import Expr, Fresh
 from specc.model.fsm import Transition
+
+# What the proofs say.
+
 
 InputName = tuple[str, str]
 """Peer and name of an input element."""
@@ -107,3 +110,36 @@ class RowVerdict:
     def proved(self) -> bool:
         """Whether exactly one row applies whenever the cause occurs."""
         return self.decision.proved
+
+
+# What is true of exact numbers, and not proved of those that a run has.
+
+
+WAY_OUT = (
+    "the generated code checks it in every run; to have it proved, compare one and the same sum "
+    "in all rows, as in `a + b < c` and `not (a + b < c)`"
+)
+TIMED = (
+    "the generated code checks it in every run; to have it proved, compare `elapsed` itself with "
+    "constants"
+)
+
+
+def rounding(facts: Facts) -> Decision:
+    """The verdict where only rounded sums can go wrong, with the answers of such a case."""
+    case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
+    return Decision(
+        unknown=f"it holds of exact numbers, but sums are rounded, which may make {case}",
+        way_out=WAY_OUT,
+    )
+
+
+def time(refuted: Decision, question: str) -> Decision:
+    """The verdict where what a run computes from the time may make a refutation wrong."""
+    return replace(
+        refuted,
+        gap=None,
+        overlap=None,
+        unknown=f"proofs do not follow how `{question}` changes with the time",
+        way_out=TIMED,
+    )

@@ -1,10 +1,85 @@
-"""Words for texts that are not YAML: what the parser stumbled over and what usually mends it."""
+"""Parse events, and the places where YAML goes wrong."""
+
+from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+
+from _ruamel_yaml import CParser  # type: ignore[import-not-found]  # compiled, without stubs
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    DocumentStartEvent,
+    Event,
+    MappingEndEvent,
+    MappingStartEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    SequenceStartEvent,
+)
 
 from specc.diagnostics import Diagnostic, Related
-from specc.read.events import YamlSyntaxError
 from specc.source import Place
+
+# The parse events of a YAML text, from the C parser that ruamel.yaml ships as an extra.
+#
+# Events rather than nodes: one pass over them gives data and places together, 20 times as fast as
+# the Python parser of ruamel.yaml.
+
+
+__all__ = [
+    "AliasEvent",
+    "DocumentStartEvent",
+    "Event",
+    "MappingEndEvent",
+    "MappingStartEvent",
+    "ScalarEvent",
+    "SequenceEndEvent",
+    "SequenceStartEvent",
+    "YamlSyntaxError",
+    "events",
+]
+
+
+class YamlSyntaxError(Exception):
+    """Where and why a text is not YAML; positions are offsets into the text."""
+
+    def __init__(self, problem: str, at: int, context: str = "", context_at: int | None = None):
+        super().__init__(problem)
+        self.problem = problem
+        self.at = at
+        self.context = context
+        self.context_at = context_at
+
+
+def events(text: str) -> Iterator[Event]:
+    """The events of a text that holds no forbidden character.
+
+    Raises:
+        YamlSyntaxError: the text is not YAML.
+    """
+    parser = CParser(text)
+    try:
+        while (event := parser.get_event()) is not None:
+            yield event
+    except MarkedYAMLError as error:
+        raise _fault(error) from None
+    except YAMLError as error:
+        raise YamlSyntaxError(str(error), 0) from None
+
+
+def _fault(error: MarkedYAMLError) -> YamlSyntaxError:
+    mark, context_mark = error.problem_mark, error.context_mark
+    return YamlSyntaxError(
+        error.problem or "this is not YAML",
+        mark.index if mark is not None else 0,
+        error.context or "",
+        context_mark.index if context_mark is not None else None,
+    )
+
+
+# Words for texts that are not YAML: what the parser stumbled over and what usually mends it.
+
 
 _QUOTE = "put the value in double quotes"
 _INDENT = "line the keys of a mapping up, and use the same indentation for all items of a list"

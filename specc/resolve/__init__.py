@@ -11,8 +11,8 @@ from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver, Setting
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
+from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.library import Library, Load, Loaded
-from specc.resolve.mentions import definitions_of, named_in_agents
 from specc.resolve.plant import resolve_plant, resolve_task
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]

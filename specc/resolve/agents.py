@@ -14,9 +14,8 @@ from specc.resolve.definitions import Definitions
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library, Loaded
-from specc.resolve.machine import MachineResolver
+from specc.resolve.machine import MachineResolver, with_safe
 from specc.resolve.reuse import reuse
-from specc.resolve.safe import with_safe
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Route

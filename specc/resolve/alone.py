@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from specc.diagnostics import Diagnostic
-from specc.expr import ExprError, parse_type
+from specc.lang import ExprError, parse_type
 from specc.model.expr import Call
 from specc.model.system import Agent, Constant, Operator, System
 from specc.model.trace import Trace

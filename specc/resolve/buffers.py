@@ -11,11 +11,10 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
 from specc.diagnostics import nearest
-from specc.expr import RESERVED, Declared, Scope
+from specc.lang import RESERVED, Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
 from specc.model.types import Type
-from specc.resolve.context import Where, nobody_knows, trace_of
-from specc.resolve.durations import duration_of
+from specc.resolve.context import Where, duration_of, nobody_knows, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.subsystem import ElementDef, InputDef, SubsystemDef

@@ -1,17 +1,22 @@
-"""What every part of resolving shares: a cursor into the files and the list of findings."""
+"""What resolving a file needs to know, and what it found wrong; rates and durations."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
-from specc.expr import ExprError, Scope, or_else
+from specc.lang import ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Type
+from specc.model.units import UnitError, parse_unit
 from specc.read import Reach
 from specc.schema.base import Traced
 from specc.source import Place, Route
+
+# What every part of resolving shares: a cursor into the files and the list of findings.
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,3 +253,30 @@ def trace_of(part: Traced) -> Trace:
 def nobody_knows(where: Where, type_: Type) -> Unknown:
     """A value of its own for every place, so that no two of them are taken for the same."""
     return Unknown("/".join(map(str, where.route)), type=type_)
+
+
+# Lengths of time in the texts of a specification.
+
+
+# A Fraction of `1e999999999` is computed digit by digit.
+_DURATION = re.compile(r"\s*(\d{1,12}(?:\.\d{1,12})?)\s+([a-z]+)\s*", re.ASCII)
+
+
+def duration_of(text: str, where: Where, findings: Findings) -> Fraction | None:
+    """Seconds from `20 ms` or `0.5 s`; None after reporting."""
+    found = _DURATION.fullmatch(text)
+    if found:
+        number, unit_text = found.groups()
+        try:
+            unit = parse_unit(unit_text)
+        except UnitError:
+            unit = None
+        if unit and unit.same_kind(parse_unit("s")) and Fraction(number) > 0:
+            return Fraction(number) * Fraction(unit.scale).limit_denominator(10**9)
+    findings.report(
+        "E0107",
+        f"`{text}` is not a length of time",
+        where.place,
+        help="write it with its unit, e.g. `20 ms` or `0.5 s`",
+    )
+    return None

@@ -1,20 +1,55 @@
-"""Turns the texts of expressions, types and units into their meaning, reporting what is wrong."""
+"""Texts of expressions and types resolved in their scope; comments in them."""
 
 from __future__ import annotations
 
 import ast
 import re
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from specc.diagnostics import Related
-from specc.expr import FOR_WANT_OF_CONTEXT, ExprError, ExprErrors, Scope, check, parse, parse_type
+from specc.diagnostics import Diagnostic, Related
+from specc.lang import (
+    CUT_SHORT,
+    FOR_WANT_OF_CONTEXT,
+    ExprError,
+    ExprErrors,
+    Scope,
+    check,
+    parse,
+    parse_type,
+)
 from specc.model.expr import Expr, has_unknown
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
 from specc.resolve.context import Findings, Meaning, Where
 from specc.resolve.definitions import Definitions
-from specc.source import Place
+from specc.source import Place, Sources
+
+# Expressions that a YAML comment cuts short.
+
+
+_COMMENT = re.compile(r"[ \t]+#")
+_HELP = "` #` begins a comment in YAML: leave it out, or put the whole text in quotes"
+
+
+def told_of_comments(found: Iterable[Diagnostic], sources: Sources) -> Iterator[Diagnostic]:
+    """The findings; those of expressions that end too early and before a comment say so."""
+    for finding in found:
+        cut = finding.code == "E0301" and finding.message in CUT_SHORT
+        yield replace(finding, help=_HELP) if cut and _before_comment(finding, sources) else finding
+
+
+def _before_comment(finding: Diagnostic, sources: Sources) -> bool:
+    place = finding.primary
+    source = sources.get(place.file)
+    if source is None or place.part != "value":
+        return False
+    end = source.offsets(Place(place.file, place.route))[1]
+    return _COMMENT.match(source.text, end) is not None
+
+
+# Turns the texts of expressions, types and units into their meaning, reporting what is wrong.
 
 
 @dataclass(slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from specc.diagnostics import nearest
-from specc.expr import (
+from specc.lang import (
     RESERVED,
     TYPE_WORDS,
     Declared,

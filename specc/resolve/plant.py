@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Container
 
-from specc.expr import Scope
+from specc.lang import Scope
 from specc.model.expr import Number, Truth
 from specc.model.system import Agent, Binding, Plant, Subsystem, Task
 from specc.model.types import Real
 from specc.model.units import Unit
-from specc.resolve.context import Findings, Where
+from specc.resolve.context import Findings, Where, duration_of
 from specc.resolve.definitions import Definitions
-from specc.resolve.durations import duration_of
 from specc.resolve.expressions import Expressions, rate_of
 from specc.schema.files import BindingDef, PlantDef, TaskDef
 

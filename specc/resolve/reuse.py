@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
-from specc.expr import ExprError, parse_type
+from specc.lang import ExprError, parse_type
 from specc.model.expr import ConstantRef, Expr, walk
 from specc.model.system import Constant
 from specc.model.types import Frame, Type
 from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions
+from specc.resolve.definitions import Definitions, inlined
 from specc.resolve.expressions import Expressions
-from specc.resolve.inlining import inlined
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile
 

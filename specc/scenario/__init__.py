@@ -4,8 +4,8 @@ A scenario file that `specc witness` wrote imports from here what it needs: `Tri
 values are spelled with.
 """
 
-from specc.example.values import Fields, Token
-from specc.expr.evaluate_builtins import translation
+from specc.example.situation import Fields, Token
+from specc.lang.evaluate import translation
 from specc.scenario.trial import Trial
 
 __all__ = ["Fields", "Token", "Trial", "translation"]

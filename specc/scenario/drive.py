@@ -1,33 +1,65 @@
-"""Driving a subsystem from its first period into a state, on the rows of its table."""
+"""Inputs that lead a subsystem from its first period into a state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from specc.example.freedom import Freedom
+from specc.analysis import Facts
+from specc.example.assign import Freedom
 from specc.example.search import Goal, find, present
-from specc.example.situation import Meaning, Situation
-from specc.example.values import alike
-from specc.facts import Facts
+from specc.example.situation import Meaning, Situation, alike
 from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName
-from specc.scenario.inputs import Inputs
 from specc.scenario.machine import (
     AbsentError,
     Ending,
+    Inputs,
+    Run,
+    Seen,
     StrayError,
     axioms_hold,
     begun,
     ending,
     executed,
 )
-from specc.scenario.paths import Path, paths
-from specc.scenario.run import Run, Seen
 from specc.scenario.script import Step, row_words, step_between
+
+# Ways through the transition table of a machine.
+
+
+MOST_PATHS = 6
+"""Ways to a state that are tried, and ways through every other one."""
+
+Path = tuple[Transition, ...]
+
+
+def paths(rows: Iterable[Transition], start: str, end: str) -> Iterator[Path]:
+    """Ways from a state to another one, the shortest first, no state twice."""
+    leaving: dict[str, list[Transition]] = {}
+    for row in rows:
+        leaving.setdefault(row.source, []).append(row)
+    open_: deque[Path] = deque([()])
+    visits: Counter[str] = Counter()
+    while open_:
+        path = open_.popleft()
+        here = path[-1].target if path else start
+        visits[here] += 1
+        if visits[here] > MOST_PATHS:
+            continue
+        if here == end:
+            yield path
+            continue
+        been = {start, *(row.target for row in path)}
+        open_ += [(*path, row) for row in leaving.get(here, ()) if row.target not in been]
+
+
+# Driving a subsystem from its first period into a state, on the rows of its table.
+
 
 MOST_ABSENT = 8
 """Inputs that are asked for one after another."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from specc.example.situation import Answer, Situation
-from specc.example.values import Value
+from specc.example.situation import Answer, Situation, Value
 from specc.model.fsm import Transition
 from specc.proof import InputName
 

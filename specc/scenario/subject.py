@@ -1,19 +1,27 @@
-"""One subsystem by itself: what is left of a system, and code for it in which nothing is proved."""
+"""The subsystem that a scenario is about, and what is refuted of it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+from specc.analysis import Decided, Facts
+from specc.analysis.vague import surely
+from specc.analysis.words import ending, situation
+from specc.checks import presence
 from specc.emit import filled
-from specc.example.exact import runnable
-from specc.facts.bounds import surely
+from specc.example.numbers import runnable
+from specc.example.search import Goal
 from specc.lower import lower
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
-from specc.model.fsm import Behaviour, Cause, Condition
+from specc.model.fsm import Behaviour, Cause, Condition, Transition
 from specc.model.system import Operator, Subsystem, System
 from specc.model.trace import Trace
+from specc.proof import InputName
+
+# One subsystem by itself: what is left of a system, and code for it in which nothing is proved.
+
 
 OPERATORS = "operators_of_the_scenario"
 """The module from which generated code gets its operators here."""
@@ -104,3 +112,86 @@ def _legible_behaviour(behaviour: Behaviour) -> Behaviour:
 
 def _legible_condition(condition: Condition) -> Condition:
     return replace(condition, when=runnable(surely(condition.when)))
+
+
+# What the checks have refuted of the machines of a system, as goals that a run can meet.
+
+
+CODES = ("E0601", "E0602", "E0603", "E0701", "E0702", "E0703", "E0704")
+"""Codes of findings that a run can show."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refutation:
+    """A finding that a run can show.
+
+    Either none or several rows apply when a state ends by a cause, or an input is read that may
+    have no value.
+
+    Attributes:
+        words: what is wrong, in words.
+        goals: the witness about rows.
+        rows: rows that apply; with none of them, no row does.
+        absent: the input that is read; empty if it is about rows.
+    """
+
+    code: str
+    subsystem: str
+    state: str
+    cause: Cause | None
+    words: str
+    goals: tuple[Goal, ...] = ()
+    rows: tuple[Transition, ...] = ()
+    absent: InputName | None = None
+
+
+def refutations(facts: Facts) -> Iterator[Refutation]:
+    """The refutations of a system, in the order of its states."""
+    for decided in facts.decided():
+        yield from _of_rows(decided, facts)
+    for subsystem in facts.consistent_subsystems:
+        yield from _of_absence(subsystem, facts)
+
+
+def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
+    """E0601, E0602, E0603."""
+    verdict, state, cause = decided.verdict, decided.state, decided.cause
+    gap, overlap = verdict.decision.gap, verdict.decision.overlap
+    name, ended = decided.subsystem.qualified_name, ending(state.behaviour, cause)
+    if gap and verdict.rows:
+        words = f"no row of state `{state.name}` applies {situation(gap)}"
+        yield Refutation("E0601", name, state.name, cause, words, gap.answers)
+    elif facts.lacks_rows(decided) and not _is_unfinished(decided, facts):
+        words = f"state `{state.name}` can end {ended} and has no row for that"
+        yield Refutation("E0603", name, state.name, cause, words)
+    if overlap:
+        rows = tuple(verdict.rows[index] for index in overlap.holding)
+        words = f"two rows of state `{state.name}` apply {situation(overlap)}"
+        yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
+
+
+def _is_unfinished(decided: Decided, facts: Facts) -> bool:
+    """Whether the table has no rows for the state yet."""
+    return any(decided.state is state for state in facts.dead_ends(decided.subsystem))
+
+
+def _of_absence(subsystem: Subsystem, facts: Facts) -> Iterator[Refutation]:
+    """E0701 to E0704, once for each input and state."""
+    told = set()
+    for code, absences in _ABSENCES.items():
+        for absence in absences(subsystem, facts):
+            state = absence.state or subsystem.initial_state
+            name = absence.reading.name
+            if (code, state, name) not in told:
+                told.add((code, state, name))
+                input_ = f"`x.{name[0]}.{name[1]}`"
+                words = f"{input_} may have no value {absence.where}, where {absence.what} reads it"
+                yield Refutation(code, subsystem.qualified_name, state, None, words, absent=name)
+
+
+_ABSENCES = {
+    "E0701": presence.absences_in_functions,
+    "E0702": presence.absences_in_conditions,
+    "E0703": presence.absences_in_memory,
+    "E0704": presence.absences_in_axioms,
+}

@@ -1,4 +1,4 @@
-"""A script as the text of a test."""
+"""Scenarios as tests, written where they belong."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from textwrap import wrap
 
 from specc.emit import printed
-from specc.example.values import Value, spelled
+from specc.example.situation import Value, spelled
 from specc.model.system import Subsystem
 from specc.proof import InputName
-from specc.scenario.refutations import Refutation
 from specc.scenario.script import Placed, Script, Step
+from specc.scenario.subject import Refutation
+
+# A script as the text of a test.
+
 
 MARK = "# Written by `specc witness`, which may write it anew; without this line it does not."
 _HELPERS = ("Fields", "Token", "Trial", "translation")
@@ -161,3 +165,41 @@ def _documented(text: str) -> str:
 def _commented(text: str) -> str:
     """A text for a comment of one line, without instructions to linters."""
     return " ".join(text.replace("#", "").split())
+
+
+# Writing scenarios: one file for each, never over a file that somebody else wrote.
+
+
+class ForeignFileError(Exception):
+    """There is a file that was not written of this specification; the message names it."""
+
+
+def put(path: Path, text: str) -> None:
+    """Write the text of a scenario, whole or not at all.
+
+    Raises:
+        ForeignFileError: what is there is not a scenario of the same specification.
+        OSError: the system refuses.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if os.path.lexists(path) and not _is_own(path, text):
+        raise ForeignFileError(str(path))
+    aside = path.with_name(f".{path.name}.new")
+    try:
+        aside.write_text(text, encoding="utf-8", newline="\n")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def _is_own(path: Path, text: str) -> bool:
+    """Whether what is there was written of the same specification."""
+    if not path.is_file():
+        return False
+    there = path.read_text(encoding="utf-8", errors="replace")
+    return there.startswith(f"{MARK}\n") and _specification(there) == _specification(text)
+
+
+def _specification(text: str) -> str:
+    """The statement of a scenario that names its specification."""
+    return text.partition("\nSPEC = ")[2].partition("\n\n")[0]

@@ -16,10 +16,9 @@ from types import ModuleType
 from typing import Any
 from unittest import SkipTest
 
-from specc.example.values import MakeArray, Value, alike, first_value, for_run, of_run
-from specc.lower.annotations import TypeNames
+from specc.example.situation import MakeArray, Value, alike, first_value, for_run, of_run
+from specc.lower.annotations import TypeNames, named_types
 from specc.lower.module import Module, elements
-from specc.lower.named_types import named_types
 from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.scenario.script import row_words

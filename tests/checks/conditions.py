@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from specc.expr import Environment, evaluate
+from specc.lang import Environment, evaluate
 from specc.model.expr import (
     FALSE,
     TRUE,

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from specc.facts import Facts
-from specc.facts.ages import Ages, Held
-from specc.facts.sources import Node
-from specc.facts.trails import Trail
+from specc.analysis import Facts
+from specc.analysis.ages import Ages, Held, Trail
+from specc.analysis.sources import Node
 from specc.pipeline import read_spec
 
 RATES = (100, 50, 40, 30, 25, 20, 12, 10)

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from specc.expr import Environment, evaluate
+from specc.lang import Environment, evaluate
 from specc.proof import Decision, Prover
 from tests.checks.texts import condition, machine
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from specc.expr import Environment, evaluate
+from specc.lang import Environment, evaluate
 from tests.checks.texts import condition, prove
 
 SUMS = (

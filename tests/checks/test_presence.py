@@ -8,10 +8,9 @@ from itertools import pairwise
 
 import pytest
 
-from specc.facts.connections import Arrivals
-from specc.facts.presence import Presence, find_presence
-from specc.facts.reading import Readings
-from specc.facts.steps import Step, reached_from
+from specc.analysis.connections import Arrivals
+from specc.analysis.graph import Step, reached_from
+from specc.analysis.presence import Presence, Readings, find_presence
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
 from specc.model.fsm import Transition
 from specc.model.system import Element, Port, Subsystem

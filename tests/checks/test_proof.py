@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from specc.expr import Environment, evaluate, show
+from specc.lang import Environment, evaluate, show
 from specc.model.expr import (
     FALSE,
     TRUE,

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from specc.expr import evaluate, show
-from specc.facts.connections import Connections
+from specc.analysis.connections import Connections
+from specc.lang import evaluate, show
 from specc.model.expr import TRUE, Expr
 from specc.model.fsm import Condition, Transition
 from specc.model.system import Subsystem
 from specc.model.trace import Trace
 from specc.pipeline import compile_spec
 from specc.proof import Prover, RowVerdict
-from specc.proof.repair import opposite
+from specc.proof.witness import opposite
 from tests.checks.conditions import HERE, condition, machine, worlds
 from tests.checks.texts import prove
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.expr import Environment, evaluate
+from specc.lang import Environment, evaluate
 from specc.model.expr import Binary, Builtin, Compare, Expr, Logic, MemoryRef, Number, Unary
 from specc.model.types import Bool, Int
 from specc.proof import Prover

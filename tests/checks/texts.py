@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from specc.expr import Scope, TypeNames, expression, members_of, parse_signature, parse_type
+from specc.lang import Scope, TypeNames, expression, members_of, parse_signature, parse_type
 from specc.model.expr import Expr
 from specc.model.system import Operator
 from specc.model.trace import Trace

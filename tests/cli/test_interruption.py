@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.fmt import formatted
+from specc.tools.fmt import formatted
 
 GOOD = """specc: 1
 system: alone

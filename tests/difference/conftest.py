@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from specc.difference import Comparison, compare
 from specc.model.system import System
 from specc.pipeline import read_spec
+from specc.tools.diff import Comparison, compare
 
 BASE = (Path(__file__).parent / "base.yaml").read_text(encoding="utf-8")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from specc.difference import Difference
+from specc.tools.diff import Difference
 from tests.difference.conftest import BASE, Differ, edited
 
 Edit = tuple[str, str]

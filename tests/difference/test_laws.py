@@ -13,12 +13,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from specc.difference import Difference, compare
-from specc.expr.evaluate import Environment, evaluate
+from specc.lang.evaluate import Environment, evaluate
 from specc.model.expr import Expr
 from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.read import read_text
+from specc.tools.diff import Difference, compare
 from tests.difference.conftest import BASE, Differ, Reader, edited
 from tests.difference.test_changes import DIFFERENCES, REMARKS
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from specc.cli.main import main
-from specc.importers import import_fabric
 from specc.pipeline import compile_spec
+from specc.tools.importers import import_fabric
 from tests.difference.conftest import BASE, edited
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

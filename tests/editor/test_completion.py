@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from specc.lsp import answers
-from specc.lsp.cursor import Cursor, cursors
-from specc.lsp.project import Project
+from specc.tools.lsp import answers
+from specc.tools.lsp.cursor import Cursor, cursors
+from specc.tools.lsp.project import Project
 from tests.editor.workspace import LIBRARY, SYSTEM, opened, place, write
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from specc.lsp import answers
-from specc.lsp.project import Project
-from specc.lsp.structure import role_of
-from specc.lsp.symbols import values
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.structure import role_of
+from specc.tools.lsp.symbols import values
 from tests.editor.workspace import LIBRARY, SYSTEM, opened, place
 from tests.house.tree import ROOT
 

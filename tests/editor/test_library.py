@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from specc.lsp import answers
-from specc.lsp.project import Project
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
 from tests.editor.workspace import LIBRARY, place
 from tests.house.tree import ROOT
 

@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from specc.lsp.mending import mended
-from specc.lsp.outline import outline
+from specc.tools.lsp.cursor import outline
+from specc.tools.lsp.mending import mended
 from tests.editor.workspace import SYSTEM
 
 

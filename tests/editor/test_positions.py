@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from specc.lsp.positions import Columns, Position
-from specc.lsp.shift import shift
 from specc.source import SourceFile
+from specc.tools.lsp.convert import Columns, Position
+from specc.tools.lsp.mending import shift
 
 TEXT = "a: 1\r\nβ: '🦾 x'\n\n𝔹𝔹: ok\rlast"
 SOURCE = SourceFile("file", TEXT)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from specc.lsp import answers
-from specc.lsp.project import Project
-from specc.lsp.rename import RenameError, apply
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.rename import RenameError, apply
 from tests.editor.workspace import LIBRARY, SYSTEM, opened, place, write
 from tests.house.tree import ROOT
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from specc.lsp import answers
-from specc.lsp.project import Project
-from specc.lsp.rename import RenameError
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.rename import RenameError
 from tests.editor.client import Client, ServerError
 from tests.editor.workspace import LIBRARY, SYSTEM, place, write
 from tests.house.tree import ROOT

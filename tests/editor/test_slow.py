@@ -19,7 +19,7 @@ GREEDY = SYSTEM.replace("system: arm", "system: greedy")
 DEADLY = SYSTEM.replace("system: arm", "system: deadly")
 MEDDLING = """\
 import os
-from specc.lsp import project, worker
+from specc.tools.lsp import project, worker
 
 analyse = project.Project.analyse
 

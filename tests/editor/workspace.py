@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from specc.lsp.project import Project
+from specc.tools.lsp.project import Project
 
 SYSTEM = """\
 specc: 1

@@ -19,7 +19,7 @@ from specc_runtime.faults import UndecidedTransition
 from specc import pipeline
 from specc.diagnostics import stops
 from specc.emit import filled
-from specc.expr import RESERVED, TYPE_WORDS
+from specc.lang import RESERVED, TYPE_WORDS
 from specc.lower import lower
 from tests.emit import measures
 from tests.soundness.running import NothingProved, package

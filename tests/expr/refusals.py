@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from specc.expr import ExprErrors, Scope, expression, members_of, parse_type
+from specc.lang import ExprErrors, Scope, expression, members_of, parse_type
 from specc.model.types import Enum
 from tests.strategies import FINGERS, MODE, NAMES, SCOPE
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from specc.expr import expression, parse_type, show
+from specc.lang import expression, parse_type, show
 from specc.model import expr as m
 from specc.model.types import Enum, Int, ListOf, Pose, Real, Vector
 from tests.strategies import MODE, NAMES, SCOPE

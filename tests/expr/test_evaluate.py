@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.expr import Environment, evaluate, expression, parse_type
-from specc.expr.evaluate_builtins import angle, compose, inverse, pose, translation
+from specc.lang import Environment, evaluate, expression, parse_type
+from specc.lang.evaluate import angle, compose, inverse, pose, translation
 from specc.model import expr as m
 from specc.model.types import Bool, Pose
 from tests.strategies import NAMES, SCOPE, Reading, conditions, environments, expressions, values

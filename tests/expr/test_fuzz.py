@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.expr import ExprErrors, expression, parse_signature, parse_type, show
+from specc.lang import ExprErrors, expression, parse_signature, parse_type, show
 from specc.model.types import Bool
 from tests.strategies import NAMES, SCOPE, expressions
 

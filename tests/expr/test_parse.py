@@ -6,9 +6,9 @@ import warnings
 
 import pytest
 
-from specc.expr import ExprError, ExprErrors, expression, parse
-from specc.expr.context import Context
-from specc.expr.parse import span
+from specc.lang import ExprError, ExprErrors, expression, parse
+from specc.lang.context import Context
+from specc.lang.parse import span
 from specc.model.expr import walk
 from tests.strategies import MODE, SCOPE
 

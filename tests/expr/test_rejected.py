@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from specc.expr import Scope
+from specc.lang import Scope
 from tests.expr.refusals import Block, blocks, findings
 from tests.strategies import SCOPE
 

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 
-from specc.expr import expression, show
+from specc.lang import expression, show
 from specc.model import expr as m
 from specc.model.types import Bool, Int, Real
 from tests.strategies import SCOPE, expressions

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.expr import ExprError, TypeNames, parse_signature, parse_type
-from specc.expr.unify import has_variables, substitute, unify
+from specc.lang import ExprError, TypeNames, parse_signature, parse_type
+from specc.lang.mismatch import has_variables, substitute, unify
 from specc.model.types import (
     Bool,
     Enum,

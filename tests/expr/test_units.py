@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.expr.unit_names import unit_error
+from specc.lang.literals import unit_error
 from specc.model.units import (
     DIMENSIONLESS,
     KILOGRAM,

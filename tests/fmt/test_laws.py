@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from specc.fmt import formatted
-from specc.fmt.tree import parse
 from specc.read import read_file, read_text
 from specc.read.comments import comments_of
+from specc.tools.fmt import formatted
+from specc.tools.fmt.tree import parse
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted([*ROOT.glob("specs/**/*.yaml"), *ROOT.glob("tests/cases/**/*.yaml")])
@@ -90,7 +90,7 @@ def written(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -
 
 def plain(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> str:
     """A YAML text of a value without an anchor of its own."""
-    from specc.fmt.scalars import quoted
+    from specc.tools.fmt.scalars import quoted
 
     if not isinstance(value, (dict, list)) or not value:
         if isinstance(value, str):
@@ -155,7 +155,7 @@ def test_laws_hold_with_comments_anywhere(text: str, chosen: st.DataObject) -> N
 def test_quoted_texts_mean_what_they_say(value: str) -> None:
     document = read_text("a.yaml", "a: 1\n")
     assert document.ok
-    from specc.fmt.scalars import quoted
+    from specc.tools.fmt.scalars import quoted
 
     if not any(0xD800 <= ord(char) < 0xE000 for char in value):
         root, scalars = parse(f"a: {quoted(value)}\n")

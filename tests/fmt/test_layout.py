@@ -2,7 +2,7 @@
 
 import pytest
 
-from specc.fmt import formatted
+from specc.tools.fmt import formatted
 
 RULES = {
     "keys in order": (

@@ -2,7 +2,10 @@
 
 from typing import Any
 
-from specc.fmt.order import (
+from specc.schema import files, subsystem
+from specc.schema.base import Strict
+from specc.schema.location import keys_of
+from specc.tools.fmt.order import (
     AGENT,
     ASSIGNMENT,
     AXIOM,
@@ -30,9 +33,6 @@ from specc.fmt.order import (
     TYPE,
     Kind,
 )
-from specc.schema import files, subsystem
-from specc.schema.base import Strict
-from specc.schema.location import keys_of
 
 KINDS: dict[str, Kind] = {
     "TypeDef": TYPE,

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import networkx
 import pytest
 from importlinter import cli
 
@@ -40,3 +41,14 @@ def test_command_line_starts_without_heavy_packages() -> None:
     ).stdout.split()
     assert "specc.cli" in loaded
     assert not HEAVY.intersection(loaded)
+
+
+@pytest.mark.parametrize(("root", "package"), [(".", "specc"), ("runtime", "specc_runtime")])
+def test_modules_do_not_import_each_other_in_circles(root: str, package: str) -> None:
+    names = {module.name for module in modules(root, package)}
+    graph = networkx.DiGraph(
+        (module.name, name)
+        for module in modules(root, package)
+        for name in module.imports_at_once(names - {module.name})
+    )
+    assert [c for c in networkx.strongly_connected_components(graph) if len(c) > 1] == []

@@ -17,6 +17,16 @@ class Module:
     name: str
     path: Path
 
+    def imports_at_once(self, known: set[str]) -> Iterator[str]:
+        """Those of the `known` modules that it imports while it is imported itself."""
+        for node in ast.parse(self.path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.Import):
+                yield from {alias.name for alias in node.names} & known
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                for alias in node.names:
+                    below = f"{node.module}.{alias.name}"
+                    yield from {below if below in known else node.module} & known
+
     def imports(self) -> Iterator[str]:
         """Dotted names that the module imports, anywhere in it, relative ones resolved."""
         package = self.name.split(".")

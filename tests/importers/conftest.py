@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from specc.importers import Imported, import_fabric, import_scxml
 from specc.pipeline import Result, compile_spec
+from specc.tools.importers import Imported, import_fabric, import_scxml
 
 FILES = Path(__file__).parent / "files"
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from specc.importers import Imported, import_fabric
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
+from specc.tools.importers import Imported, import_fabric
 from tests.importers.conftest import FILES, Workshop
 
 PRESS, RAM = str(FILES / "press.xml"), str(FILES / "ram.xml")
@@ -48,7 +48,7 @@ def test_machine(workshop: Workshop) -> None:
 
 
 def test_behaviours_of_a_state_end_together(workshop: Workshop) -> None:
-    from specc.expr import show
+    from specc.lang import show
 
     press = control(workshop.compile(import_fabric([PRESS])), "press")
     behaviour = press.state("pressing").behaviour

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.importers.logic import (
+from specc.tools.importers.logic import (
     FALSE,
     TRUE,
     Atom,

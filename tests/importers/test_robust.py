@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.importers import Imported, import_fabric, import_scxml
-from specc.importers.markup import MarkupError, parse_markup
+from specc.tools.importers import Imported, import_fabric, import_scxml
+from specc.tools.importers.markup import MarkupError, parse_markup
 from tests.importers.conftest import FILES, Workshop
 
 TEXTS = {path.name: path.read_text(encoding="utf-8") for path in FILES.iterdir()}

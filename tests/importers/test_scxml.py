@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from specc.expr.evaluate import Environment, evaluate
-from specc.importers import Imported, import_scxml
+from specc.lang.evaluate import Environment, evaluate
 from specc.model.expr import Expr
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
+from specc.tools.importers import Imported, import_scxml
 from tests.importers.conftest import FILES, Workshop
 
 DOOR = str(FILES / "door.scxml")

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any
 
 from specc.emit import filled
-from specc.expr import Scope, TypeNames, expression, members_of, parse_signature, parse_type
+from specc.lang import Scope, TypeNames, expression, members_of, parse_signature, parse_type
 from specc.lower import lower
 from specc.model import expr as m
 from specc.model.fsm import Assignment, Axiom, Behaviour, Condition, Function, State, Transition

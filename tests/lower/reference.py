@@ -1,4 +1,4 @@
-"""A slow work cycle by the book: conditions, rows and functions by `specc.expr.evaluate`."""
+"""A slow work cycle by the book: conditions, rows and functions by `specc.lang.evaluate`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from specc.expr import Environment, evaluate
+from specc.lang import Environment, evaluate
 from specc.model.fsm import Behaviour
 from specc.model.system import Subsystem
 

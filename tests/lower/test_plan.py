@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from specc.emit import filled
 from specc.lower import TooLarge, lower
-from specc.lower.equations import Equations
+from specc.lower.subsystem import Equations
 from specc.lower.system import base_tick
 from specc.model.system import System
 from specc.model.trace import Trace

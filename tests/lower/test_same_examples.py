@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 DRAWN = """
 from hypothesis import HealthCheck, Phase, given, settings
-from specc.expr import show
+from specc.lang import show
 from tests.lower.test_law import systems
 from tests.strategies import conditions, environments
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from specc.read.scalars import NumberRangeError, is_null, plain_value
+from specc.read.compose import NumberRangeError, is_null, plain_value
 
 
 @pytest.mark.parametrize("text", ["on", "off", "yes", "no", "y", "On", "NO", "nUll", "tRue"])

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 
-from specc.facts import Facts
-from specc.facts.constancy import Constancy
-from specc.facts.lasting import Lasting
+from specc.analysis import Facts
+from specc.analysis.lasting import Lasting
+from specc.checks.constancy import Constancy
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System
 from tests.soundness import interpreter

@@ -1,7 +1,7 @@
 """What a typed expression means, read off docs/language.md, on plain Python values.
 
 A vector, spatial vector or list is a tuple, a pose a tuple of four rows, a member of an enum its
-name, `_` NaN. This is the tests' own reading, apart from `specc.expr.evaluate`: numbers are IEEE
+name, `_` NaN. This is the tests' own reading, apart from `specc.lang.evaluate`: numbers are IEEE
 doubles; what divides by zero or overflows raises.
 """
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from specc_runtime.system import System as Built
 
-from specc.facts import Facts
+from specc.analysis import Facts
 from specc.model.system import System
 from specc.proof import InputName
 from tests.soundness.law import marks_of

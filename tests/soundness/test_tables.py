@@ -12,7 +12,7 @@ import pytest
 from specc_runtime.buffers import lower_flags
 from specc_runtime.faults import UndecidedTransition
 
-from specc.facts import Facts
+from specc.analysis import Facts
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System
 from specc.proof import RowVerdict, Witness

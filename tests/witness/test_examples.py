@@ -13,15 +13,11 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from bench.seeding.fault import Seed
 from bench.seeding.score import Bed
-from specc.example.exact import runnable
-from specc.example.example import Example
-from specc.example.leaves import says_all
-from specc.example.patience import Patience
+from specc.analysis import Decided, Facts
+from specc.analysis.examples import Examples, Finder
+from specc.example.example import Example, says_all, worded
+from specc.example.numbers import Patience, runnable
 from specc.example.situation import Meaning
-from specc.example.words import worded
-from specc.facts import Decided, Facts
-from specc.facts.examples import Examples
-from specc.facts.showing import Finder
 from specc.model.expr import Expr
 from specc.model.system import System
 from specc.model.types import Real, Vector

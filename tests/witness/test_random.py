@@ -11,14 +11,13 @@ from unittest.mock import patch
 from hypothesis import HealthCheck, Phase, given, settings
 from specc_runtime.faults import UndecidedTransition
 
+from specc.analysis import Facts
 from specc.emit.render import _environment
-from specc.facts import Facts
 from specc.model.system import System
 from specc.pipeline import Result
-from specc.scenario.absence import AbsencePlanner
-from specc.scenario.plan import Planner
-from specc.scenario.refutations import Refutation, refutations
+from specc.scenario.plan import AbsencePlanner, Planner
 from specc.scenario.script import Script, row_words
+from specc.scenario.subject import Refutation, refutations
 from specc.scenario.text import scenario
 from specc.source import Sources
 from tests.lower.test_law import systems

@@ -1,6 +1,5 @@
 """What tables cannot decide: relations between numbers, and too many facts. The door to z3."""
 
-from specc.proof.solver.solver import solve
-from specc.proof.solver.theory import Theory
+from specc.proof.solver.solver import Theory, solve
 
 __all__ = ["Theory", "solve"]

@@ -13,8 +13,7 @@ from specc.model.expr import Binary, Builtin, Choice, Clock, Component, Expr, Nu
 from specc.model.types import Int, Real
 from specc.proof.comparisons import least
 from specc.proof.numbering import Numbering
-from specc.proof.solver.rounding import Rounding
-from specc.proof.solver.values import Values
+from specc.proof.solver.values import Rounding, Values
 
 _LARGEST_EXACT = 2**53
 _LARGEST_FLOAT = 2**1023

@@ -1,0 +1,254 @@
+"""How old measurements are where they are read, along the static timeline."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from graphlib import CycleError, TopologicalSorter
+from math import lcm
+from typing import NamedTuple
+
+from specc.analysis.connections import base_tick
+from specc.analysis.facts import Facts
+from specc.analysis.graph import components
+from specc.analysis.sources import Measured, Node, Sent, Sources
+
+# Values on their way through one repetition of the timeline.
+
+
+LONGEST = 100_000
+"""Ticks of the longest timeline that is followed; a longer one is refused for its rates."""
+
+Edges = dict[Node, tuple[tuple[Node, bool], ...]]
+Need = tuple[int, bool]
+"""A time stamp of a reader, and whether only a value that is fresh then counts."""
+
+
+class Trail(NamedTuple):
+    """A value on its way: read at `read_s`, computed from one read before, or measured then."""
+
+    node: Node
+    read_s: Fraction
+    measured_s: Fraction
+    before: Trail | None
+
+    @property
+    def age_s(self) -> Fraction:
+        """Seconds since the measurement."""
+        return self.read_s - self.measured_s
+
+    def hops(self) -> list[Trail]:
+        """This one and those before it, the measurement first."""
+        found: list[Trail] = []
+        trail: Trail | None = self
+        while trail is not None:
+            found.append(trail)
+            trail = trail.before
+        return found[::-1]
+
+
+class Timeline:
+    """Follows values through one repetition of the timeline, in whole ticks."""
+
+    def __init__(
+        self, sources: Sources, order: list[Node], edges: Edges, periods_s: dict[Node, Fraction]
+    ) -> None:
+        self._sources = sources
+        self._order = order
+        self._edges = edges
+        measured = {n: s for n in order if isinstance(s := self._sources.of(n), Measured)}
+        self._sporadic = {n: s for n, s in measured.items() if s.sporadic}
+        samples = {n: s.period_s for n, s in measured.items() if not s.sporadic}
+        senders = {
+            n: 1 / s.sender.rate_hz for n in order if isinstance(s := self._sources.of(n), Sent)
+        }
+        every = [p for p in (*periods_s.values(), *samples.values(), *senders.values()) if p]
+        self._tick = base_tick(every)
+        self._reader = {n: int(p / self._tick) for n, p in periods_s.items()}
+        self._sample = {n: int(p / self._tick) for n, p in samples.items()}
+        self._sender = {n: int(p / self._tick) for n, p in senders.items()}
+        self._repeats = lcm(*(int(p / self._tick) for p in every))
+        self._settled = -(-2 * sum(int(p / self._tick) for p in every) // self._repeats)
+
+    def oldest(self, node: Node, on_arrival: bool) -> Trail | None:
+        """The oldest value once everything has been sent, on the first time stamp that has it."""
+        if self._repeats > LONGEST:
+            return None
+        start = self._settled * self._repeats
+        stamps = range(start, start + self._repeats, self._reader[node])
+        wanted: dict[Node, set[Need]] = {n: set() for n in self._order}
+        wanted[node] = {(stamp, on_arrival) for stamp in stamps}
+        for n in reversed(self._order):
+            for need in wanted[n]:
+                for stamp in self._computed(n, need):
+                    for m, arrival in self._edges[n]:
+                        wanted[m].add((stamp, arrival))
+        found: dict[tuple[Node, Need], Trail] = {}
+        for n in self._order:
+            for need in sorted(wanted[n]):
+                trail = self._trail(n, need, found)
+                if trail is not None:
+                    found[n, need] = trail
+        trails = [found[node, need] for need in sorted(wanted[node]) if (node, need) in found]
+        return max(trails, key=lambda t: (t.age_s, -t.read_s), default=None)
+
+    def _trail(self, n: Node, need: Need, found: dict[tuple[Node, Need], Trail]) -> Trail | None:
+        read_s = need[0] * self._tick
+        if n in self._sporadic:
+            return Trail(n, read_s, read_s - self._since_sample_s(n, on_arrival=need[1]), None)
+        if n in self._sample:
+            sample = self._sample[n]
+            taken = need[0] - need[0] % sample if sample else need[0]
+            if need[1] and taken <= need[0] - self._reader[n]:
+                return None
+            return Trail(n, read_s, taken * self._tick, None)
+        reads = [
+            trail
+            for stamp in self._computed(n, need)
+            for m, arrival in self._edges[n]
+            if (trail := found.get((m, (stamp, arrival))))
+        ]
+        if not reads:
+            return None
+        before = min(reads, key=lambda t: t.measured_s)
+        return Trail(n, read_s, before.measured_s, before)
+
+    def _since_sample_s(self, n: Node, *, on_arrival: bool) -> Fraction:
+        """How old a sample of a sporadic device can be; another reader may have asked for it."""
+        source = self._sporadic[n]
+        if not on_arrival:
+            return source.period_s
+        return self._reader[n] * self._tick if source.shared else Fraction(0)
+
+    def _computed(self, n: Node, need: Need) -> range:
+        """The time stamps at which the value may have been computed that is read."""
+        source = self._sources.of(n)
+        if not isinstance(source, Sent):
+            return range(0)
+        stamp, on_arrival = need
+        period = self._sender[n]
+        newest = stamp // period * period - period
+        seen_before = stamp - self._reader[n]
+        if not on_arrival:
+            return range(newest, newest + 1)
+        first = (seen_before // period + 1) * period - period
+        if source.silent is None:
+            first = max(first, newest)
+        return range(first, newest + 1, period)
+
+
+# How old values are where they are read: the time since the measurements behind them.
+#
+# A value is as old as the oldest measurement that it is computed from, through subsystems that read
+# and send within one work cycle. Memory, and a loop through several subsystems, are not followed.
+
+
+class Held(NamedTuple):
+    """A value that is read although its source may have been silent since any length of time."""
+
+    node: Node
+    source: Sent | Measured
+
+
+class Ages:
+    """Ages of the values in the input buffers of a system."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.sources = Sources(facts)
+        self._facts = facts
+        self._oldest: dict[Node, Trail | Held | None] = {}
+        self._periods = {s.qualified_name: 1 / s.rate_hz for s in facts.subsystems}
+
+    def oldest(self, node: Node) -> Trail | Held | None:
+        """The oldest value that is read, or why there is none; None if no measurement is known.
+
+        A device takes a value when it is sent; a subsystem that uses one only where it is fresh
+        is not asked for its age later.
+        """
+        if node not in self._oldest:
+            self._oldest[node] = self._follow(node)
+        return self._oldest[node]
+
+    def only_on_arrival(self, node: Node) -> bool:
+        """Whether a subsystem uses a value only where it is fresh."""
+        reader = self._facts.connections.subsystems.get(node.reader)
+        if reader is None:
+            return False
+        own = [read for read in self.sources.own_reads(reader) if read.input == node[1:]]
+        return bool(own) and all(read.on_arrival for read in own)
+
+    def _follow(self, node: Node) -> Trail | Held | None:
+        edges = self._upstream(node)
+        order = self._order(edges)
+        measured = _behind(order, edges, self.sources)
+        if node not in measured:
+            return None
+        edges = {n: tuple(e for e in edges[n] if e[0] in measured) for n in order if n in measured}
+        order = [n for n in order if n in measured]
+        on_arrival = not node.peer or self.only_on_arrival(node)
+        held = self._held(order, edges, node, on_arrival)
+        if held is not None:
+            return held
+        periods_s = {n: self._period_s(n) for n in order}
+        return Timeline(self.sources, order, edges, periods_s).oldest(node, on_arrival)
+
+    def _period_s(self, node: Node) -> Fraction:
+        """Between two time stamps of a reader; a device reads whenever something is sent."""
+        if node.peer:
+            return self._periods[node.reader]
+        sent = self.sources.of(node)
+        assert isinstance(sent, Sent)
+        return self._periods[sent.sender.qualified_name]
+
+    def _upstream(self, node: Node) -> Edges:
+        edges: Edges = {}
+        open_ = [node]
+        while open_:
+            here = open_.pop()
+            if here not in edges:
+                source = self.sources.of(here)
+                edges[here] = source.reads if isinstance(source, Sent) else ()
+                open_ += [n for n, _ in edges[here]]
+        return edges
+
+    def _order(self, edges: Edges) -> list[Node]:
+        """Every node behind those that it is computed from; what makes a loop is taken out."""
+        try:
+            return list(TopologicalSorter(_targets(edges)).static_order())
+        except CycleError:
+            names = {str(n): n for n in edges}
+            pairs = [(str(n), str(m)) for n, reads in edges.items() for m, _ in reads]
+            part = {
+                names[name]: number
+                for number, found in enumerate(components(list(names), pairs))
+                for name in found.states
+            }
+            for n, reads in edges.items():
+                edges[n] = tuple(e for e in reads if part[e[0]] != part[n])
+            return list(TopologicalSorter(_targets(edges)).static_order())
+
+    def _held(self, order: list[Node], edges: Edges, node: Node, on_arrival: bool) -> Held | None:
+        """The first value on the way to `node` that no arrival bounds in age."""
+        held = {node} if not on_arrival else set()
+        held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
+        for n in order:
+            source = self.sources.of(n)
+            if n in held and source is not None and _may_be_silent(source):
+                return Held(n, source)
+        return None
+
+
+def _may_be_silent(source: Sent | Measured) -> bool:
+    return source.unlimited if isinstance(source, Measured) else source.silent is not None
+
+
+def _targets(edges: Edges) -> dict[Node, list[Node]]:
+    return {n: [m for m, _ in reads] for n, reads in edges.items()}
+
+
+def _behind(order: list[Node], edges: Edges, sources: Sources) -> set[Node]:
+    """Nodes with a measurement behind them."""
+    found: set[Node] = set()
+    for n in order:
+        if isinstance(sources.of(n), Measured) or any(m in found for m, _ in edges[n]):
+            found.add(n)
+    return found

@@ -1,0 +1,300 @@
+"""Who talks to whom, through which buffers, and how often."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from math import gcd, lcm
+
+from specc.analysis.plant import Bound
+from specc.model.fsm import Behaviour
+from specc.model.system import Device, Element, Port, Subsystem, System
+from specc.proof import InputName
+
+# The base tick: the longest time of which all periods are whole multiples.
+
+
+def base_tick(periods: Iterable[Fraction]) -> Fraction:
+    """Greatest common divisor of periods in seconds; at least one is needed."""
+    listed = list(periods)
+    return Fraction(gcd(*(p.numerator for p in listed)), lcm(*(p.denominator for p in listed)))
+
+
+def hyperperiod(periods: Iterable[Fraction]) -> Fraction:
+    """Seconds after which the timeline repeats."""
+    listed = list(periods)
+    return Fraction(lcm(*(p.numerator for p in listed)), gcd(*(p.denominator for p in listed)))
+
+
+# Which rates go with one another; nothing is concluded from those that do not.
+
+
+LONGEST = 100_000
+"""Base ticks after which the timeline has to repeat."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clash:
+    """A subsystem whose rate does not go with those of the others: `ticks` until they repeat."""
+
+    odd: Subsystem
+    others: tuple[Subsystem, ...]
+    ticks: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """A sensor whose rate does not go with those of `readers`; if none, with the base tick."""
+
+    bound: Bound
+    rate_hz: Fraction
+    readers: tuple[Subsystem, ...]
+    tick_s: Fraction | None
+
+
+class Rates:
+    """The rates of a system; `asked` are its subsystems without errors, which checks ask about.
+
+    The system is `whole` if all that is wrong with it is wrong inside subsystems and devices.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        asked: Sequence[Subsystem],
+        bindings: Iterable[Bound],
+        *,
+        whole: bool,
+    ) -> None:
+        self._every = system.subsystems
+        self._asked = asked
+        self._bindings = bindings
+        self._whole = whole
+
+    @cached_property
+    def clash(self) -> Clash | None:
+        """The rate that does not go with the others, of those that are known."""
+        return find_clash([s for s in self._every if s.rated])
+
+    @cached_property
+    def timed(self) -> tuple[Subsystem, ...]:
+        """The subsystems with rates, if these go with one another."""
+        return () if self.clash else tuple(s for s in self._asked if s.rated)
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """Sensors whose rates do not go with the others."""
+        return tuple(find_misfits(self._bindings, self.timed, self._base_tick_s()))
+
+    def _base_tick_s(self) -> Fraction | None:
+        """The base tick, if all rates are known."""
+        all_known = self._whole and all(s.rated for s in self._every)
+        if self.clash or not self._every or not all_known:
+            return None
+        return base_tick(1 / s.rate_hz for s in self._every)
+
+
+def find_clash(subsystems: Sequence[Subsystem]) -> Clash | None:
+    """The subsystem without which the others' timeline repeats in time, or else the last one."""
+    ticks = _ticks(subsystems)
+    if ticks <= LONGEST:
+        return None
+    for odd in reversed(subsystems):
+        others = tuple(s for s in subsystems if s is not odd)
+        if _ticks(others) <= LONGEST:
+            return Clash(odd, others, ticks)
+    return Clash(subsystems[-1], tuple(subsystems[:-1]), ticks)
+
+
+def find_misfits(
+    bindings: Iterable[Bound], readers: Sequence[Subsystem], tick_s: Fraction | None
+) -> Iterator[Misfit]:
+    """Sensors whose rates go neither with those of their readers nor with the tick, if known."""
+    for bound in bindings:
+        rate = bound.binding.rate_hz
+        if rate is None or bound.commanded:
+            continue
+        strangers = tuple(s for s in readers if _reads(s, bound) and not _goes(rate, s.rate_hz))
+        if strangers or (tick_s is not None and (1 / rate / tick_s).denominator != 1):
+            yield Misfit(bound, rate, strangers, tick_s)
+
+
+def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
+    periods = [1 / s.rate_hz for s in subsystems]
+    return hyperperiod(periods) / base_tick(periods) if periods else Fraction(1)
+
+
+def _reads(subsystem: Subsystem, bound: Bound) -> bool:
+    device = bound.binding.device
+    return any(p.direction == "x" and p.other_end == device for p in subsystem.ports)
+
+
+def _goes(a: Fraction, b: Fraction) -> bool:
+    return (a / b).denominator == 1 or (b / a).denominator == 1
+
+
+# Who is at the other end of a buffer, and when what is sent there has arrived.
+
+
+@dataclass(frozen=True, slots=True)
+class Arrivals:
+    """When the elements of the input buffers of a subsystem have a value.
+
+    Attributes:
+        always: in every period: measurements of devices, and elements with an initial value.
+        later: in every period but the first, because the sender's first period sends them in time.
+        together: element -> elements of which the sender sends one whenever it sends that one.
+    """
+
+    always: frozenset[InputName]
+    later: frozenset[InputName]
+    together: dict[InputName, frozenset[InputName]] = field(default_factory=dict)
+
+    def close(self, present: frozenset[InputName]) -> frozenset[InputName]:
+        """`present` with everything that was sent together with it."""
+        new = [others for name, others in self.together.items() if name in present]
+        return present.union(*new) if new else present
+
+
+class Connections:
+    """Subsystems and devices by their qualified names."""
+
+    def __init__(self, system: System) -> None:
+        self.subsystems = {s.qualified_name: s for s in system.subsystems}
+        self.devices = {d.qualified_name: d for d in system.devices}
+        self._ends: dict[str, list[tuple[Subsystem, Port]]] = {}
+        for subsystem in self.subsystems.values():
+            for port in subsystem.ports:
+                self._ends.setdefault(port.other_end, []).append((subsystem, port))
+
+    def ends_at(self, name: str) -> list[tuple[Subsystem, Port]]:
+        """The ports whose other end is the subsystem or device of a name."""
+        return self._ends.get(name, [])
+
+    def other_port(self, subsystem: Subsystem, port: Port) -> Port | None:
+        """The port at the other end of a connection between subsystems."""
+        direction = "y" if port.direction == "x" else "x"
+        return self._ports.get((port.other_end, direction, subsystem.qualified_name))
+
+    @cached_property
+    def _ports(self) -> dict[tuple[str, str, str], Port]:
+        """Owner, direction and other end -> port, of several the first."""
+        found: dict[tuple[str, str, str], Port] = {}
+        for name, subsystem in self.subsystems.items():
+            for port in subsystem.ports:
+                found.setdefault((name, port.direction, port.other_end), port)
+        return found
+
+    def device_elements(self, port: Port) -> tuple[Element, ...]:
+        """The elements of the device at the other end of `port`; empty if it is no device."""
+        device: Device | None = self.devices.get(port.other_end)
+        if device is None:
+            return ()
+        return device.y if port.direction == "x" else device.x
+
+    def owners(self, device: Device) -> list[tuple[Subsystem, Port]]:
+        """Who works with an effector or commands a receptor, the one of its name first."""
+        name, found = device.qualified_name, dict[str, tuple[Subsystem, Port]]()
+        for subsystem, port in self.ends_at(name):
+            if device.kind == "real_effector" or port.direction == "y":
+                found.setdefault(subsystem.qualified_name, (subsystem, port))
+        return sorted(found.values(), key=lambda owner: owner[0].name != device.name)
+
+    @cached_property
+    def contested(self) -> frozenset[str]:
+        """Devices of several owners; what these want of them is no matter before there is one."""
+        return frozenset(n for n, device in self.devices.items() if len(self.owners(device)) > 1)
+
+    def always_present(self, subsystem: Subsystem) -> frozenset[InputName]:
+        """Inputs that have a value from the first period on."""
+        return frozenset(
+            (port.peer, element.name)
+            for port in subsystem.ports
+            if port.direction == "x"
+            for element in port.elements
+            if element.init is not None or port.other_end in self.devices
+        )
+
+    def always_fresh(self, subsystem: Subsystem, broken: Collection[str]) -> frozenset[InputName]:
+        """Inputs that are fresh in every period but the first.
+
+        Every behaviour of the sender writes them, so that one comes into sight in each of its
+        periods but the first, and no period of the reader is shorter. Devices may be late.
+        """
+        found: set[InputName] = set()
+        for port in subsystem.ports:
+            sender, end = self.subsystems.get(port.other_end), self.other_port(subsystem, port)
+            if port.direction == "y" or not sender or not end or port.other_end in broken:
+                continue
+            timed = sender.rated and subsystem.rated and sender.rate_hz >= subsystem.rate_hz
+            behaviours = [state.behaviour for state in sender.states]
+            if timed and behaviours and all(behaviour.whole for behaviour in behaviours):
+                sent = frozenset.intersection(*(_sent(b, end.peer) for b in behaviours))
+                found |= {(port.peer, name) for name in sent if port.element(name)}
+        return frozenset(found)
+
+    def arrivals(
+        self, subsystem: Subsystem, broken: Collection[str], *, timed: bool = True
+    ) -> Arrivals:
+        """When the inputs of a subsystem have values; a broken sender may send at any time.
+
+        So may any other of which it is not known when it sends what, and all if rates are not
+        `timed` well.
+        """
+        always = set(self.always_present(subsystem))
+        later: set[InputName] = set()
+        together: dict[InputName, frozenset[InputName]] = {}
+        for port in subsystem.ports:
+            if port.direction != "x" or port.other_end in self.devices:
+                continue
+            sender, end = self.subsystems.get(port.other_end), self.other_port(subsystem, port)
+            if sender is None or end is None or port.other_end in broken:
+                always |= {(port.peer, element.name) for element in port.elements}
+                continue
+            # What the sender's end lacks would be sent if that were mended.
+            always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
+            if not timed or _in_time(sender, subsystem):
+                later |= {(port.peer, name) for name in _first_sent(sender, end)}
+            together |= _sent_together(sender, end, port)
+        return Arrivals(frozenset(always), frozenset(later), together)
+
+
+def _in_time(sender: Subsystem, reader: Subsystem) -> bool:
+    """Whether what the first period of a sender sends may be there in the reader's second."""
+    return not (sender.rated and reader.rated) or sender.rate_hz >= reader.rate_hz
+
+
+def _first_sent(sender: Subsystem, end: Port) -> frozenset[str]:
+    """What the first period of a sender sends, and all that it may if that is not known."""
+    first = sender.state(sender.initial_state).behaviour if sender.begun else None
+    if first is None or not first.whole:
+        return frozenset(element.name for element in end.elements)
+    return _sent(first, end.peer)
+
+
+def _sent(behaviour: Behaviour, peer: str) -> frozenset[str]:
+    return frozenset(a.name for a in behaviour.assignments if a.peer == peer)
+
+
+def _sent_together(
+    sender: Subsystem, end: Port, port: Port
+) -> dict[InputName, frozenset[InputName]]:
+    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}
+    # A behaviour that is not known may well send nothing of this, or all of it.
+    known = [behaviour for behaviour in behaviours.values() if behaviour.whole]
+    sent = [names for b in known if (names := _sent(b, end.peer))]
+    everything = frozenset(element.name for element in end.elements)
+    unsure = len(known) < len(behaviours) or not behaviours
+    found = {}
+    for element in port.elements:
+        # What has an initial value is present also before anything was sent.
+        if element.init is not None:
+            continue
+        with_it = [names for names in sent if element.name in names]
+        if with_it or unsure:
+            others = everything.intersection(*with_it) - {element.name}
+            if others:
+                found[port.peer, element.name] = frozenset((port.peer, n) for n in others)
+    return found

@@ -1,0 +1,184 @@
+"""Values that show a refutation, for messages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from specc.analysis.facts import Facts
+from specc.analysis.vague import is_vague, sure, unmet
+from specc.analysis.words import facts_of
+from specc.example.assign import Freedom
+from specc.example.example import Example, Wanted, example, says_all
+from specc.example.numbers import Patience, runnable
+from specc.example.search import Goal
+from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value
+from specc.model.expr import Expr, walk
+from specc.model.fsm import Cause, State
+from specc.model.system import Subsystem
+from specc.model.types import Type, Vector
+from specc.proof import InputName, Witness
+
+# What must hold so that a situation shows a refutation of rows.
+
+
+def goals_of(
+    subsystem: Subsystem, state: State, cause: Cause, witness: Witness
+) -> Iterator[tuple[Goal, ...]]:
+    """The state ends by the cause, the assumptions hold, and of its rows those of the witness.
+
+    What is unknown is taken as the witness takes it.
+    """
+    if is_vague(subsystem, state, cause):
+        subsystem = (sure if witness.holding else unmet)(cause).of(subsystem)
+    behaviour = subsystem.state(state.name).behaviour
+    given = [(behaviour.error.when, cause == "error")]
+    if cause == "terminal":
+        given.append((behaviour.terminal.when, True))
+    given += [(axiom.that, True) for axiom in subsystem.axioms]
+    given += witness.answers
+    rows = [row.condition.when for _, row in subsystem.rows(state.name, cause)]
+    held = [(when, index in witness.holding) for index, when in enumerate(rows)]
+    yield _runnable([*given, *held])
+    if len(rows) > len(witness.holding) > 0:
+        yield _runnable([*given, *(goal for goal in held if goal[1])])
+
+
+def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
+    return tuple((runnable(condition), yes) for condition, yes in goals)
+
+
+# Finding values that show what was refuted of rows.
+
+
+MOST, MOST_AGAIN = 160, 40
+"""Situations that are looked at for one finding, and then from other starts."""
+EACH, MOST_IN_ALL = 10, 5000
+"""What a finding takes in any case, and what all of them may take."""
+LARGE = 200
+"""Parts of conditions that take twice the time; then half as many situations are looked at."""
+
+
+class Finder:
+    """Finds examples in the subsystems of a system."""
+
+    def __init__(self, facts: Facts) -> None:
+        self._facts = facts
+        self._left = Patience(MOST_IN_ALL)
+        self._meanings: dict[str, Meaning] = {}
+        self._changing: dict[str, frozenset[str]] = {}
+        self._known: dict[object, Example | None] = {}
+
+    def find(
+        self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
+    ) -> Example | None:
+        """An example of a witness: no row applies, or those that it names and, best, no other.
+
+        The same question of several states has one answer.
+        """
+        name = subsystem.qualified_name
+        if name not in self._meanings:
+            self._meanings[name] = Meaning(self._facts.system, _runnable_lets(subsystem))
+            self._changing[name] = frozenset(
+                a.name for b in subsystem.behaviours for a in b.assignments if not a.peer
+            )
+        about = tuple(expr for expr, _ in witness.answers)
+        every = tuple(Wanted(goals, about) for goals in goals_of(subsystem, state, cause, witness))
+        always = self._facts.connections.always_present(subsystem)
+        there = self._facts.presence(subsystem).in_conditions(state.name) | always
+        key = name, every, there
+        if key not in self._known:
+            freedom = Freedom(self._changing[name], True, True, frozenset(), there)
+            try:
+                self._known[key] = self._searched(every, self._meanings[name], freedom)
+            except RecursionError:  # a finding does without an example where lets are that deep
+                self._known[key] = None
+        return self._known[key]
+
+    def _searched(
+        self, every: Sequence[Wanted], meaning: Meaning, freedom: Freedom
+    ) -> Example | None:
+        if self._left.left <= 0:
+            return None
+        self._left.spend(EACH)
+        most = MOST
+        for wanted in every:
+            size = 1 + sum(map(_size, (expr for expr, _ in wanted.goals))) // LARGE
+            for number in (0.0, 1.0):  # by one, one can divide
+                start = _start(meaning, number)
+                with self._left.some(most // size) as patience:
+                    found = example(wanted, meaning, start, freedom, patience)
+                if found:
+                    return found
+                most = MOST_AGAIN
+        return None
+
+
+def _runnable_lets(subsystem: Subsystem) -> Subsystem:
+    lets = (replace(let, value=runnable(let.value)) for let in subsystem.lets)
+    return replace(subsystem, lets=tuple(lets))
+
+
+def _size(expr: Expr) -> int:
+    """The parts of an expression; what is asked of all items counts once for each of them."""
+    size = 0
+    for node in walk(expr):
+        size += 1
+        if isinstance(node.type, Vector):
+            size += node.type.size
+    return size
+
+
+def _start(meaning: Meaning, number: float) -> Situation:
+    """Everything is there, nothing is fresh, a period after the state was entered."""
+    subsystem = meaning.subsystem
+    inputs: dict[InputName, Value] = {
+        (port.peer, element.name): first_value(element.type, number)
+        for port in subsystem.ports
+        if port.direction == "x"
+        for element in port.elements
+    }
+    at = Situation(inputs, frozenset(inputs))
+    for item in subsystem.memory:
+        value = _value(meaning, item.init, item.type, at)
+        at = replace(at, memory={**at.memory, item.name: value})
+    return replace(at, periods=1)
+
+
+def _value(meaning: Meaning, expr: Expr, type_: Type, at: Situation) -> Value:
+    """The value of an expression, or any other of its type where it has none."""
+    try:
+        return meaning.value(expr, at)
+    except NO_VALUE:
+        return first_value(type_)
+
+
+# Values that show what was refuted of rows, for people who read the finding.
+
+
+class Examples:
+    """Examples for the findings of one check; without findings it does nothing."""
+
+    def __init__(self, facts: Facts) -> None:
+        self._facts = facts
+
+    def text(self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness) -> str:
+        """Values of an example of a witness about rows, in words.
+
+        Where none are found, the facts of the witness are an example if more is said than these.
+        Empty if they are what is said, or if its answers are all there is to say.
+        """
+        is_said = witness.everywhere is None
+        if is_said and all(says_all(asked) for asked, _ in witness.answers):
+            return ""
+        found = self._finder.find(subsystem, state, cause, witness)
+        if found:
+            return found.text
+        return "" if is_said else facts_of(witness)
+
+    @cached_property
+    def _finder(self) -> Finder:
+        from specc.analysis.examples import Finder
+
+        return Finder(self._facts)

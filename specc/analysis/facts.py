@@ -1,0 +1,359 @@
+"""The shared queries about one system."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
+
+from specc.analysis.connections import Connections, Rates
+from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
+from specc.analysis.lasting import Lasting
+from specc.analysis.misfits import Misfits
+from specc.analysis.plant import Bound, bound_elements
+from specc.analysis.presence import Presence, Readings, find_presence, names_any
+from specc.analysis.vague import Views, is_vague
+from specc.analysis.valueless import valueless
+from specc.mjcf import Model, ModelError, read_model
+from specc.model.expr import Truth, has_unknown
+from specc.model.fsm import Cause, Condition, State, Transition
+from specc.model.system import Subsystem, System
+from specc.proof import InputName, Prover, RowVerdict, Witness
+from specc.read import Reach
+
+if TYPE_CHECKING:
+    from specc.analysis.ages import Ages
+
+
+# The shared queries about one system.
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """The verdict about the rows of one state and cause."""
+
+    subsystem: Subsystem
+    state: State
+    cause: Cause
+    verdict: RowVerdict
+
+
+def _named_twice(system: System) -> frozenset[str]:
+    """All parts of agents with several subsystems of one name: who talks to whom is not known."""
+    found: set[str] = set()
+    for agent in system.agents:
+        names = [s.qualified_name for s in agent.subsystems]
+        if len(set(names)) < len(names):
+            found |= {*names, *(device.qualified_name for device in agent.devices)}
+    return frozenset(found)
+
+
+class Facts:
+    """Answers about a system.
+
+    A subsystem that is `broken` is not asked about. One that is `faulty` has unknowns in it; what
+    is said of it holds whatever they are.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        broken: frozenset[str] = frozenset(),
+        faulty: frozenset[str] = frozenset(),
+    ) -> None:
+        self.system = system
+        self.broken = broken | _named_twice(system)
+        self.faulty = faulty
+        self.connections = Connections(system)
+        self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
+        every = (*system.constants, *(c for s in self.subsystems for c in s.constants))
+        self.valueless = tuple(valueless(every))
+        """Constants without a value, with the reason."""
+        none = {constant.name for constant, _ in self.valueless}
+        self._constants = {c.name: c.value for c in system.constants if c.name not in none}
+        self._provers: dict[str, Prover] = {}
+        self._steps: dict[str, tuple[Step, ...]] = {}
+        self._presence: dict[str, Presence] = {}
+        self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
+        self._dead_ends: dict[str, tuple[State, ...]] = {}
+        self._fresh: dict[str, frozenset[InputName]] = {}
+        self._ways: dict[str, bool] = {}
+        self._readings: dict[str, Readings] = {}
+        self._misfits: dict[str, Misfits] = {}
+        self._lasting: dict[str, Lasting] = {}
+        self._views = Views(self._new_prover)
+
+    def prover(self, subsystem: Subsystem) -> Prover:
+        """The prover of a subsystem."""
+        name = subsystem.qualified_name
+        if name not in self._provers:
+            self._provers[name] = self._new_prover(subsystem)
+        return self._provers[name]
+
+    def _new_prover(self, subsystem: Subsystem) -> Prover:
+        always = self.connections.always_present(subsystem)
+        return Prover(subsystem, self._constants, always)
+
+    def misfits(self, owner: Subsystem | System) -> Misfits:
+        """What cannot be meant in the expressions of a subsystem, or in the constants."""
+        name = owner.qualified_name if isinstance(owner, Subsystem) else ""
+        if name not in self._misfits:
+            self._misfits[name] = Misfits(owner, {c.name: c for c in self.system.constants})
+        return self._misfits[name]
+
+    @cached_property
+    def ages(self) -> Ages:
+        """How old values are where they are read."""
+        from specc.analysis.ages import Ages
+
+        return Ages(self)
+
+    def rows(self, subsystem: Subsystem, state: str) -> tuple[Transition, ...]:
+        """The rows of a state, of both causes."""
+        verdicts = (self.verdict(subsystem, state, cause) for cause in CAUSES)
+        return tuple(row for verdict in verdicts for row in verdict.rows)
+
+    @cached_property
+    def consistent_subsystems(self) -> tuple[Subsystem, ...]:
+        """The subsystems whose axioms do not contradict each other."""
+        return tuple(s for s in self.subsystems if not self.prover(s).contradiction())
+
+    def decided(self) -> Iterator[Decided]:
+        """The verdicts about every state and cause of every subsystem.
+
+        Where conditions are unknown, what they say holds whatever these are.
+        """
+        for subsystem in self.consistent_subsystems:
+            yield from self._decided(subsystem)
+
+    def _decided(self, subsystem: Subsystem) -> Iterator[Decided]:
+        for state in subsystem.states:
+            for cause in CAUSES:
+                verdict = self._certain(subsystem, state, cause)
+                if verdict is not None:
+                    yield Decided(subsystem, state, cause, verdict)
+
+    def _certain(self, subsystem: Subsystem, state: State, cause: Cause) -> RowVerdict | None:
+        """The verdict that does not depend on anything unknown; None if there is none."""
+        if not self._is_vague(subsystem, state, cause):
+            return self.verdict(subsystem, state.name, cause)
+        present = self.presence(subsystem).in_conditions(state.name)
+        return self._views.verdict(subsystem, state.name, cause, present)
+
+    def overlap(self, decided: Decided, pair: tuple[int, int]) -> Witness | None:
+        """Where two rows of a verdict surely apply together, by their indices."""
+        subsystem, state = decided.subsystem, decided.state.name
+        present = self.presence(subsystem).in_conditions(state)
+        return self._views.overlap(subsystem, state, decided.cause, pair, present)
+
+    def is_vague(self, decided: Decided) -> bool:
+        """Whether something about the rows of a verdict is unknown."""
+        return self._is_vague(decided.subsystem, decided.state, decided.cause)
+
+    def _is_vague(self, subsystem: Subsystem, state: State, cause: Cause) -> bool:
+        return subsystem.qualified_name in self.faulty and is_vague(subsystem, state, cause)
+
+    @cached_property
+    def finished_subsystems(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems with rows for all states that end."""
+        return tuple(s for s in self.consistent_subsystems if not self.dead_ends(s))
+
+    @cached_property
+    def whole_subsystems(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems that have no unknowns, and rows for all states that end."""
+        return tuple(
+            s
+            for s in self.consistent_subsystems
+            if s.qualified_name not in self.faulty and not self.dead_ends(s)
+        )
+
+    def dead_ends(self, subsystem: Subsystem) -> tuple[State, ...]:
+        """States that may end although the table has no row at all for them."""
+        name = subsystem.qualified_name
+        if name not in self._dead_ends:
+            sources = {row.source for row in subsystem.transitions}
+            self._dead_ends[name] = tuple(
+                state
+                for state in subsystem.states
+                if state.name not in sources
+                and any(
+                    self.prover(subsystem).prove_rows(state.name, cause).decision.possible
+                    for cause in CAUSES
+                )
+            )
+        return self._dead_ends[name]
+
+    def lasting(self, subsystem: Subsystem) -> Lasting:
+        """How long the states of a subsystem without unknowns can last."""
+        name = subsystem.qualified_name
+        if name not in self._lasting:
+            self._lasting[name] = Lasting(subsystem, self)
+        return self._lasting[name]
+
+    def lacks_rows(self, decided: Decided) -> bool:
+        """Whether a cause that can occur before its state is over has no row."""
+        subsystem, verdict = decided.subsystem, decided.verdict
+        if verdict.rows or not verdict.decision.possible:
+            return False
+        known = subsystem.qualified_name not in self.faulty and not self.dead_ends(subsystem)
+        return not (known and self.lasting(subsystem).never_ends(decided.state, decided.cause))
+
+    def settled(self, subsystem: Subsystem, condition: Condition) -> bool | None:
+        """The truth value of a condition that ought to have two; None if it has.
+
+        What is said to be `True` or `False` is meant, and a parameter may well settle a condition.
+        """
+        parameters = {constant.name for constant in subsystem.constants}
+        if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
+            return None
+        return self.prover(subsystem).constant(condition.when)
+
+    def verdict(
+        self, subsystem: Subsystem, state: str, cause: Cause, *, without: int | None = None
+    ) -> RowVerdict:
+        """The verdict about rows, with what is known of presence; `without` one axiom, if given.
+
+        What peers always send makes rows complete, but none superfluous.
+        """
+        key = subsystem.qualified_name, state, cause, without
+        if key not in self._verdicts:
+            present = self.presence(subsystem).in_conditions(state)
+            prove = partial(self.prover(subsystem).prove_rows, state, cause, without=without)
+            verdict = prove(present=present)
+            fresh = () if verdict.proved or self.rates.clash else self._always_fresh(subsystem)
+            if fresh:
+                now = prove(present=present, fresh=fresh).decision
+                verdict = verdict.where_fresh(now, fresh)
+            self._verdicts[key] = verdict
+        return self._verdicts[key]
+
+    def _always_fresh(self, subsystem: Subsystem) -> frozenset[InputName]:
+        """Inputs that are fresh whenever conditions are asked, whatever state the sender is in."""
+        name = subsystem.qualified_name
+        if name not in self._fresh:
+            self._fresh[name] = self.connections.always_fresh(subsystem, self.broken)
+        return self._fresh[name]
+
+    def ways_are_known(self, subsystem: Subsystem) -> bool:
+        """Whether no row is missing and no condition has one value by mistake.
+
+        Where the table has to be mended anyway, nobody knows yet which states can be reached.
+        """
+        name = subsystem.qualified_name
+        if name not in self._ways:
+            self._ways[name] = self.conditions_vary(subsystem) and not any(
+                decided.verdict.decision.gap or self.lacks_rows(decided)
+                for decided in self._decided(subsystem)
+            )
+        return self._ways[name]
+
+    def conditions_vary(self, subsystem: Subsystem) -> bool:
+        """Whether no condition has one value by mistake."""
+        return all(self.settled(subsystem, condition) is None for condition in _used(subsystem))
+
+    @cached_property
+    def known_machines(self) -> tuple[Subsystem, ...]:
+        """The consistent subsystems with nothing unknown in what leads from state to state."""
+        return tuple(
+            s
+            for s in self.consistent_subsystems
+            if not any(has_unknown(let.value) for let in s.lets)
+            and not any(self._is_vague(s, state, cause) for state in s.states for cause in CAUSES)
+        )
+
+    def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
+        """The rows of a subsystem that may be taken, in the order of the file.
+
+        Presence follows from them, so they are found without it.
+        """
+        name = subsystem.qualified_name
+        if name not in self._steps:
+            self._steps[name] = find_steps(subsystem, self.prover(subsystem).prove_rows)
+        return self._steps[name]
+
+    def _sure_steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
+        """The rows that may be taken whatever is unknown."""
+        states = subsystem.states
+        if any(self._is_vague(subsystem, s, cause) for s in states for cause in CAUSES):
+            return self._views.steps(subsystem)
+        return self.steps(subsystem)
+
+    def reached(self, subsystem: Subsystem) -> frozenset[str]:
+        """The states of a subsystem that it can enter; all of them where that is not known."""
+        if not subsystem.begun or not self.ways_are_known(subsystem):
+            return frozenset(state.name for state in subsystem.states)
+        return reached_from(subsystem.initial_state, self.steps(subsystem))
+
+    def presence(self, subsystem: Subsystem) -> Presence:
+        """Where the inputs of a subsystem surely have values."""
+        name = subsystem.qualified_name
+        if name not in self._presence:
+            arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.rates.clash)
+            self._presence[name] = find_presence(subsystem, self._sure_steps(subsystem), arrivals)
+        return self._presence[name]
+
+    def readings(self, subsystem: Subsystem) -> Readings:
+        """What the expressions of a subsystem read."""
+        name = subsystem.qualified_name
+        if name not in self._readings:
+            close = self.presence(subsystem).arrivals.close
+            self._readings[name] = Readings(subsystem, close)
+        return self._readings[name]
+
+    @cached_property
+    def bindings(self) -> tuple[Bound, ...]:
+        """The bindings of the plant whose device and element exist."""
+        return tuple(bound_elements(self.system))
+
+    @cached_property
+    def rates(self) -> Rates:
+        """Which rates go with one another."""
+        known = {s.qualified_name for s in self.system.subsystems} | self.connections.devices.keys()
+        return Rates(self.system, self.subsystems, self.bindings, whole=self.broken <= known)
+
+    @cached_property
+    def model(self) -> Model | ModelError | None:
+        """What the plant's model file declares, or why it cannot be read; None without one."""
+        plant = self.system.plant
+        if plant is None or not plant.model:
+            return None
+        base = os.path.dirname(plant.place.file)
+        try:
+            return read_model(os.path.join(base, plant.model), Reach(self.system.folders))
+        except ModelError as error:
+            return error
+
+
+def _used(subsystem: Subsystem) -> Iterable[Condition]:
+    """The conditions that lead from state to state, each once."""
+    behaviours = [state.behaviour for state in subsystem.states]
+    every = [condition for b in behaviours for condition in (b.terminal, b.error)]
+    every += [row.condition for row in subsystem.transitions]
+    return {(condition.kind, condition.name): condition for condition in every}.values()
+
+
+# What later passes may rely on.
+
+
+class Proofs:
+    """What the checks have established about a system without errors."""
+
+    def __init__(self, facts: Facts) -> None:
+        """`facts` are what it was established from."""
+        self.facts = facts
+        self._subsystems = {s.qualified_name: s for s in facts.subsystems}
+
+    def is_proved(self, subsystem: str, state: str, cause: Cause) -> bool:
+        """Whether exactly one row of a state and cause applies whenever that cause occurs.
+
+        `subsystem` is a qualified name; one with errors has nothing proved.
+        """
+        found = self._subsystems.get(subsystem)
+        return found is not None and self.facts.verdict(found, state, cause).proved
+
+    def present(self, subsystem: str, state: str) -> frozenset[InputName]:
+        """Inputs that surely have a value in the conditions and the functions of a state."""
+        found = self._subsystems.get(subsystem)
+        return self.facts.presence(found).in_functions[state] if found else frozenset()

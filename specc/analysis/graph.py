@@ -1,0 +1,103 @@
+"""The graph of states: sure and possible steps, components, what is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from specc.model.fsm import Cause, Transition
+from specc.model.system import Subsystem
+from specc.proof import InputName, RowVerdict
+
+# What a transition graph falls into. The only door to networkx, which is imported when asked.
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """States that lead to one another, in the order of the file.
+
+    `entered` and `left` say whether edges come from, and go to, other components.
+    """
+
+    states: tuple[str, ...]
+    entered: bool
+    left: bool
+
+
+def components(states: Sequence[str], edges: Iterable[tuple[str, str]]) -> tuple[Component, ...]:
+    """The strongly connected components of a graph, each before those that it leads to.
+
+    Edges from or to other states are left out.
+    """
+    import networkx
+
+    order = {name: index for index, name in enumerate(states)}
+    graph = networkx.DiGraph()
+    graph.add_nodes_from(states)
+    graph.add_edges_from((a, b) for a, b in edges if a in order and b in order)
+    condensed = networkx.condensation(graph)
+    return tuple(
+        Component(
+            tuple(sorted(condensed.nodes[node]["members"], key=order.__getitem__)),
+            condensed.in_degree(node) > 0,
+            condensed.out_degree(node) > 0,
+        )
+        for node in networkx.topological_sort(condensed)
+    )
+
+
+def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:
+    """Whether `goal` can be reached from each of the states."""
+    sources: dict[str, list[str]] = {}
+    for source, target in edges:
+        sources.setdefault(target, []).append(source)
+    found, open_ = {goal}, [goal]
+    while open_:
+        for source in sources.get(open_.pop(), ()):
+            if source not in found:
+                found.add(source)
+                open_.append(source)
+    return states <= found
+
+
+# The transition graph of a machine without the rows that can never be taken.
+
+
+CAUSES: tuple[Cause, ...] = ("terminal", "error")
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A row that can be taken, and the inputs that have a value whenever it is."""
+
+    row: Transition
+    ensures: frozenset[InputName]
+
+
+def find_steps(subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]) -> tuple[Step, ...]:
+    """The rows whose cause and condition can hold together; `prove` says what of a state."""
+    found: dict[int, Step] = {}
+    for state in subsystem.states:
+        for cause in CAUSES:
+            verdict = prove(state.name, cause)
+            decision = verdict.decision
+            for row, possible, ensures in zip(
+                verdict.rows, decision.satisfiable, decision.ensures, strict=True
+            ):
+                if possible:
+                    found[id(row)] = Step(row, ensures)
+    return tuple(found[id(row)] for row in subsystem.transitions if id(row) in found)
+
+
+def reached_from(start: str, steps: Iterable[Step]) -> frozenset[str]:
+    """The states that the steps lead to from `start`, itself included."""
+    targets: dict[str, list[str]] = {}
+    for step in steps:
+        targets.setdefault(step.row.source, []).append(step.row.target)
+    reached, open_ = {start}, [start]
+    while open_:
+        for target in targets.get(open_.pop(), ()):
+            if target not in reached:
+                reached.add(target)
+                open_.append(target)
+    return frozenset(reached)

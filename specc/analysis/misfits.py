@@ -1,0 +1,222 @@
+"""Expressions that are well typed and cannot be meant, for what is known of their numbers.
+
+Known are numbers that are written down, also through lets, constants, parameters, and memory that
+nothing writes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from specc.analysis.words import Text, text_of, texts
+from specc.model.expr import (
+    Binary,
+    Bound,
+    Builtin,
+    Clock,
+    Compare,
+    ConstantRef,
+    Expr,
+    Input,
+    Items,
+    LetRef,
+    MemoryRef,
+    Quantifier,
+    Unknown,
+    children,
+    walk,
+)
+from specc.model.system import Constant, Let, Memory, Subsystem, System
+from specc.proof import Depths, Numbering
+
+Kind = Literal["tolerance", "angle", "quaternion", "clamp", "itself"]
+
+UNIT_LENGTH_WITHIN = 1e-3
+"""How far the length of a quaternion may be from 1."""
+_ANGLE_OF_ALL = math.pi * (1 - 1e-12)
+"""No two orientations are further apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
+
+    `origin` is where the first of these parts was written down.
+    """
+
+    kind: Kind
+    expr: Expr
+    text: Text
+    because: tuple[Expr, ...]
+    origin: tuple[Text, Expr]
+    number: float = 0.0
+
+
+class _Bounds(NamedTuple):
+    least: float = -math.inf
+    most: float = math.inf
+
+
+class Misfits:
+    """Finds them in one subsystem, or in the constants of a system."""
+
+    def __init__(self, owner: Subsystem | System, constants: Mapping[str, Constant]) -> None:
+        """`constants` of the system, in order of dependence."""
+        self._named: dict[tuple[type, str], Constant | Let | Memory] = {
+            (ConstantRef, name): constant for name, constant in constants.items()
+        }
+        self._named |= {(ConstantRef, constant.name): constant for constant in owner.constants}
+        lets: dict[str, Expr] = {}
+        period_s = None
+        if isinstance(owner, Subsystem):
+            lets = {item.name: item.value for item in owner.lets}
+            period_s = 1 / owner.rate_hz if owner.rated else None
+            written = {a.name for f in owner.functions for a in f.assignments if not a.peer}
+            self._named |= {(LetRef, item.name): item for item in owner.lets}
+            self._named |= {
+                (MemoryRef, item.name): item for item in owner.memory if item.name not in written
+            }
+        values = {n: c.value for (kind, n), c in self._named.items() if isinstance(c, Constant)}
+        self._numbering = Numbering(lets, values, period_s)
+        self._varying: dict[str, bool] = {}
+        self.found = tuple(m for text in texts(owner) for m in self._in(text, text.expr, {}))
+        self._at = {id(misfit.expr) for misfit in self.found}
+        self._spoilt: set[str] = set()
+        for item in owner.lets if isinstance(owner, Subsystem) else ():
+            if self.within(item.value):
+                self._spoilt.add(item.name)
+
+    def within(self, expr: Expr) -> bool:
+        """Whether an expression has one, itself or in a let."""
+        return any(
+            id(node) in self._at or (isinstance(node, LetRef) and node.name in self._spoilt)
+            for node in walk(expr)
+        )
+
+    def _in(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
+        match expr:
+            case Builtin(name="near", args=(_, _, *limits)):
+                yield from self._tolerances(text, expr, limits)
+            case Builtin(name="pose", args=(_, quaternion)):
+                yield from self._quaternion(text, expr, quaternion)
+            case Builtin(name="min" | "max"):
+                yield from self._clamp(text, expr)
+        yield from self._itself(text, expr, bound)
+        for child in children(expr):
+            inside = bound
+            if isinstance(expr, Quantifier) and child is expr.body:
+                inside = {**bound, expr.variable: len(bound)}
+            yield from self._in(text, child, inside)
+
+    def _tolerances(self, text: Text, near: Expr, limits: list[Expr]) -> Iterator[Misfit]:
+        for limit, is_angle in zip(limits, (False, True), strict=False):
+            value = self._value(limit)
+            if value is not None and value <= 0:
+                yield Misfit("tolerance", near, text, (limit,), self._origin(text, limit), value)
+            elif value is not None and is_angle and value >= _ANGLE_OF_ALL:
+                yield Misfit("angle", near, text, (limit,), self._origin(text, limit), value)
+
+    def _quaternion(self, text: Text, pose: Expr, quaternion: Expr) -> Iterator[Misfit]:
+        origin = self._origin(text, quaternion)
+        if not isinstance(origin[1], Items):
+            return
+        parts = [part for item in origin[1].items if (part := self._value(item)) is not None]
+        length = math.hypot(*parts)
+        if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
+            yield Misfit("quaternion", pose, text, (quaternion,), origin, length)
+
+    def _clamp(self, text: Text, outer: Builtin) -> Iterator[Misfit]:
+        """`min(max(a, 2), 1)` is 1, and `max(min(a, 1), 2)` is 2."""
+        known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
+        if not known:
+            return
+        tightest = min if outer.name == "min" else max
+        value, limit = tightest(known, key=lambda pair: pair[0])
+        for inner in outer.args:
+            whole = self._origin(text, inner)[1]
+            if not isinstance(whole, Builtin) or {whole.name, outer.name} != {"min", "max"}:
+                continue
+            if self._value(inner) is not None:
+                continue
+            bounds = self._bounds(whole)
+            if bounds.least > value if outer.name == "min" else bounds.most < value:
+                yield Misfit("clamp", outer, text, (limit, inner), self._origin(text, limit), value)
+                return
+
+    def _bounds(self, expr: Expr) -> _Bounds:
+        value = self._value(expr)
+        if value is not None:
+            return _Bounds(value, value)
+        if not isinstance(expr, Builtin) or expr.name not in ("min", "max"):
+            return _Bounds()
+        of = min if expr.name == "min" else max
+        parts = [self._bounds(arg) for arg in expr.args]
+        return _Bounds(of(p.least for p in parts), of(p.most for p in parts))
+
+    def _itself(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
+        match expr:
+            case Compare(left=left, right=right) | Binary(op="-", left=left, right=right):
+                pairs = [(left, right)]
+            case Builtin(name="near", args=(left, right, *_)):
+                pairs = [(left, right)]
+            case Builtin(name="min" | "max", args=args):
+                pairs = list(self._alike(args, bound))
+            case _:
+                return
+        for one, other in pairs:
+            if self._same(one, other, bound):
+                yield Misfit("itself", expr, text, (one, other), (text, expr))
+                return
+
+    def _alike(self, args: tuple[Expr, ...], bound: Depths) -> Iterator[tuple[Expr, Expr]]:
+        """Arguments that have one value, each with the first of them."""
+        first: dict[int, Expr] = {}
+        for arg in args:
+            earlier = first.setdefault(self._numbering.number(arg, bound), arg)
+            if earlier is not arg:
+                yield earlier, arg
+
+    def _same(self, one: Expr, other: Expr, bound: Depths) -> bool:
+        """Whether two expressions have one value, and not by what constants happen to be."""
+        if self._numbering.number(one, bound) != self._numbering.number(other, bound):
+            return False
+        return self.varies(one) or (one == other and _refers(one))
+
+    def varies(self, expr: Expr) -> bool:
+        """Whether an expression is known, and depends on more than constants."""
+        nodes = list(walk(expr))
+        return not any(isinstance(n, Unknown) for n in nodes) and any(map(self._changes, nodes))
+
+    def _changes(self, node: Expr) -> bool:
+        if isinstance(node, LetRef):
+            if node.name not in self._varying:
+                self._varying[node.name] = False  # a let that uses itself is an error of its own
+                named = self._named.get((LetRef, node.name))
+                self._varying[node.name] = named is not None and self.varies(text_of(named).expr)
+            return self._varying[node.name]
+        written = isinstance(node, MemoryRef) and (MemoryRef, node.name) not in self._named
+        clock = isinstance(node, Clock) and node.name != "period"
+        return written or clock or isinstance(node, (Input, Bound))
+
+    def _value(self, expr: Expr) -> float | None:
+        value = self._numbering.value(self._numbering.number(expr))
+        if isinstance(expr, MemoryRef) and (named := self._named.get((MemoryRef, expr.name))):
+            return self._value(text_of(named).expr)
+        return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+    def _origin(self, text: Text, expr: Expr) -> tuple[Text, Expr]:
+        """Where what an expression names was written down."""
+        for _ in self._named:
+            named = self._named.get((type(expr), getattr(expr, "name", "")))
+            if named is None:
+                break
+            text = text_of(named)
+            expr = text.expr
+        return text, expr
+
+
+def _refers(expr: Expr) -> bool:
+    return any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(expr))

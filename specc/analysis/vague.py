@@ -1,0 +1,180 @@
+"""What is certain of a machine with unknown parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from functools import partial
+
+from specc.analysis.graph import CAUSES, Step, find_steps
+from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
+from specc.model.fsm import Cause, Condition, State, Transition
+from specc.model.system import Subsystem
+from specc.model.types import Bool
+from specc.proof import Decision, InputName, Prover, RowVerdict, Witness
+
+# What holds of a condition whatever the unknown parts of it are: a bound below and one above.
+#
+# What is unknown may be asked otherwise, to see what a condition says without some of its parts.
+
+
+Bound = Callable[[Expr], Expr]
+Asks = Callable[[Expr], bool]
+
+
+def surely(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
+    """The condition where it holds whatever its unknown parts are."""
+    return _bound(condition, FALSE, is_unknown)
+
+
+def possibly(condition: Expr, is_unknown: Asks = has_unknown) -> Expr:
+    """The condition where it may hold, its unknown parts permitting."""
+    return _bound(condition, TRUE, is_unknown)
+
+
+def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
+    if not is_unknown(expr):
+        return expr
+    same = partial(_bound, unknown=unknown, is_unknown=is_unknown)
+    match expr:
+        case Unary(op="not", operand=operand):
+            opposite = surely if unknown is TRUE else possibly
+            return replace(expr, operand=opposite(operand, is_unknown))
+        case Logic(operands=operands):
+            return replace(expr, operands=tuple(map(same, operands)))
+        case Quantifier(body=body, over=over) if not is_unknown(over):
+            return replace(expr, body=same(body))
+        case Choice(test=test, then=then, otherwise=otherwise):
+            if not is_unknown(test):
+                return replace(expr, then=same(then), otherwise=same(otherwise))
+            op = "and" if unknown is FALSE else "or"
+            return Logic(op, (same(then), same(otherwise)), type=Bool())  # type: ignore[arg-type]  # one of the two
+    return unknown
+
+
+# Machines with unknown conditions in them: the machines that they surely and possibly are.
+#
+# What is said of such a machine has to hold whatever the unknown is. Two rows surely overlap where
+# the cause and both surely hold, and one is surely taken where it does; nothing applies where the
+# cause surely holds and no row possibly does; nothing ever applies where nothing possibly does.
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A way to look at a machine with unknowns: what is taken to hold of them."""
+
+    cause: Cause
+    ends: Bound
+    rows: Bound
+
+    def of(self, subsystem: Subsystem) -> Subsystem:
+        """The machine without unknowns; of its behaviours only the end by the cause counts."""
+        states = tuple(self._state(state) for state in subsystem.states)
+        rows = tuple(_row(row, self.rows) for row in subsystem.transitions)
+        return replace(subsystem, states=states, transitions=rows)
+
+    def _state(self, state: State) -> State:
+        behaviour = state.behaviour
+        # An error goes before an end: where it is not known, the end is not known either.
+        opposite = possibly if self.ends is surely else surely
+        error = self.ends if self.cause == "error" else opposite
+        seen = replace(
+            behaviour,
+            terminal=_known(behaviour.terminal, self.ends),
+            error=_known(behaviour.error, error),
+        )
+        return replace(state, behaviour=seen)
+
+
+def sure(cause: Cause) -> View:
+    """Where ends and rows surely hold."""
+    return View(cause, surely, surely)
+
+
+def unmet(cause: Cause) -> View:
+    """Where ends surely hold, beside rows that possibly do."""
+    return View(cause, surely, possibly)
+
+
+def possible(cause: Cause) -> View:
+    """Where ends and rows possibly hold."""
+    return View(cause, possibly, possibly)
+
+
+def is_vague(subsystem: Subsystem, state: State, cause: Cause) -> bool:
+    """Whether something about the rows of a state and cause is unknown."""
+    behaviour = state.behaviour
+    conditions = [behaviour.error, *(row.condition for _, row in subsystem.rows(state.name, cause))]
+    if cause == "terminal":
+        conditions.append(behaviour.terminal)
+    return any(has_unknown(condition.when) for condition in conditions)
+
+
+def _row(row: Transition, bound: Bound) -> Transition:
+    return replace(row, condition=_known(row.condition, bound))
+
+
+def _known(condition: Condition, bound: Bound) -> Condition:
+    return replace(condition, when=bound(condition.when))
+
+
+# What is decided of machines with unknown conditions in them, whatever these are.
+
+
+Present = Collection[InputName]
+
+
+class Views:
+    """Answers about machines in the views that `specc.analysis.partial` takes of them."""
+
+    def __init__(self, prover: Callable[[Subsystem], Prover]) -> None:
+        """`prover` makes one for a subsystem without unknowns."""
+        self._new = prover
+        self._provers: dict[tuple[str, View], Prover] = {}
+
+    def verdict(
+        self, subsystem: Subsystem, state: str, cause: Cause, present: Present
+    ) -> RowVerdict | None:
+        """What is certain of the rows; None if it is not known whether the cause occurs."""
+        known, gaps, all_ = (
+            self._decision(view(cause), subsystem, state, present)
+            for view in (sure, unmet, possible)
+        )
+        if known.possible != all_.possible:
+            return None
+        decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="")
+        return RowVerdict(_rows(subsystem, state, cause), decision)
+
+    def overlap(
+        self,
+        subsystem: Subsystem,
+        state: str,
+        cause: Cause,
+        pair: tuple[int, int],
+        present: Present,
+    ) -> Witness | None:
+        """Where two rows of a state and cause, by their indices, surely apply together."""
+        seen = sure(cause).of(subsystem)
+        rows = _rows(seen, state, cause)
+        two = replace(seen, transitions=tuple(rows[index] for index in pair))
+        return self._new(two).prove_rows(state, cause, present=present).decision.overlap
+
+    def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
+        """The rows that may be taken whatever is unknown."""
+        provers = {cause: self._new(sure(cause).of(subsystem)) for cause in CAUSES}
+
+        def prove(state: str, cause: Cause) -> RowVerdict:
+            decision = provers[cause].prove_rows(state, cause).decision
+            return RowVerdict(_rows(subsystem, state, cause), decision)
+
+        return find_steps(subsystem, prove)
+
+    def _decision(self, view: View, subsystem: Subsystem, state: str, present: Present) -> Decision:
+        key = subsystem.qualified_name, view
+        if key not in self._provers:
+            self._provers[key] = self._new(view.of(subsystem))
+        return self._provers[key].prove_rows(state, view.cause, present=present).decision
+
+
+def _rows(subsystem: Subsystem, state: str, cause: Cause) -> tuple[Transition, ...]:
+    return tuple(row for _, row in subsystem.rows(state, cause))

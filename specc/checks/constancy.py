@@ -1,0 +1,337 @@
+"""Conditions that never change: by what their own subsystem does, or by time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import NamedTuple
+
+from specc.analysis import Facts
+from specc.analysis.lasting import Late
+from specc.analysis.presence import names_any
+from specc.analysis.words import Text, listed, ms, text_of
+from specc.diagnostics import Diagnostic, Related
+from specc.lang import show
+from specc.model.expr import (
+    Among,
+    Bound,
+    Choice,
+    Compare,
+    Expr,
+    LetRef,
+    Logic,
+    Member,
+    MemoryRef,
+    Number,
+    Quantifier,
+    Truth,
+    Unary,
+    children,
+    walk,
+)
+from specc.model.fsm import Condition
+from specc.model.system import Subsystem, System
+from specc.model.types import Bool, Enum, Int, Real
+from specc.proof import Moment
+from specc.source import Place
+
+# Parts of conditions that have one truth value by what their own subsystem says.
+#
+# What counts are conditions, the lets that they name, time, and memory to which only written-down
+# values are ever assigned. Literal `True` and `False`, constants and parameters are meant; what
+# peers happen to send may change, and assumptions are about that.
+
+
+MOST_PARTS = 64
+"""Parts of one condition that are looked at; a longer one is not looked into."""
+_MOST_VALUES = 8
+_Literal = Truth | Member | Number
+
+
+class ConstantPart(NamedTuple):
+    """A part of a condition, in its text or in that of a let, that always or never holds."""
+
+    condition: Condition
+    text: Text
+    expr: Expr
+    holds: bool
+
+
+class _About(NamedTuple):
+    """Memory that an expression names, and whether literals or parameters decide it."""
+
+    memory: frozenset[str]
+    meant: bool
+
+
+class Constancy:
+    """Asks about the conditions of one subsystem that has no unknowns."""
+
+    def __init__(self, subsystem: Subsystem, facts: Facts) -> None:
+        self._subsystem = subsystem
+        self._prover = facts.prover(subsystem)
+        self._misfits = facts.misfits(subsystem)
+        self._lets = {item.name: item for item in subsystem.lets}
+        self._parameters = {constant.name for constant in subsystem.constants}
+        self._of_lets: dict[str, _About] = {}
+        for item in subsystem.lets:
+            self._of_lets[item.name] = self._about(item.value)
+        self._entered: set[str] = set()
+
+    def parts(self, condition: Condition) -> Iterator[ConstantPart]:
+        """The innermost parts of a condition that are constant; the condition itself may be."""
+        text = Text(condition.when, condition.place, "when")
+        if sum(1 for node in walk(condition.when) if isinstance(node.type, Bool)) > MOST_PARTS:
+            return
+        yield from self._in(condition, text, condition.when, anywhere=False)
+
+    def _in(
+        self, condition: Condition, text: Text, expr: Expr, *, anywhere: bool
+    ) -> Iterator[ConstantPart]:
+        """The constant parts below an expression, or else itself if it is one."""
+        below = [
+            part
+            for child in children(expr)
+            for part in self._in(condition, text, child, anywhere=anywhere)
+        ]
+        if isinstance(expr, LetRef) and expr.name in self._lets and expr.name not in self._entered:
+            self._entered.add(expr.name)
+            let = text_of(self._lets[expr.name])
+            below += self._in(condition, let, let.expr, anywhere=True)
+        if below or not isinstance(expr.type, Bool):
+            yield from below
+        elif (holds := self._value(expr, condition.when, anywhere=anywhere)) is not None:
+            yield ConstantPart(condition, text, expr, holds)
+
+    def _value(self, part: Expr, whole: Expr, *, anywhere: bool) -> bool | None:
+        """The one truth value of a part that is not meant to have one.
+
+        In the text of a let, which functions may name too, it has it at any moment.
+        """
+        about = self._about(part)
+        if about.meant or _has_free_variable(part):
+            return None
+        if not self._misfits.varies(part) or self._misfits.within(part):
+            return None
+        known = [self._memory[name] for name in sorted(about.memory) if name in self._memory]
+        if part is whole and not known:
+            return None  # that of the condition itself is known
+        moment: Moment = "start" if anywhere else "conditions"
+        for fact, holds in ((part, True), (Unary("not", part, type=Bool()), False)):
+            if self._prover.implies(known, fact, moment, assuming=False):
+                return holds
+        return None
+
+    def _about(self, expr: Expr) -> _About:
+        memory, meant = frozenset[str](), names_any(expr, self._parameters)
+        for node in walk(expr):
+            meant |= isinstance(node, Truth)
+            if isinstance(node, MemoryRef):
+                memory |= {node.name}
+            elif isinstance(node, LetRef) and node.name in self._of_lets:
+                memory |= self._of_lets[node.name].memory
+                meant |= self._of_lets[node.name].meant
+        return _About(memory, meant)
+
+    @cached_property
+    def _memory(self) -> dict[str, Expr]:
+        """What is known of memory that functions write, by name, as conditions."""
+        sources: dict[str, list[Expr]] = {m.name: [m.init] for m in self._subsystem.memory}
+        written: set[str] = set()
+        for behaviour in {s.behaviour.name: s.behaviour for s in self._subsystem.states}.values():
+            for item in behaviour.assignments:
+                if not item.peer and item.name in sources:
+                    sources[item.name].append(item.value)
+                    written.add(item.name)
+        values = _values_of(sources)
+        types = {
+            m.name: m.type
+            for m in self._subsystem.memory
+            if isinstance(m.type, (Bool, Enum, Int, Real))
+        }
+        return {
+            name: _one_of(MemoryRef(name, type=types[name]), found)
+            for name, found in values.items()
+            if name in written & types.keys() and len(found) <= _MOST_VALUES
+        }
+
+
+def _has_free_variable(expr: Expr) -> bool:
+    """Whether a part of what a quantifier says is about its variable."""
+    nodes = list(walk(expr))
+    own = {node.variable for node in nodes if isinstance(node, Quantifier)}
+    return any(isinstance(node, Bound) and node.name not in own for node in nodes)
+
+
+def _values_of(sources: dict[str, list[Expr]]) -> dict[str, list[_Literal]]:
+    """The values of memory elements that only ever get literals, or one another's values."""
+    leaves = {name: [leaf for e in exprs for leaf in _leaves(e)] for name, exprs in sources.items()}
+    known = set(leaves)
+    while lost := {
+        name
+        for name in known
+        for leaf in leaves[name]
+        if not isinstance(leaf, _Literal)
+        and not (isinstance(leaf, MemoryRef) and leaf.name in known)
+    }:
+        known -= lost
+    found = {n: {leaf for leaf in leaves[n] if isinstance(leaf, _Literal)} for n in known}
+    changed = True
+    while changed:
+        changed = False
+        for name in known:
+            others = (found[leaf.name] for leaf in leaves[name] if isinstance(leaf, MemoryRef))
+            more = found[name].union(*others)
+            changed |= len(more) > len(found[name])
+            found[name] = more
+    return {name: sorted(found[name], key=repr) for name in sources if name in known}
+
+
+def _leaves(expr: Expr) -> Iterator[Expr]:
+    """What a value may come from: the branches of a choice, or the expression itself."""
+    if isinstance(expr, Choice):
+        yield from _leaves(expr.then)
+        yield from _leaves(expr.otherwise)
+    else:
+        yield expr
+
+
+def _one_of(memory: MemoryRef, values: list[_Literal]) -> Expr:
+    if isinstance(memory.type, Enum):
+        members = frozenset(value.name for value in values if isinstance(value, Member))
+        return Among(memory, members, type=Bool())
+    each: list[Expr] = []
+    for value in values:
+        if isinstance(value, Truth):
+            each.append(memory if value.value else Unary("not", memory, type=Bool()))
+        else:
+            each.append(Compare("==", memory, value, type=Bool()))
+    return each[0] if len(each) == 1 else Logic("or", tuple(each), type=Bool())
+
+
+# A declared condition, and every part of it, holds in some situation and fails in another.
+
+
+def conditions_vary(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
+    told: set[Place] = set()
+    for subsystem in facts.whole_subsystems:
+        for finding in _findings(subsystem, facts):
+            if finding.primary not in told:
+                told.add(finding.primary)
+                yield finding
+
+
+def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
+    misfits, constancy = facts.misfits(subsystem), Constancy(subsystem, facts)
+    for condition in subsystem.conditions:
+        settled = facts.settled(subsystem, condition)
+        if settled is None:
+            yield from map(_part, constancy.parts(condition))
+        elif not misfits.within(condition.when):
+            word = "always" if settled else "never"
+            yield Diagnostic(
+                "W0613",
+                f"{condition.kind} condition `{condition.name}` {word} holds",
+                condition.place,
+                _time(subsystem, condition, settled, facts),
+                help=f"say `{word}` where it is used, or mend the condition",
+            )
+
+
+def _time(subsystem: Subsystem, condition: Condition, settled: bool, facts: Facts) -> str:
+    """That time settles a condition, if it does."""
+    when = condition.when
+    never = Unary("not", when, type=Bool()) if settled else when
+    if not facts.lasting(subsystem).is_why(never):
+        return ""
+    return f"its times settle it; conditions are first asked after {ms(1 / subsystem.rate_hz)}"
+
+
+def _part(part: ConstantPart) -> Diagnostic:
+    word = "always" if part.holds else "never"
+    condition = part.condition
+    place = part.text.place(part.expr)
+    elsewhere = place.route[: len(condition.place.route)] != condition.place.route
+    named = f"{condition.kind} condition `{condition.name}`"
+    return Diagnostic(
+        "W0617",
+        f"`{show(part.expr)}` {word} holds",
+        place,
+        "" if elsewhere else f"a part of {named}",
+        (Related(condition.place, f"{named} asks it"),) if elsewhere else (),
+        "mend it, or leave it out" if part.holds else "mend it, or leave out what it decides",
+    )
+
+
+# No condition waits for a time at which its state is over.
+
+
+def conditions_in_time(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0618, once for each condition or row.
+
+    What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
+    """
+    for subsystem in facts.whole_subsystems:
+        yield from _out_of_time(subsystem, facts)
+
+
+def _out_of_time(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
+    told = set[Place]()
+    for state in subsystem.states:
+        for late in facts.lasting(subsystem).late(state):
+            if any(_is_mistaken(subsystem, condition, facts) for condition in late.ended_by):
+                continue
+            finding = _finding(late, subsystem)
+            if finding.primary not in told:
+                told.add(finding.primary)
+                yield finding
+
+
+def _is_mistaken(subsystem: Subsystem, condition: Condition, facts: Facts) -> bool:
+    settled = facts.settled(subsystem, condition) is not None
+    return settled or facts.misfits(subsystem).within(condition.when)
+
+
+def _finding(late: Late, subsystem: Subsystem) -> Diagnostic:
+    """About the condition that ends a state at once, or else about the one that comes too late."""
+    state, ends = late.state, late.ended_by
+    asked = Related(late.condition.place, f"`{late.condition.name}`")
+    behaviour = Related(state.behaviour.place, f"behaviour `{state.behaviour.name}`")
+    if late.over_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not late.row:
+        return Diagnostic(
+            "W0618",
+            f"error condition `{ends[0].name}` always holds when it is first asked",
+            ends[0].place,
+            f"so `{late.condition.name}` never ends state `{state.name}`",
+            (asked, behaviour),
+            "an error is asked first: turn the comparison round, or give it a later time",
+        )
+    return Diagnostic(
+        "W0618",
+        _too_late(late),
+        late.row.place if late.row else late.condition.place,
+        "never taken" if late.row else "never ends it",
+        (
+            *(Related(condition.place, _timed_part(condition, late)) for condition in ends),
+            asked if late.row else behaviour,
+        ),
+        "change one of the two times"
+        if late.timed
+        else f"let the state last longer, or change `{late.condition.name}`",
+    )
+
+
+def _too_late(late: Late) -> str:
+    """What is said of a condition; what ends a state and names no time does so at once."""
+    state, name, over = late.state.name, late.condition.name, ms(late.over_s)
+    if late.timed:
+        return f"state `{state}` is over, after {over}, before `{name}` can hold"
+    ends = listed([f"`{condition.name}`" for condition in late.ended_by], "or")
+    return f"{ends} ends state `{state}` in its first period, {over}, before `{name}` can hold"
+
+
+def _timed_part(condition: Condition, late: Late) -> str:
+    if len(late.ended_by) > 1:
+        return f"`{condition.name}`, if not the other, ends it by then"
+    return f"`{condition.name}` ends it by then"

@@ -1,0 +1,160 @@
+"""Expressions that are well typed and cannot be meant; names and targets of functions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.analysis import Facts
+from specc.analysis.misfits import Misfit
+from specc.analysis.words import below
+from specc.diagnostics import Diagnostic, Related
+from specc.lang import RESERVED, show
+from specc.model.expr import Binary, Builtin
+from specc.model.fsm import Assignment, Behaviour
+from specc.model.system import Constant, Let, Memory, Outside, Subsystem, System
+from specc.source import Place
+
+# Constants that arithmetic gives have a value.
+
+
+def constants_have_values(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0334."""
+    for constant, why in facts.valueless:
+        message = f"`{show(constant.value)}` has no value: {why}"
+        yield Diagnostic("E0334", message, constant.place, help="write another number")
+
+
+# Numbers and expressions are such as can be meant.
+
+
+_CODES = {
+    "tolerance": "E0330",
+    "angle": "E0330",
+    "quaternion": "E0331",
+    "clamp": "W0332",
+    "itself": "W0333",
+}
+
+
+def expressions_meant(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0330, E0331, W0332 and W0333, once where several uses have one origin."""
+    found: dict[tuple[str, Place], list[Misfit]] = {}
+    owners: list[Subsystem | System] = [system, *facts.subsystems]
+    for owner in owners:
+        for misfit in facts.misfits(owner).found:
+            found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
+    for (code, place), misfits in found.items():
+        message, help_text = _words(misfits[0])
+        yield Diagnostic(code, message, place, "", tuple(_uses(place, misfits)), help_text)
+
+
+def _place(misfit: Misfit) -> Place:
+    if misfit.kind == "clamp":
+        return misfit.text.place(misfit.expr)
+    text, expr = misfit.origin
+    return text.place(expr)
+
+
+def _uses(place: Place, misfits: list[Misfit]) -> Iterator[Related]:
+    """Where a number is used that is written down elsewhere, or is written down."""
+    for misfit in misfits[:4]:
+        text, expr = misfit.origin
+        other = text.place(expr) if misfit.kind == "clamp" else misfit.text.place(misfit.because[0])
+        if misfit.kind != "itself" and other.route != place.route:
+            yield Related(other, "written here" if misfit.kind == "clamp" else "used here")
+
+
+def _words(misfit: Misfit) -> tuple[str, str]:
+    """What is wrong, and a way out."""
+    first = show(misfit.because[0])
+    match misfit.kind:
+        case "tolerance":
+            size = "zero" if misfit.number == 0 else "negative"
+            return f"a tolerance that is {size}: nothing is ever near", "write how close is enough"
+        case "angle":
+            help_text = (
+                "write a smaller angle; `near(position(X), position(Y), distance)` asks none"
+            )
+            return "every two orientations are within an angle of pi", help_text
+        case "quaternion":
+            help_text = "write x, y, z, w of a rotation, whose squares have the sum 1"
+            return f"the length of this quaternion is {misfit.number:.4g}, not 1", help_text
+        case "clamp":
+            help_text = "the lower bound goes with `max`, the upper one with `min`"
+            return f"the bounds are the wrong way round: the result is always `{first}`", help_text
+    return _itself(misfit), "name what is meant in the place of one of the two"
+
+
+def _itself(misfit: Misfit) -> str:
+    one, other = map(show, misfit.because)
+    if one != other:
+        return f"`{one}` and `{other}` are the same"
+    match misfit.expr:
+        case Builtin(name="min" | "max" as name):
+            return f"`{one}` stands twice in `{name}`"
+        case Binary():
+            return f"`{one}` is subtracted from itself"
+    return f"`{one}` is compared with itself"
+
+
+# A bare name in the expressions of a subsystem means one thing.
+
+
+Named = Memory | Let | Constant | Outside
+
+
+def names_distinct(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0221; constants and files hold in the subsystems that their own file describes."""
+    for subsystem in facts.subsystems:
+        first: dict[str, tuple[str, Named]] = {}
+        for kind, part in _named(subsystem):
+            earlier = first.setdefault(part.name, (kind, part))
+            if part.name in RESERVED:
+                yield Diagnostic(
+                    "E0221",
+                    f"`{part.name}` is a word of the language and cannot name a {kind}",
+                    part.place,
+                    help="choose another name",
+                )
+            elif earlier[1] is not part:
+                yield Diagnostic(
+                    "E0221",
+                    f"`{part.name}` names a {kind} and a {earlier[0]}",
+                    part.place,
+                    related=(Related(earlier[1].place, f"the {earlier[0]}"),),
+                    help="choose another name for one of the two",
+                )
+
+
+def _named(subsystem: Subsystem) -> Iterator[tuple[str, Named]]:
+    yield from ((item.kind, item) for item in subsystem.outside)
+    yield from (("parameter", c) for c in subsystem.constants)
+    yield from (("memory element", m) for m in subsystem.memory)
+    yield from (("let", item) for item in subsystem.lets)
+
+
+# A target has one writer per behaviour: all functions of a behaviour take effect at once.
+
+
+def one_writer(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0608."""
+    for subsystem in facts.subsystems:
+        for behaviour in subsystem.behaviours:
+            first: dict[str, Assignment] = {}
+            for assignment in behaviour.assignments:
+                if assignment.target in first:
+                    yield _twice(behaviour, assignment, first[assignment.target])
+                first.setdefault(assignment.target, assignment)
+
+
+def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) -> Diagnostic:
+    writers = [Related(earlier.place, "here"), Related(assignment.place, "and here")]
+    if earlier is assignment:
+        writers = [Related(assignment.place, f"`{behaviour.name}` names the function twice")]
+    return Diagnostic(
+        "E0608",
+        f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
+        below(behaviour.place, "functions"),
+        related=tuple(writers),
+        help="keep one of the two, or give the functions to different behaviours",
+    )

@@ -1,0 +1,342 @@
+"""For every state and cause the initial conditions are exhaustive and exclude each other (2.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import chain, count
+
+from specc.analysis.examples import Examples
+from specc.analysis.facts import Decided, Facts
+from specc.analysis.words import ending, listed, operators_in, situation
+from specc.diagnostics import Diagnostic, Related
+from specc.lang import show
+from specc.model.expr import Expr
+from specc.model.fsm import State, Transition
+from specc.model.system import Subsystem, System
+from specc.proof import Witness
+from specc.proof.witness import opposite
+
+# What is refuted of the rows of several states for one reason: it is told once.
+
+
+MOST_NAMED = 3
+"""States that a message names; further ones are counted."""
+MOST_SHOWN = 12
+"""States whose places are shown beside the first."""
+MOST_COMPARED = 8
+"""Refutations about the same conditions with which another one is compared."""
+_Key = tuple[str, str, tuple[str, ...]]
+
+
+@dataclass(slots=True)
+class Shared:
+    """Rows of several states that ask the same conditions and fail in the same situations.
+
+    Whenever one of the `others` or the `first` state ends, the `widest` could end as well, so that
+    all that is said of its rows, which is the `witness`, holds of theirs.
+    """
+
+    first: Decided
+    widest: Decided
+    witness: Witness
+    others: list[Decided] = field(default_factory=list)
+
+    @property
+    def states(self) -> str:
+        """The states in words: `state `S0``, `states `S0` and `S1``."""
+        names = [f"`{decided.state.name}`" for decided in (self.first, *self.others)]
+        if len(names) == 1:
+            return f"state {names[0]}"
+        if len(names) > MOST_NAMED:
+            names[MOST_NAMED - 1 :] = [f"{len(names) - MOST_NAMED + 1} more"]
+        return f"states {listed(names, 'and')}"
+
+    @property
+    def places(self) -> tuple[Related, ...]:
+        """The other states."""
+        return tuple(
+            Related(other.state.place, f"ended {ending(other.state.behaviour, other.cause)}, too")
+            for other in self.others[:MOST_SHOWN]
+        )
+
+
+def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Iterator[Shared]:
+    """The refutations that `witness_of` selects, in the order of their first states."""
+    alike: dict[_Key, list[Shared]] = {}
+    for decided in facts.decided():
+        witness = witness_of(decided)
+        if witness is not None:
+            asked = tuple(row.condition.name for row in decided.verdict.rows)
+            known = alike.setdefault((decided.subsystem.qualified_name, decided.cause, asked), [])
+            _tell(decided, witness, known, facts)
+    yield from (told for known in alike.values() for told in known)
+
+
+def _tell(decided: Decided, witness: Witness, known: list[Shared], facts: Facts) -> None:
+    """Add a refutation to those about the same conditions: to one that says as much, if any does.
+
+    If it says more than some of them, it is what is said in their place.
+    """
+    compared = known[:MOST_COMPARED]
+    for told in compared:
+        if _covers(told.widest, decided, facts):
+            told.others.append(decided)
+            return
+    less = [told for told in compared if _covers(decided, told.widest, facts)]
+    if not less:
+        known.append(Shared(decided, decided, witness))
+        return
+    kept, *merged = less
+    kept.widest, kept.witness = decided, witness
+    for told in merged:
+        kept.others += [told.first, *told.others]
+        known.remove(told)
+    kept.others.append(decided)
+
+
+def _covers(one: Decided, other: Decided, facts: Facts) -> bool:
+    """Whether what is refuted of one state's rows is refuted of those of another, which it has."""
+    subsystem = one.subsystem
+    there = [facts.presence(subsystem).in_conditions(d.state.name) for d in (one, other)]
+    if not there[0] <= there[1]:
+        return False
+    context, fact = _ended(other), _ended(one)
+    if context == fact:
+        return True
+    if facts.is_vague(one) or facts.is_vague(other):
+        return False
+    prover = facts.prover(subsystem)
+    return all(prover.implies(context, part) for part in fact)
+
+
+def _ended(decided: Decided) -> tuple[Expr, ...]:
+    """What holds whenever a state ends by a cause: the error condition has priority (2.4)."""
+    behaviour = decided.state.behaviour
+    error = behaviour.error.when
+    return (error,) if decided.cause == "error" else (behaviour.terminal.when, opposite(error))
+
+
+# Whenever a state ends by a cause, some row of that state and cause applies (2.4).
+
+
+def rows_complete(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0601, once for all states that fail alike; a cause without any row is another matter."""
+    examples = Examples(facts)
+    for told in shared(facts, _gap):
+        decided, widest, gap = told.first, told.widest, told.witness
+        state = decided.state
+        yield Diagnostic(
+            "E0601",
+            f"no row of {told.states} applies {situation(gap)}",
+            state.place,
+            f"ended {ending(state.behaviour, decided.cause)}",
+            (
+                *told.places,
+                *(
+                    Related(row.place, f"asks `{row.condition.name}`")
+                    for row in decided.verdict.rows
+                ),
+            ),
+            _with_one_more_row(told),
+            example=examples.text(widest.subsystem, widest.state, widest.cause, gap),
+        )
+
+
+def _gap(decided: Decided) -> Witness | None:
+    return decided.verdict.decision.gap if decided.verdict.rows else None
+
+
+def _with_one_more_row(told: Shared) -> str:
+    decided, gap = told.first, told.witness
+    taken = {condition.name for condition in decided.subsystem.conditions}
+    name = next(n for n in chain(("otherwise",), _numbered()) if n not in taken)
+    assert gap.repair is not None  # there are rows
+    also = " to each of these states" if told.others else ""
+    return (
+        f"add the row `[{decided.state.name}, {decided.cause}, {name}, ...]` with the initial "
+        f'condition `{name}: "{show(gap.repair)}"`{also}, or say under `assume:` why it cannot be'
+        f"{operators_in(gap)}"
+    )
+
+
+def _numbered() -> Iterator[str]:
+    return (f"otherwise_{number}" for number in count(2))
+
+
+# Whenever a state ends by a cause, at most one row of that state and cause applies (2.4).
+
+
+_MOST = 6
+"""Rows of which every two are compared, and other pairs that are told."""
+
+
+def rows_exclusive(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0602, for two rows that can apply together; others of the same states are related."""
+    examples = Examples(facts)
+    for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
+        decided, widest, overlap = told.first, told.widest, told.witness
+        one, other = overlap.holding
+        first, second = decided.verdict.rows[one], decided.verdict.rows[other]
+        others = tuple(_others(told, facts))
+        also = "and so does this row"
+        if others and (own := facts.overlap(widest, (one, other))):
+            also += f" {situation(own)}"
+        yield Diagnostic(
+            "E0602",
+            f"two rows of {told.states} apply {situation(overlap)}",
+            second.place,
+            f"applies when it ended {ending(decided.state.behaviour, decided.cause)}",
+            (Related(first.place, also), *others, *told.places),
+            _with_one_row_less(told),
+            example=examples.text(widest.subsystem, widest.state, widest.cause, overlap),
+        )
+
+
+def _others(told: Shared, facts: Facts) -> Iterator[Related]:
+    """The other pairs of rows that can apply together, at the second of them."""
+    rows, holding = told.first.verdict.rows, told.witness.holding
+    pairs = ((i, j) for j in range(len(rows)) for i in range(j) if (i, j) != holding)
+    left = _MOST
+    for pair in pairs if len(rows) <= _MOST else ():
+        overlap = facts.overlap(told.widest, pair)
+        if overlap and left:
+            left -= 1
+            name = rows[pair[0]].condition.name
+            words = f"applies {situation(overlap)}, and so does the row that asks `{name}`"
+            yield Related(rows[pair[1]].place, words)
+
+
+def _with_one_row_less(told: Shared) -> str:
+    overlap, rows = told.witness, told.first.verdict.rows
+    other = f"or say under `assume:` why it cannot be{operators_in(overlap)}"
+    also = " in each of these states" if told.others else ""
+    if overlap.repair is None or overlap.repaired is None:
+        return f"delete one of the two rows{also}, {other}"
+    which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"
+    asked = rows[overlap.repaired].condition.name
+    return f'let {which} ask for "{show(overlap.repair)}" instead of `{asked}`{also}, {other}'
+
+
+# A cause that can occur in a state has rows; a state without any row is not finished.
+
+
+def causes_have_rows(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0603, and O0605 where the table says nothing of a state yet."""
+    unmet = [decided for decided in facts.decided() if facts.lacks_rows(decided)]
+    for subsystem in facts.subsystems:
+        sources = {row.source for row in subsystem.transitions}
+        without = {
+            decided.state.place
+            for decided in unmet
+            if decided.subsystem is subsystem and decided.state.name not in sources
+        }
+        yield from _unfinished(subsystem, [s for s in subsystem.states if s.place in without])
+    examples = Examples(facts)
+    for decided in unmet:
+        if any(row.source == decided.state.name for row in decided.subsystem.transitions):
+            yield _no_row(decided, examples)
+
+
+def _no_row(decided: Decided, examples: Examples) -> Diagnostic:
+    state, cause = decided.state, decided.cause
+    condition = state.behaviour.terminal if cause == "terminal" else state.behaviour.error
+    ended = Witness((), answers=((condition.when, True),))
+    return Diagnostic(
+        "E0603",
+        f"state `{state.name}` has no row for its {cause} condition",
+        state.place,
+        f"can end {ending(state.behaviour, cause)}",
+        (Related(condition.place, f"the {cause} condition"),),
+        f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
+        example=examples.text(decided.subsystem, state, cause, ended),
+    )
+
+
+def _unfinished(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]:
+    """O0605 for each state without rows, or once if the table is empty."""
+    if ends and not subsystem.transitions:
+        yield Diagnostic(
+            "O0605",
+            f"`{subsystem.qualified_name}` has no transitions yet",
+            subsystem.place,
+            help="add `transitions:` with rows such as "
+            f"`[{ends[0].name}, terminal, always, {ends[0].name}]`",
+        )
+        return
+    for state in ends:
+        yield Diagnostic(
+            "O0605",
+            f"no row says what comes after state `{state.name}`",
+            state.place,
+            f"behaviour `{state.behaviour.name}` can end",
+            help=f"add rows such as `[{state.name}, terminal, always, {state.name}]`",
+        )
+
+
+# Every row can be taken in some situation.
+
+
+def rows_can_apply(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0604 where the cause never occurs, W0605 where the condition never holds then.
+
+    A condition that never holds at all, and an error that always does, are `conditions_vary`'s
+    matter.
+    """
+    for decided in facts.decided():
+        decision, state = decided.verdict.decision, decided.state
+        behaviour = state.behaviour
+        ended = behaviour.terminal if decided.cause == "terminal" else behaviour.error
+        if facts.settled(decided.subsystem, ended) is False:
+            continue
+        if not decision.possible and facts.settled(decided.subsystem, behaviour.error):
+            continue
+        words = ending(behaviour, decided.cause)
+        applying = zip(decided.verdict.rows, decision.satisfiable, strict=True)
+        for row, possible in applying:
+            if possible:
+                continue
+            if not decision.possible:
+                yield Diagnostic(
+                    "W0604",
+                    f"state `{state.name}` never ends {words}",
+                    row.place,
+                    _never_taken(decided.subsystem, row, facts),
+                    (Related(behaviour.place, f"behaviour `{behaviour.name}`"),),
+                    "delete the row, or change the condition",
+                )
+            elif facts.settled(decided.subsystem, row.condition) is None:
+                yield Diagnostic(
+                    "W0605",
+                    f"`{row.condition.name}` never holds when state `{state.name}` ends {words}",
+                    row.place,
+                    _never_taken(decided.subsystem, row, facts),
+                    (Related(row.condition.place, f"`{row.condition.name}`"),),
+                    "delete the row, or change the condition",
+                )
+
+
+def _never_taken(subsystem: Subsystem, row: Transition, facts: Facts) -> str:
+    excluded = facts.lasting(subsystem).excludes(row)
+    return "never taken: the times exclude it" if excluded else "never taken"
+
+
+# What cannot be proved of rows is said, because it is then checked in every run.
+
+
+_WAY_OUT = "the generated code checks it in every run; to have it proved, ask less in one table"
+
+
+def rows_proved(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0606."""
+    for decided in facts.decided():
+        reason = decided.verdict.decision.unknown
+        if reason and decided.verdict.rows:
+            state = decided.state
+            yield Diagnostic(
+                "W0606",
+                f"it is not proved that exactly one row of state `{state.name}` applies: {reason}",
+                state.place,
+                f"ended {ending(state.behaviour, decided.cause)}",
+                help=decided.verdict.decision.way_out or _WAY_OUT,
+            )

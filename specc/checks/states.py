@@ -1,0 +1,174 @@
+"""States that can be reached, left and ended."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.analysis import Facts
+from specc.analysis.graph import Component, all_lead_to, components
+from specc.analysis.words import ending, listed
+from specc.diagnostics import Diagnostic, Related
+from specc.model.fsm import State
+from specc.model.system import Subsystem, System
+
+# A state whose behaviour has a terminal condition can be ended by it.
+
+
+def states_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0614.
+
+    Where there are rows, they are `rows_can_apply`'s matter; a condition that never holds at all
+    is `conditions_vary`'s.
+    """
+    for subsystem in facts.whole_subsystems:
+        for state in subsystem.states:
+            verdict = facts.verdict(subsystem, state.name, "terminal")
+            if verdict.rows or verdict.decision.possible:
+                continue
+            condition, error = state.behaviour.terminal, state.behaviour.error
+            if facts.prover(subsystem).constant(condition.when) is not False:
+                yield Diagnostic(
+                    "W0614",
+                    f"state `{state.name}` never ends {ending(state.behaviour, 'terminal')}",
+                    state.place,
+                    f"the error condition `{error.name}` holds whenever that does",
+                    (Related(condition.place, "the terminal condition"),),
+                    "say `terminal: never` if that is meant, or change a condition",
+                )
+
+
+# Every state can be reached from the initial one.
+
+
+def states_reached(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0607, once for states that hang together, at those from which the others are reached."""
+    for subsystem in facts.finished_subsystems:
+        reached = facts.reached(subsystem)
+        left = [s.name for s in subsystem.states if s.name not in reached]
+        if left:
+            yield from _findings(subsystem, left, reached, facts)
+
+
+def _findings(
+    subsystem: Subsystem, left: list[str], reached: frozenset[str], facts: Facts
+) -> Iterator[Diagnostic]:
+    """Of the components of the unreached states, those that no other one leads to."""
+    edges = [(row.source, row.target) for row in subsystem.transitions]
+    told: set[str] = set()
+    for part in components(left, edges):
+        dead = [r for r in subsystem.transitions if r.target in part.states and r.source in reached]
+        if (part.entered and not dead) or told.issuperset(part.states):
+            continue
+        steps = [step for step in edges if step[1] not in reached]
+        behind = [n for n in left if n in _from(part.states[0], steps) - told]
+        told.update(behind)
+        lasting = facts.lasting(subsystem)
+        never = [Related(row.place, _never_taken(lasting.excludes(row))) for row in dead]
+        yield _not_reached(subsystem, part.states, behind, never)
+
+
+def _from(start: str, edges: list[tuple[str, str]]) -> set[str]:
+    targets: dict[str, list[str]] = {}
+    for source, target in edges:
+        targets.setdefault(source, []).append(target)
+    found, open_ = {start}, [start]
+    while open_:
+        new = [t for t in targets.get(open_.pop(), ()) if t not in found]
+        found.update(new)
+        open_ += new
+    return found
+
+
+def _not_reached(
+    subsystem: Subsystem, first: tuple[str, ...], group: list[str], dead: list[Related]
+) -> Diagnostic:
+    named = ", ".join(f"`{name}`" for name in group)
+    through = f", `{first[0]}` would have to be entered first" if len(group) > 1 else ""
+    return Diagnostic(
+        "W0607",
+        f"{'state' if len(group) == 1 else 'states'} {named} cannot be reached from "
+        f"`{subsystem.initial_state}`",
+        subsystem.state(first[0]).place,
+        f"never entered{through}",
+        (*dead, *_unsent(subsystem, group)),
+        _way_in(first[0], dead),
+    )
+
+
+def _unsent(subsystem: Subsystem, group: list[str]) -> Iterator[Related]:
+    """The elements that only these states send."""
+    sent = [(s.name, a) for s in subsystem.states for a in s.behaviour.assignments if a.peer]
+    others = {a.target for name, a in sent if name not in group}
+    lost = {a.target: a for name, a in sent if name in group and a.target not in others}
+    return (Related(a.place, f"so `{a.target}` is never sent") for a in lost.values())
+
+
+def _never_taken(excluded: bool) -> str:
+    return f"this row can never be taken{': the times exclude it' if excluded else ''}"
+
+
+def _way_in(name: str, dead: list[Related]) -> str:
+    if dead:
+        return "make the condition of the row possible, or delete what is not needed"
+    return f"add a row that leads to `{name}`, or delete what is not needed"
+
+
+# No state holds its machine for ever unless the specification says so with `never`.
+
+
+def states_left(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0612, once for states that only lead to one another."""
+    for subsystem in facts.whole_subsystems:
+        if not facts.ways_are_known(subsystem):
+            continue
+        edges = [(step.row.source, step.row.target) for step in facts.steps(subsystem)]
+        reached = facts.reached(subsystem)
+        if all_lead_to(subsystem.initial_state, edges, reached):
+            continue
+        names = [state.name for state in subsystem.states if state.name in reached]
+        found = components(names, edges)
+        cycles = [part for part in found if len(part.states) > 1]
+        for part in found:
+            if not part.left and _is_trap(part, cycles, set(edges), subsystem):
+                yield _not_left(subsystem, part)
+
+
+def _is_trap(
+    part: Component,
+    cycles: list[Component],
+    edges: set[tuple[str, str]],
+    subsystem: Subsystem,
+) -> bool:
+    """Several states are a trap if other states form a cycle, which is then given up for ever.
+
+    Otherwise the others are the steps that lead to the work. A single state is the end if nothing
+    ends it.
+    """
+    first = part.states[0]
+    if len(part.states) > 1:
+        return len(cycles) > 1
+    return (first, first) in edges
+
+
+def _not_left(subsystem: Subsystem, part: Component) -> Diagnostic:
+    states = {state.name: state for state in subsystem.states}
+    rows = [row for row in subsystem.transitions if row.source in part.states]
+    one = len(part.states) == 1
+    named = listed([f"`{name}`" for name in part.states], "and")
+    return Diagnostic(
+        "W0612",
+        f"state {named} is never left" if one else f"states {named} are never left",
+        states[part.states[0]].place,
+        "once entered, entered for ever",
+        tuple(Related(row.place, "leads nowhere else") for row in rows[:4]),
+        _way_out(states[part.states[0]], one),
+    )
+
+
+def _way_out(state: State, one: bool) -> str:
+    if one:
+        return (
+            f"add a row that leads on, or say that `{state.name}` is the end by a behaviour with "
+            "`terminal: never`"
+        )
+    return "add a row that leads back to the other states"

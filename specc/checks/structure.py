@@ -1,0 +1,321 @@
+"""Agents, subsystems, devices and the buffers between them (2.1, 2.2, 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+from specc.analysis import Facts
+from specc.analysis.words import below, listed
+from specc.diagnostics import Diagnostic, Related
+from specc.model.system import Agent, Device, Element, Port, Subsystem, System
+from specc.source import Place
+
+# The subsystems of an agent have different names; `c` is the control subsystem.
+
+
+def subsystems_distinct(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0411."""
+    for agent in system.agents:
+        first: dict[str, Subsystem] = {}
+        for subsystem in agent.subsystems:
+            earlier = first.setdefault(subsystem.name, subsystem)
+            if earlier is not subsystem:
+                yield Diagnostic(
+                    "E0411",
+                    f"agent `{agent.name}` has two subsystems called `{subsystem.name}`",
+                    subsystem.place,
+                    related=(Related(earlier.place, "this one has the name already"),),
+                    help="choose another name; a real device of that name is listed under `uses:`",
+                )
+
+
+# Connected buffers have exactly the same structure at both ends (section 3).
+
+
+_MOST_SHOWN = 4
+
+
+def buffers_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """O0403, E0404 and E0405, for connections with subsystems and with devices."""
+    for subsystem in facts.subsystems:
+        for port in subsystem.ports:
+            device = facts.connections.devices.get(port.other_end)
+            if port.other_end in facts.broken | facts.connections.contested:
+                continue
+            if device is not None:
+                elements = facts.connections.device_elements(port)
+                there = _side(device, "y" if port.direction == "x" else "x")
+                yield from _compare(port.place, port.elements, there, elements)
+            else:
+                yield from _between_subsystems(subsystem, port, facts)
+    for device in system.devices:
+        yield from _unconnected(device, facts)
+
+
+def _side(device: Device, side: str) -> Place:
+    """What a device accepts or reports, or the device where it says nothing of that."""
+    return replace(device.place, route=(*device.place.route, side))
+
+
+def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Iterator[Diagnostic]:
+    other = facts.connections.subsystems.get(port.other_end)
+    if other is None:
+        return
+    end = facts.connections.other_port(subsystem, port)
+    if end is None:
+        verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
+        name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
+        lacks = _buffer(other, key, name)
+        yield Diagnostic(
+            "O0403",
+            f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
+            port.place,
+            "this end has no other",
+            (
+                Related(
+                    replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
+                ),
+            ),
+            f"add `{name}: {{...}}` under its `{key}:`, with the same elements",
+            lacks=(lacks,),
+        )
+    elif port.direction == "x":
+        yield from _compare(port.place, port.elements, end.place, end.elements)
+
+
+def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
+    """Where a buffer of a subsystem would be declared, beside its others if it has any."""
+    here = subsystem.place
+    others = [port.place for port in subsystem.ports]
+    route = others[0].route[:-2] if others else here.route
+    file = others[0].file if others else here.file
+    return Place(file, (*route, direction, peer))
+
+
+def _compare(
+    here: Place, own: tuple[Element, ...], there: Place, others: tuple[Element, ...]
+) -> Iterator[Diagnostic]:
+    """Two ends of a connection; `here` and `there` are their places."""
+    mine, theirs = {e.name: e for e in own}, {e.name: e for e in others}
+    for name, one in mine.items():
+        other = theirs.get(name)
+        if other and one.type != other.type:
+            yield Diagnostic(
+                "E0405",
+                f"`{name}` is `{one.type}` at one end and `{other.type}` at the other",
+                one.place,
+                f"`{one.type}`",
+                (Related(other.place, f"connected to this one: `{other.type}`"),),
+                "both ends of a connection have exactly the same type",
+            )
+    only_here = [e for e in own if e.name not in theirs]
+    only_there = [e for e in others if e.name not in mine]
+    if only_here and only_there:
+        yield _two_lists(_Lack(here, only_there), _Lack(there, only_here))
+    elif only_here or only_there:
+        yield _missing(_Lack(here, only_there) if only_there else _Lack(there, only_here))
+
+
+class _Lack(NamedTuple):
+    """An end of a connection, and what only the other one has."""
+
+    place: Place
+    elements: list[Element]
+
+    @property
+    def names(self) -> str:
+        return listed([f"`{element.name}`" for element in self.elements], "and")
+
+    @property
+    def others(self) -> tuple[Related, ...]:
+        """Where the other end has it, of many the first."""
+        return tuple(
+            Related(element.place, f"`{element.type}`, without another end")
+            for element in self.elements[:_MOST_SHOWN]
+        )
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where it would be declared."""
+        route = self.place.route
+        return tuple(
+            replace(self.place, route=(*route, element.name), part="value")
+            for element in self.elements
+        )
+
+
+def _missing(lack: _Lack) -> Diagnostic:
+    added = listed([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
+    it = "it" if len(lack.elements) == 1 else "them"
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {lack.names}, which the other end has",
+        lack.place,
+        f"lacks {it}",
+        lack.others,
+        f"add {added}, or delete {it} at the other end",
+        lacks=lack.places,
+    )
+
+
+def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
+    """Each end has what the other lacks: another name, or the list of another buffer."""
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {here.names}, and its other end lacks {there.names}",
+        here.place,
+        f"has {there.names} instead",
+        (*here.others, Related(there.place, "the other end")),
+        "give both ends the same elements; one may have those of another buffer",
+        lacks=here.places + there.places,
+    )
+
+
+def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
+    """A device of which only one side is connected; one without any is `devices_used`'s matter."""
+    ends = facts.connections.ends_at(device.qualified_name)
+    contested = device.qualified_name in facts.connections.contested
+    if not ends or contested or any(s.qualified_name in facts.broken for s, _ in ends):
+        return
+    subsystem, port = ends[0]
+    sides = (
+        (device.x, "x", "y", f"nothing commands `{device.qualified_name}`"),
+        (device.y, "y", "x", f"nothing reads what `{device.qualified_name}` reports"),
+    )
+    for elements, side, direction, message in sides:
+        if elements and not any(p.direction == direction for _, p in ends):
+            names = ", ".join(f"`{e.name}`" for e in elements)
+            lacks = _buffer(subsystem, direction, port.peer)
+            here = replace(lacks, part="key")
+            yield Diagnostic(
+                "O0403",
+                message,
+                _side(device, side),
+                f"{names}: without another end",
+                (Related(here, f"`{subsystem.qualified_name}` works with it"),),
+                f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
+                lacks=(lacks,),
+            )
+
+
+# A real effector belongs to one virtual effector; nothing is commanded from two sides (2.1).
+
+
+def devices_owned(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0406, at what makes a subsystem the second owner."""
+    for device in system.devices:
+        owners = facts.connections.owners(device)
+        for subsystem, port in owners[1:]:
+            first, its_port = owners[0]
+            yield Diagnostic(
+                "E0406",
+                f"`{device.qualified_name}` belongs to `{first.qualified_name}` already",
+                _claim(device, subsystem, port),
+                f"`{subsystem.qualified_name}` uses it too",
+                (Related(its_port.place, "used here"), Related(device.place, "the device")),
+                "let one subsystem work with it and pass the data on",
+            )
+
+
+def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
+    """Where a subsystem says that it works with a device."""
+    if subsystem.kind == "control" or subsystem.name == device.name:
+        return port.place
+    return below(subsystem.place, "uses")
+
+
+# Every real effector and receptor is used by a subsystem.
+
+
+def devices_used(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
+    used = {port.other_end for s in system.subsystems for port in s.ports}
+    unsure = {name.split(".")[0] for name in facts.broken | facts.connections.contested}
+    for device in system.devices:
+        if device.qualified_name not in used and device.agent not in unsure:
+            kind = "effector" if device.kind == "real_effector" else "receptor"
+            yield Diagnostic(
+                "O0404",
+                f"no subsystem uses the real {kind} `{device.name}`",
+                device.place,
+                help=_way_out(device, kind, system),
+            )
+
+
+def _way_out(device: Device, kind: str, system: System) -> str:
+    """Its own virtual effector or receptor, if there is one, lacks the buffers."""
+    names = {subsystem.qualified_name for subsystem in system.subsystems}
+    if f"{device.agent}.{device.name}" in names:
+        letter = kind[0].upper()
+        return f"add `{letter}: {{...}}` under the `x:` and `y:` of `{device.name}`"
+    return f"add a virtual {kind} `{device.name}`, or delete the device"
+
+
+# The kind of an agent is that of its structure, and one of the seven useful ones (2.2).
+
+
+_MEANING = {
+    "C": "a control subsystem",
+    "E": "effectors",
+    "R": "receptors",
+    "T": "connections with other agents",
+}
+
+
+def agent_kind(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0407 and E0408; an agent with a broken subsystem may have more than is known.
+
+    Whether one is useless is seen once its control subsystem has states.
+    """
+    for agent in system.agents:
+        if _is_unsure(agent, facts):
+            continue
+        kind = _derived(agent, facts)
+        if kind == "C" and not all(subsystem.begun for subsystem in agent.subsystems):
+            continue
+        if kind == "C":
+            yield Diagnostic(
+                "E0408",
+                f"agent `{agent.name}` influences nothing, senses nothing and talks to nobody",
+                agent.place,
+                "an agent of kind C",
+                help="give it effectors, receptors or connections with other agents, or delete it",
+            )
+        elif agent.kind and agent.kind != kind:
+            has = listed((_MEANING[letter] for letter in kind), "and")
+            yield Diagnostic(
+                "E0407",
+                f"agent `{agent.name}` is of kind {kind}, not {agent.kind}",
+                below(agent.place, "kind"),
+                f"it has {has}",
+                help=f"write `kind: {kind}`, or change the structure",
+            )
+
+
+def _is_unsure(agent: Agent, facts: Facts) -> bool:
+    """Whether parts are unknown that may add letters: whom it talks to, subsystems left out."""
+    known = {subsystem.qualified_name for subsystem in agent.subsystems}
+    control = f"{agent.name}.c"
+    lost = {n for n in facts.broken if n.startswith(f"{agent.name}.") and n not in known}
+    devices = {device.qualified_name for device in agent.devices}
+    return control not in known or control in facts.broken or bool(lost - devices)
+
+
+def _derived(agent: Agent, facts: Facts) -> str:
+    """The letters of 2.2 in the order C, E, R, T."""
+    kinds: set[str] = {subsystem.kind for subsystem in agent.subsystems}
+    kinds |= {device.kind for device in agent.devices}
+    ends = {kind.rpartition("_")[2] for kind in kinds}
+    own = f"{agent.name}.c"
+    ports = [(s, port) for s in agent.subsystems if s.qualified_name == own for port in s.ports]
+    talks = any(
+        subsystem.kind == "control" and _agent(port.other_end) != subsystem.agent
+        for subsystem, port in (*ports, *facts.connections.ends_at(own))
+    )
+    return "C" + "E" * ("effector" in ends) + "R" * ("receptor" in ends) + "T" * talks
+
+
+def _agent(qualified_name: str) -> str:
+    return qualified_name.partition(".")[0]

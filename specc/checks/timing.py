@@ -1,0 +1,262 @@
+"""Rates that meet, readers that keep up, and values that are young enough."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from math import ceil
+
+from specc.analysis import Facts
+from specc.analysis.ages import Held, Trail
+from specc.analysis.connections import LONGEST
+from specc.analysis.presence import arrivals_asked
+from specc.analysis.sources import Measured, Node, Sent, bounded, received
+from specc.analysis.words import below, ms
+from specc.diagnostics import Diagnostic, Related
+from specc.model.system import Port, Subsystem, System
+from specc.source import Place
+
+# All periods are whole multiples of a base tick, and the timeline repeats within reason.
+
+
+def rates_meet(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0409, at the subsystem whose rate does not go with those of the others."""
+    clash = facts.rates.clash
+    if clash is None:
+        return
+    related = [Related(below(s.place, "rate"), _rated(s)) for s in clash.others]
+    yield Diagnostic(
+        "E0409",
+        f"with {_rate(clash.odd)} the timeline repeats only after {_count(clash.ticks)} ticks",
+        below(clash.odd.place, "rate"),
+        _rated(clash.odd),
+        tuple(related[:4]),
+        f"choose rates that divide one another; at most {LONGEST} ticks are scheduled",
+    )
+
+
+def _rated(subsystem: Subsystem) -> str:
+    return f"`{subsystem.qualified_name}`: {_rate(subsystem)}"
+
+
+def _rate(subsystem: Subsystem) -> str:
+    return f"{float(subsystem.rate_hz):g} Hz"
+
+
+def _count(ticks: object) -> str:
+    text = str(ticks)
+    return text if len(text) <= 12 else f"10^{len(text) - 1}"
+
+
+# A subsystem that asks whether a value has come is fast enough to see every value.
+
+
+def readers_fast_enough(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0414, for values that are sent on occasion; a value of every period is a measurement."""
+    for subsystem in facts.rates.timed:
+        asked = arrivals_asked(subsystem)
+        for port in subsystem.ports if asked else ():
+            for element in port.elements:
+                if port.direction == "x" and (port.peer, element.name) in asked:
+                    source = _source(subsystem, port, element.name, facts)
+                    if source and source[0] > subsystem.rate_hz:
+                        rate, place = source
+                        yield Diagnostic(
+                            "W0414",
+                            f"`{subsystem.qualified_name}` can miss values of "
+                            f"`x.{port.peer}.{element.name}`",
+                            element.place,
+                            f"up to {_count(rate / subsystem.rate_hz)} values come between two "
+                            f"periods of {_ms(subsystem.rate_hz)}, and the last one is seen",
+                            (
+                                Related(place, f"sends one every {_ms(rate)}"),
+                                Related(below(subsystem.place, "rate"), "looks at this rate"),
+                            ),
+                            "raise the rate of the reader, or lower that of the sender",
+                        )
+
+
+def _source(
+    subsystem: Subsystem, port: Port, element: str, facts: Facts
+) -> tuple[Fraction, Place] | None:
+    """How often the element can be sent, and where that is said; None if it always is."""
+    misfits = [misfit.bound.binding for misfit in facts.rates.misfits]
+    for bound in facts.bindings:
+        rate = bound.binding.rate_hz
+        if (bound.binding.device, bound.element.name) == (port.other_end, element) and rate:
+            fits = bound.binding not in misfits
+            return (rate, below(bound.binding.place, "rate")) if fits else None
+    sender = facts.connections.subsystems.get(port.other_end)
+    end = facts.connections.other_port(subsystem, port)
+    unsure = facts.broken | facts.faulty
+    if sender is None or end is None or port.other_end in unsure:
+        return None
+    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
+    writing = [
+        any((a.peer, a.name) == (end.peer, element) for a in b.assignments) for b in behaviours
+    ]
+    return None if all(writing) else (sender.rate_hz, below(sender.place, "rate"))
+
+
+def _most_values(ratio: Fraction) -> int:
+    return -(-ratio.numerator // ratio.denominator)
+
+
+def _ms(rate: Fraction) -> str:
+    return f"{float(1000 / rate):g} ms"
+
+
+# A value of every period comes at regular intervals to a subsystem that asks whether it came.
+
+
+def rates_divide(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
+    readers = {s.qualified_name: s for s in facts.subsystems}
+    asked = {name: arrivals_asked(reader) for name, reader in readers.items()}
+    for node, element in received(facts):
+        reader = readers.get(node.reader)
+        if reader is None or (node.peer, node.element) not in asked[node.reader]:
+            continue
+        sender = _sender(node, facts)
+        if sender is None or element.max_age_s is not None:
+            continue
+        ratio = reader.rate_hz / sender.rate_hz
+        if ratio > 1 and ratio.denominator != 1:
+            few = ratio.numerator // ratio.denominator
+            yield Diagnostic(
+                "W0418",
+                f"`{node.short}` is fresh after {few} or {few + 1} periods of "
+                f"`{reader.qualified_name}`, by turns",
+                element.place,
+                f"{float(sender.rate_hz):g} Hz does not divide {float(reader.rate_hz):g} Hz",
+                tuple(_with_rate(s) for s in (sender, reader)),
+                "choose rates that divide, or say with `max_age` how old the value may be",
+            )
+
+
+def _sender(node: Node, facts: Facts) -> Subsystem | None:
+    """Who sends an element in every period."""
+    sent = facts.ages.sources.of(node)
+    return sent.sender if isinstance(sent, Sent) and sent.silent is None else None
+
+
+def _with_rate(subsystem: Subsystem) -> Related:
+    words = f"`{subsystem.qualified_name}`, {float(subsystem.rate_hz):g} Hz"
+    return Related(below(subsystem.place, "rate"), words)
+
+
+# No value can be older than its reader allows.
+
+
+def ages_bounded(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0410, with the whole way of the oldest value."""
+    if facts.broken or facts.faulty or facts.rates.clash or facts.rates.misfits:
+        return
+    for node, element in bounded(facts):
+        oldest, allowed = facts.ages.oldest(node), element.max_age_s
+        if isinstance(oldest, Trail) and allowed is not None and oldest.age_s > allowed:
+            yield Diagnostic(
+                "E0410",
+                f"`{node.short}` can be {ms(oldest.age_s)} old",
+                below(element.place, "max_age"),
+                f"may be {ms(allowed)} old",
+                tuple(_way(oldest, facts)),
+                f"{_shorten(oldest, facts)}, from which most of it comes, or allow "
+                f"{_at_least(oldest.age_s)}",
+            )
+
+
+def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
+    """From the measurement to the reader, with the time that has passed since."""
+    hops = oldest.hops()
+    first = facts.ages.sources.of(hops[0].node)
+    if isinstance(first, Measured):
+        often = "sample at least every" if first.sporadic else "sample every"
+        every = f", a {often} {ms(first.period_s)}" if first.period_s else ""
+        yield Related(first.place, f"measured by `{first.device}`{every}: 0 ms")
+    for hop in hops:
+        reader = facts.connections.subsystems.get(hop.node.reader)
+        if reader is None:
+            continue
+        rate = f"`{reader.qualified_name}`, {float(reader.rate_hz):g} Hz"
+        read_s = hop.read_s - oldest.measured_s
+        words = f"{rate}, reads it after {ms(read_s)}"
+        if hop is not oldest:
+            words += f" and sends a result, seen from {ms(read_s + 1 / reader.rate_hz)} on"
+        yield Related(below(reader.place, "rate"), words)
+
+
+def _at_least(age_s: Fraction) -> str:
+    """A length of time that is short to write and not less."""
+    scale = 1000
+    while age_s * scale < 100 and (age_s * scale).denominator != 1:
+        scale *= 10
+    return ms(Fraction(ceil(age_s * scale), scale))
+
+
+def _shorten(oldest: Trail, facts: Facts) -> str:
+    """What would make the longest step of the way shorter."""
+    steps: list[tuple[Fraction, str]] = []
+    for hop in oldest.hops():
+        source = facts.ages.sources.of(hop.node)
+        before = hop.before.read_s if hop.before else oldest.measured_s
+        if isinstance(source, Measured):
+            what = "shorten the `max_gap`" if source.sporadic else "raise the rate"
+            steps.append((hop.read_s - before, f"{what} of `{source.device}`"))
+        elif source is not None:
+            way_out = f"raise the rate of `{source.sender.qualified_name}`"
+            steps.append((hop.read_s - before, way_out))
+    return max(steps, key=lambda step: step[0])[1]
+
+
+# Where a value may be so and so old, a measurement is behind it.
+
+
+def ages_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0415."""
+    for node, element in bounded(facts):
+        if facts.ages.oldest(node) is None:
+            yield Diagnostic(
+                "W0415",
+                f"no measurement is behind `{node.short}`",
+                below(element.place, "max_age"),
+                "limits nothing",
+                help="delete it, or set it where the measurement arrives; what comes out of memory "
+                "has no age",
+            )
+
+
+# Where a value may be so and so old, it is sent in every period or read only when it arrives.
+
+
+_WAYS_OUT = {
+    Sent: "send it in every state, or read it only where `fresh(...)` of it holds",
+    Measured: "say with `max_gap` for how long there may be none, or read it only where "
+    "`fresh(...)` of it holds",
+}
+
+
+def ages_held(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0416."""
+    for node, element in bounded(facts):
+        held, allowed = facts.ages.oldest(node), element.max_age_s
+        if isinstance(held, Held) and allowed is not None:
+            yield Diagnostic(
+                "W0416",
+                f"nothing limits the age of `{node.short}`",
+                below(element.place, "max_age"),
+                f"may be {ms(allowed)} old",
+                tuple(_silence(held, node)),
+                _WAYS_OUT[type(held.source)],
+            )
+
+
+def _silence(held: Held, node: Node) -> Iterator[Related]:
+    source = held.source
+    if isinstance(source, Measured):
+        name = f"{source.device}.{held.node.element}"
+        yield Related(source.place, f"`{name}` may have no new sample for any length of time")
+    elif source.silent is not None:
+        sender = source.sender.qualified_name
+        whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"
+        yield Related(source.silent.place, f"`{sender}` does not send {whose} in this state")

@@ -1,5 +1,0 @@
-"""One canonical layout of specification files."""
-
-from specc.fmt.layout import LayoutError, formatted
-
-__all__ = ["LayoutError", "formatted"]

@@ -1,0 +1,44 @@
+"""The expression language: text to syntax, syntax to typed expressions, and back to text.
+
+`parse` and `check` are the way in, `show` the way out, `evaluate` says what an expression means.
+Types and operator signatures are read here too. Nothing here executes what a file contains.
+"""
+
+from specc.lang.errors import (
+    FOR_WANT_OF_CONTEXT,
+    RESERVED,
+    Declared,
+    ExprError,
+    ExprErrors,
+    Scope,
+    members_of,
+    or_else,
+)
+from specc.lang.evaluate import Environment, evaluate
+from specc.lang.parse import CUT_SHORT, parse
+from specc.lang.show import show
+from specc.lang.types import TYPE_WORDS, Signature, TypeNames, parse_signature, parse_type
+from specc.lang.typing import check, expression
+
+__all__ = [
+    "CUT_SHORT",
+    "FOR_WANT_OF_CONTEXT",
+    "RESERVED",
+    "TYPE_WORDS",
+    "Declared",
+    "Environment",
+    "ExprError",
+    "ExprErrors",
+    "Scope",
+    "Signature",
+    "TypeNames",
+    "check",
+    "evaluate",
+    "expression",
+    "members_of",
+    "or_else",
+    "parse",
+    "parse_signature",
+    "parse_type",
+    "show",
+]

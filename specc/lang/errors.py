@@ -1,0 +1,258 @@
+"""What names mean, where a type comes from, and what is wrong with an expression."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from specc.diagnostics.nearest import is_slip, surely_meant
+from specc.model.expr import (
+    Binary,
+    Builtin,
+    Call,
+    Choice,
+    Component,
+    ConstantRef,
+    Expr,
+    FieldOf,
+    Input,
+    LetRef,
+    MemoryRef,
+    Unary,
+)
+from specc.model.system import Operator
+from specc.model.types import Enum, Type
+from specc.source import Place
+
+# What the names in an expression stand for.
+
+
+CLOCK_NAMES = ("elapsed", "entered", "period")
+BUILTIN_NAMES = (
+    "abs", "all", "any", "argmax", "argmin", "fresh", "identity", "inverse", "len", "max", "min",
+    "near", "norm", "pose", "position", "present", "sqrt", "translation",
+)  # fmt: skip
+RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES})
+"""Names of the language; a specification gives them to nothing of its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """Where a name is declared, and what it stands for if it is a `let` or a constant."""
+
+    place: Place
+    value: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Scope:
+    """The names that an expression may use. A name is looked up in the order of the fields."""
+
+    bound: Mapping[str, Type] = field(default_factory=dict)
+    """Variables of the quantifiers around the expression."""
+    memory: Mapping[str, Type] = field(default_factory=dict)
+    lets: Mapping[str, Type] = field(default_factory=dict)
+    constants: Mapping[str, Type] = field(default_factory=dict)
+    files: Collection[str] = ()
+    enums: Mapping[str, tuple[Enum, ...]] = field(default_factory=dict)
+    """Member -> the enums that have it; the expected type chooses among several."""
+    operators: Mapping[str, Operator] = field(default_factory=dict)
+    inputs: Mapping[tuple[str, str], Type] = field(default_factory=dict)
+    """Peer and element -> type, for `x.peer.element`."""
+    peers: Collection[str] = ()
+    """Peers in x whose buffer has no elements; the others follow from `inputs`."""
+    declared: Mapping[str, Declared] = field(default_factory=dict)
+    """Declarations of memory, lets, constants and inputs, these as `x.peer.element`."""
+    later: Collection[str] = ()
+    """Memory and lets, which have no value yet where the expression is evaluated."""
+    allow_inputs: bool = True
+    allow_memory: bool = True
+    """Memory and lets, which may depend on memory."""
+    allow_clock: bool = False
+
+    def binding(self, name: str, type: Type) -> Scope:
+        """The scope inside a quantifier over `name`."""
+        return replace(self, bound={**self.bound, name: type})
+
+    def value(self, name: str) -> tuple[str, Type] | None:
+        """Kind and type of a named value, or None: the name may still be a member or a file."""
+        for kind in ("bound", "memory", "lets", "constants"):
+            found: Type | None = getattr(self, kind).get(name)
+            if found is not None:
+                return kind, found
+        return None
+
+    def values(self) -> Iterator[tuple[str, Type]]:
+        """Every named value with its type."""
+        if self.allow_memory:
+            yield from self.memory.items()
+            yield from self.lets.items()
+        yield from self.constants.items()
+
+    def elements(self, peer: str) -> dict[str, Type]:
+        """The elements of the input buffer that is connected to a peer."""
+        return {element: type for (p, element), type in self.inputs.items() if p == peer}
+
+    def known_peers(self) -> list[str]:
+        """Peers with an input buffer, in order."""
+        return list(dict.fromkeys([*(peer for peer, _ in self.inputs), *self.peers]))
+
+    def names(self) -> list[str]:
+        """Every plain name that stands for something here."""
+        values = [*self.memory, *self.lets] if self.allow_memory else []
+        clock = CLOCK_NAMES if self.allow_clock else ()
+        return [*self.bound, *values, *self.constants, *self.files, *self.enums, *clock]
+
+
+def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
+    """Member -> the enums that have it, as `Scope.enums` wants it."""
+    found: dict[str, tuple[Enum, ...]] = {}
+    for enum in dict.fromkeys(enums):
+        for member in enum.members:
+            found[member] = (*found.get(member, ()), enum)
+    return found
+
+
+# How an expression got its type: the declarations that gave it, for the reader of a mismatch.
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """A place that gave a type, and what it says in words."""
+
+    place: Place
+    words: str
+
+
+def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
+    """The declarations from which the type of `expr` follows, from left to right."""
+    match expr:
+        case MemoryRef(name=name):
+            yield from _declared(name, expr, scope)
+        case Input(peer=peer, element=element):
+            yield from _declared(f"x.{peer}.{element}", expr, scope)
+        case LetRef(name=name) | ConstantRef(name=name):
+            yield from _named(name, expr, scope)
+        case Call(operator=name) if name in scope.operators:
+            yield Origin(scope.operators[name].place, f"`{name}` returns `{expr.type}`")
+        case Binary(left=left, right=right):
+            yield from origins(left, scope)
+            yield from origins(right, scope)
+        case Unary(operand=value) | FieldOf(value=value) | Component(value=value):
+            yield from origins(value, scope)
+        case Choice(then=value) | Builtin(args=(value, *_)):
+            yield from origins(value, scope)
+
+
+def _declared(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
+    if name in scope.declared:
+        yield Origin(scope.declared[name].place, f"`{name}` is declared as `{expr.type}`")
+
+
+def _named(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
+    """A name takes its type from what it stands for, or from a parameter's declaration."""
+    if name not in scope.declared:
+        return
+    declaration = scope.declared[name]
+    because = ""
+    if isinstance(declaration.value, Call):
+        because = f" because `{declaration.value.operator}` returns it"
+    yield Origin(declaration.place, f"`{name}` is `{expr.type}`{because}")
+
+
+# What is wrong with an expression, as exceptions that carry the data of a diagnostic.
+
+
+FOR_WANT_OF_CONTEXT = ("E0231", "E0317", "E0318")
+"""Codes of what would not be wrong with an expression where its type is expected."""
+
+
+_WAYS_OUT = {
+    "E0201": "declare it, e.g. under `let:` or `constants:`",
+    "E0234": "only records, vectors and spatial vectors have parts",
+    "E0302": "write an operator for it",
+    "E0310": "write a value of that type, or change the declaration",
+    "E0311": "quantities of one unit go together; multiply or divide to get there",
+    "E0312": "a pose between the frames takes one to the other: `pose[A, B] @ pose[B, C]`",
+    "E0313": "choose components, e.g. `v[0]` or `v.x`, or compute it in an operator",
+    "E0315": "pass a value of that type",
+    "E0321": "give it to an operator that takes `partial[...]`, or keep the number beside it",
+}
+"""What helps with a finding of a code where nothing better is known."""
+
+
+class ExprErrors(Exception):
+    """Everything that is wrong with one text; `errors` has at least one entry, in text order.
+
+    `expr` is what it means all the same, if that is clear but for unknown parts.
+    """
+
+    def __init__(self, errors: Iterable[ExprError], expr: Expr | None = None) -> None:
+        self.expr = expr
+        self.errors: tuple[ExprError, ...] = tuple(
+            sorted(errors, key=lambda error: (error.start, error.end))
+        )
+        super().__init__("\n".join(error.message for error in self.errors))
+
+
+class ExprError(ExprErrors):
+    """One finding: `code` of the registry, and character offsets into the text as it was given.
+
+    `repair` is what should surely stand between the offsets, if anything does. `origins` say how
+    the types that do not agree came about; `expected` is the type that the text around asked for.
+    """
+
+    def __init__(
+        self, message: str, start: int, end: int, help: str = "", code: str = "E0310"
+    ) -> None:
+        self.message = message
+        self.start = start
+        self.end = end
+        self.help = help or _WAYS_OUT.get(code, "")
+        self.code = code
+        self.repair = ""
+        self.origins: tuple[Origin, ...] = ()
+        self.expected: Type | None = None
+        super().__init__((self,))
+
+    def meant(self, name: str, close: Sequence[str]) -> ExprError:
+        """This finding, about a name between the offsets that is like the `close` ones."""
+        self.repair = surely_meant(name, close)
+        return self
+
+    def because(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
+        """This finding, with the places that the types in it come from."""
+        self.origins = tuple(dict.fromkeys(origins))
+        self.expected = expected
+        return self
+
+    def not_there(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
+        """This finding, or an open point if the name is no slip: it may be still to come."""
+        if not is_slip(name, close):
+            self.code, self.message = "O0205", message
+            default = self.help in (help, *_WAYS_OUT.values())
+            self.help = help if default else or_else(help, self.help)
+        return self
+
+    def moved(self, by: int) -> ExprError:
+        """The same finding about a text that starts `by` characters earlier."""
+        moved = ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
+        moved.repair = self.repair
+        return moved.because(self.origins, self.expected)
+
+
+def or_else(way: str, suggestion: str) -> str:
+    """How a part is added, and what may be meant in its place."""
+    joint = ", or " if suggestion.startswith("did you mean") else "; "
+    return f"{way}{joint}{suggestion}" if suggestion else way
+
+
+def one_of(names: Iterable[object]) -> str:
+    """a; a or b; a, b or c, each in backticks: alternatives for a help line."""
+    quoted = [f"`{name}`" for name in names]
+    return " or ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
+
+
+def listed(names: Iterable[object]) -> str:
+    """Names in backticks, with commas between."""
+    return ", ".join(f"`{name}`" for name in names)

@@ -1,0 +1,271 @@
+"""Values of expressions over given inputs: the arithmetic of a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from specc.model import expr as m
+from specc.model.types import ListOf, Real, Spatial, Vector
+
+# What the functions of the language compute, on plain Python values.
+
+
+Row = tuple[float, float, float, float]
+PoseRows = tuple[Row, Row, Row, Row]
+"""Rows of the homogeneous transform X_AB."""
+Floats = tuple[float, ...]
+
+
+def compose(X_AB: PoseRows, X_BC: PoseRows) -> PoseRows:
+    """X_AC, the product of two homogeneous transforms."""
+    a, b, c, d = (_combination(row, X_BC) for row in X_AB)
+    return a, b, c, d
+
+
+def _combination(row: Row, rows: PoseRows) -> Row:
+    w, x, y, z = (sum(row[k] * rows[k][j] for k in range(4)) for j in range(4))
+    return w, x, y, z
+
+
+def inverse(X_AB: PoseRows) -> PoseRows:
+    """X_BA: the rotation transposed, the origin carried over."""
+    p = position(X_AB)
+    columns = [tuple(X_AB[i][j] for i in range(3)) for j in range(3)]
+    rows = [(*c, -sum(a * b for a, b in zip(c, p, strict=True))) for c in columns]
+    return _rows(*rows)
+
+
+def position(X_AB: PoseRows) -> Floats:
+    """Origin of B in the axes of A, metres."""
+    return tuple(X_AB[i][3] for i in range(3))
+
+
+def translation(x_m: float, y_m: float, z_m: float) -> PoseRows:
+    """X_AB with the axes of A and the origin of B at (x, y, z) in A."""
+    return (
+        (1.0, 0.0, 0.0, x_m),
+        (0.0, 1.0, 0.0, y_m),
+        (0.0, 0.0, 1.0, z_m),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+
+
+def pose(p_m: Floats, quaternion_xyzw: Floats) -> PoseRows:
+    """X_AB from the origin of B in A and a quaternion, normalised here.
+
+    Raises:
+        ValueError: the quaternion is zero or not finite.
+    """
+    length = math.hypot(*quaternion_xyzw)
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"quaternion {quaternion_xyzw} has no direction")
+    x, y, z, w = (component / length for component in quaternion_xyzw)
+    return _rows(
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), p_m[0]),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), p_m[1]),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), p_m[2]),
+    )
+
+
+def near(a: Any, b: Any, tolerance: float, rotation_rad: float | None = None) -> bool:
+    """Numbers and vectors by their largest component, poses by distance and angle."""
+    if rotation_rad is not None:
+        return math.dist(position(a), position(b)) <= tolerance and angle(a, b) <= rotation_rad
+    if isinstance(a, tuple):
+        return all(abs(p - q) <= tolerance for p, q in zip(a, b, strict=True))
+    return bool(abs(a - b) <= tolerance)
+
+
+def angle(X: PoseRows, Y: PoseRows) -> float:
+    """Angle of the rotation between two orientations, radians; eq. |R_X - R_Y|^2 = 8 sin^2(a/2)."""
+    chord = math.dist(
+        [X[i][j] for i in range(3) for j in range(3)], [Y[i][j] for i in range(3) for j in range(3)]
+    )
+    return 2.0 * math.asin(min(chord / math.sqrt(8.0), 1.0))
+
+
+def _rows(*rows: Any) -> PoseRows:
+    a, b, c = rows
+    return a, b, c, (0.0, 0.0, 0.0, 1.0)
+
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "near": near,
+    "inverse": inverse,
+    "position": position,
+    "translation": translation,
+    "identity": lambda: translation(0.0, 0.0, 0.0),
+    "pose": pose,
+    "norm": lambda v: math.hypot(*v),
+    "len": len,
+    "abs": abs,
+    "sqrt": math.sqrt,
+    "min": min,
+    "max": max,
+}
+
+
+# What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
+#
+# Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
+# rows, a list a tuple, a member of an enum its name, a missing component NaN.
+
+
+Value = Any
+
+
+@dataclass(frozen=True)
+class Environment:
+    """Values of everything that an expression may refer to."""
+
+    inputs: Mapping[tuple[str, str], Value] = field(default_factory=dict)
+    fresh: Collection[tuple[str, str]] = ()
+    present: Collection[tuple[str, str]] | None = None
+    """None: whatever has a value in `inputs`."""
+    memory: Mapping[str, Value] = field(default_factory=dict)
+    lets: Mapping[str, Value] = field(default_factory=dict)
+    constants: Mapping[str, Value] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+    clock: Mapping[str, Value] = field(default_factory=dict)
+    operators: Mapping[str, Callable[..., Value]] = field(default_factory=dict)
+    bound: Mapping[str, Value] = field(default_factory=dict)
+
+
+def evaluate(expr: m.Expr, env: Environment) -> Value:
+    """The value of an expression; raises what its operators raise, and KeyError for no value."""
+    return _EVALUATORS[type(expr)](expr, env)
+
+
+def _present(e: m.Present, env: Environment) -> bool:
+    known = env.inputs if env.present is None else env.present
+    return (e.input.peer, e.input.element) in known
+
+
+def _arguments(args: tuple[m.Expr, ...], env: Environment) -> list[Value]:
+    return [evaluate(arg, env) for arg in args]
+
+
+def _unary(e: m.Unary, env: Environment) -> Value:
+    value = evaluate(e.operand, env)
+    if e.op == "not":
+        return not value
+    return tuple(-v for v in value) if isinstance(value, tuple) else -value
+
+
+def _binary(e: m.Binary, env: Environment) -> Value:
+    left, right = evaluate(e.left, env), evaluate(e.right, env)
+    return compose(left, right) if e.op == "@" else _apply(_ARITHMETIC[e.op], left, right)
+
+
+def _apply(operation: Callable[[Any, Any], Value], left: Value, right: Value) -> Value:
+    """An operation on two numbers, two vectors, or a vector and a number."""
+    match left, right:
+        case tuple(), tuple():
+            return tuple(operation(a, b) for a, b in zip(left, right, strict=True))
+        case tuple(), _:
+            return tuple(operation(a, right) for a in left)
+        case _, tuple():
+            return tuple(operation(left, b) for b in right)
+    return operation(left, right)
+
+
+_ARITHMETIC: dict[str, Callable[[Any, Any], Value]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: _bounded(a, b, 1) and a * b,
+    "/": lambda a, b: a / b,
+    "**": lambda a, b: _bounded(a, a, abs(b)) and a**b,
+}
+_MOST_BITS = 1 << 16
+"""Of a whole number; a run could hold larger ones, no design needs them."""
+
+
+def _bounded(a: Any, b: Any, times: int) -> bool:
+    """True; raises OverflowError where a product of whole numbers would be too long."""
+    whole = isinstance(a, int) and isinstance(b, int)
+    if whole and max(a.bit_length(), b.bit_length()) * (times + 1) > _MOST_BITS:
+        raise OverflowError("the result is too large")
+    return True
+
+
+_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
+    "<": lambda a, b: bool(a < b),
+    "<=": lambda a, b: bool(a <= b),
+    ">": lambda a, b: bool(a > b),
+    ">=": lambda a, b: bool(a >= b),
+    "==": lambda a, b: bool(a == b),
+    "!=": lambda a, b: bool(a != b),
+}
+
+
+def _logic(e: m.Logic, env: Environment) -> bool:
+    values = (evaluate(operand, env) for operand in e.operands)
+    return all(values) if e.op == "and" else any(values)
+
+
+def _items(e: m.Items, env: Environment) -> Value:
+    values = tuple(_arguments(e.items, env))
+    real = isinstance(e.type, Vector) and isinstance(e.type.element, Real)
+    return tuple(map(float, values)) if real or isinstance(e.type, Spatial) else values
+
+
+def _quantifier(e: m.Quantifier, env: Environment) -> Value:
+    assert isinstance(e.over.type, (Vector, ListOf))  # typing guarantees it
+    items = evaluate(e.over, env)
+    values = (
+        evaluate(e.body, replace(env, bound={**env.bound, e.variable: item})) for item in items
+    )
+    if e.kind in ("all", "any"):
+        return all(values) if e.kind == "all" else any(values)
+    return _extreme(e.kind, list(values), items)
+
+
+def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
+    """The first of the items with the largest or smallest number."""
+    best = (max if kind == "argmax" else min)(numbers)
+    return items[numbers.index(best)]
+
+
+def _literal(e: Any, env: Environment) -> Value:
+    return e.value
+
+
+def _named(kind: str, e: Any, env: Environment) -> Value:
+    return getattr(env, kind)[e.name]
+
+
+_EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
+    m.Number: _literal,
+    m.Truth: _literal,
+    m.TextLiteral: _literal,
+    m.Member: lambda e, env: e.name,
+    m.Unused: lambda e, env: math.nan,
+    m.Nothing: lambda e, env: None,
+    m.IsNone: lambda e, env: evaluate(e.value, env) is None,
+    m.Sure: lambda e, env: evaluate(e.value, env),
+    m.Input: lambda e, env: env.inputs[e.peer, e.element],
+    m.MemoryRef: partial(_named, "memory"),
+    m.LetRef: partial(_named, "lets"),
+    m.ConstantRef: partial(_named, "constants"),
+    m.FileRef: partial(_named, "files"),
+    m.Bound: partial(_named, "bound"),
+    m.Clock: partial(_named, "clock"),
+    m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
+    m.Present: _present,
+    m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
+    m.Builtin: lambda e, env: FUNCTIONS[e.name](*_arguments(e.args, env)),
+    m.Unary: _unary,
+    m.Binary: _binary,
+    m.Compare: lambda e, env: _COMPARISONS[e.op](evaluate(e.left, env), evaluate(e.right, env)),
+    m.Among: lambda e, env: evaluate(e.item, env) in e.members,
+    m.Logic: _logic,
+    m.Choice: lambda e, env: evaluate(e.then if evaluate(e.test, env) else e.otherwise, env),
+    m.Items: _items,
+    m.FieldOf: lambda e, env: getattr(evaluate(e.value, env), e.name),
+    m.Component: lambda e, env: evaluate(e.value, env)[e.index],
+    m.Quantifier: _quantifier,
+}

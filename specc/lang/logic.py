@@ -1,0 +1,283 @@
+"""Types of conditions: connectives, comparisons, None, quantifiers."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Literal
+
+from specc.diagnostics.nearest import nearest
+from specc.lang.alike import Side, infer_alike, needs_context, unlike
+from specc.lang.context import Context, is_none, not_empty
+from specc.lang.errors import RESERVED, ExprError, ExprErrors, listed, one_of
+from specc.lang.mismatch import fits, scalar_unit
+from specc.lang.parse import span
+from specc.model.expr import Among, Choice, Compare, Expr, Input, IsNone, Logic, Quantifier, Unary
+from specc.model.types import (
+    Bool,
+    Enum,
+    Int,
+    ListOf,
+    OptionalOf,
+    Pose,
+    Real,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+)
+
+# Typing rule of `value is None` and `value is not None`.
+
+
+def absence(ctx: Context, node: ast.Compare) -> Expr:
+    """Whether an optional value is there."""
+    op, right = node.ops[0], node.comparators[0]
+    if len(node.ops) > 1 or not is_none(right):
+        sign = "==" if isinstance(op, ast.Is) else "!="
+        raise ctx.error(node, "`is` and `is not` ask for None only", f"write `{sign}`", "E0302")
+    value = ctx.infer_any(node.left)
+    if not isinstance(value.type, OptionalOf):
+        message = f"`{ctx.quote(node.left)}` is `{value.type}`, which is never None"
+        help = f"leave the test out, or declare it as `optional[{value.type}]`"
+        if isinstance(value, Input):
+            help = f"ask whether it has arrived: `present({ctx.quote(node.left)})`"
+        raise ctx.error(node, message, help, "E0313").because(ctx.origins(value))
+    asked = IsNone(value, type=Bool(), span=span(node))
+    return asked if isinstance(op, ast.Is) else Unary("not", asked, type=Bool(), span=span(node))
+
+
+# Typing rules of and, or, comparisons, `in` and `a if c else b`.
+
+
+_OPERATORS: dict[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+}
+
+
+def boolean(ctx: Context, node: ast.BoolOp, hint: Type | None) -> Expr:
+    """`a and b and c`, `a or b`."""
+    operands = tuple(ctx.truth(item) for item in node.values)
+    op: Literal["and", "or"] = "and" if isinstance(node.op, ast.And) else "or"
+    return Logic(op, operands, type=Bool(), span=span(node))
+
+
+def comparison(ctx: Context, node: ast.Compare, hint: Type | None) -> Expr:
+    """One comparison, or a chain `a < b <= c` as its comparisons joined by and."""
+    if any(isinstance(op, (ast.In, ast.NotIn)) for op in node.ops):
+        return _among(ctx, node)
+    if any(isinstance(op, (ast.Is, ast.IsNot)) for op in node.ops):
+        return absence(ctx, node)
+    nodes = [node.left, *node.comparators]
+    try:
+        sides = list(zip(nodes, infer_alike(ctx, nodes), strict=True))
+    except ExprErrors as found:
+        raise ExprErrors([*found.errors, *_exact_besides(ctx, node.ops, nodes)]) from None
+    links = ctx.each(
+        *(partial(_link, ctx, sides[i], op, sides[i + 1]) for i, op in enumerate(node.ops))
+    )
+    return links[0] if len(links) == 1 else Logic("and", tuple(links), type=Bool(), span=span(node))
+
+
+def _link(ctx: Context, left: Side, op: ast.cmpop, right: Side) -> Expr:
+    sign, a, b = _OPERATORS[type(op)], left[1], right[1]
+    if sign in ("==", "!="):
+        _check_equality(ctx, left, right)
+    elif scalar_unit(a.type) is None or scalar_unit(a.type) != scalar_unit(b.type):
+        raise unlike(ctx, left, right, "have no order")
+    return Compare(sign, a, b, type=Bool(), span=(span(left[0])[0], span(right[0])[1]))
+
+
+def _check_equality(ctx: Context, left: Side, right: Side) -> None:
+    a, b = left[1].type, right[1].type
+    if a == b and _is_discrete(a):
+        return
+    if not _is_inexact(a) or not (a == b or fits(b, a)):
+        raise unlike(ctx, left, right, "cannot be equal")
+    # What is meant is clear, so that the rest can be judged.
+    ctx.errors.append(_exact(ctx, left[0], right[0], a))
+
+
+def _exact(ctx: Context, left: ast.expr, right: ast.expr, type: Type) -> ExprError:
+    """The error of values of a type that are asked to be exactly equal."""
+    tolerance = "tolerance, rotation_tolerance" if isinstance(type, Pose) else "tolerance"
+    help = f"write `near({ctx.quote(left)}, {ctx.quote(right)}, {tolerance})`"
+    if isinstance(type, Spatial):
+        help = "compare the components one by one: `near(a.z, b.z, tolerance)`"
+    message = f"values of type `{type}` are not compared exactly"
+    return ExprError(message, span(left)[0], span(right)[1], help, "E0319")
+
+
+def _exact_besides(
+    ctx: Context, ops: Sequence[ast.cmpop], nodes: Sequence[ast.expr]
+) -> Iterator[ExprError]:
+    """What is asked to be exactly equal beside a side of unknown type, whatever that is."""
+    for left, op, right in zip(nodes, ops, nodes[1:], strict=False):
+        if isinstance(op, (ast.Eq, ast.NotEq)):
+            types = [type for node in (left, right) if (type := _type_of(ctx, node))]
+            if len(types) == 1 and _is_inexact(types[0]):
+                yield _exact(ctx, left, right, types[0])
+
+
+def _type_of(ctx: Context, node: ast.expr) -> Type | None:
+    """The type of an expression of its own; None if it has none, or only after more of the like."""
+    if needs_context(node, ctx.scope) or any(isinstance(n, ast.Compare) for n in ast.walk(node)):
+        return None
+    before = len(ctx.errors)
+    try:
+        return ctx.infer(node).type
+    except ExprErrors:
+        return None
+    finally:
+        del ctx.errors[before:]
+
+
+def _is_inexact(type: Type) -> bool:
+    if isinstance(type, Vector):
+        return isinstance(type.element, Real)
+    return isinstance(type, (Real, Pose, Spatial))
+
+
+def _is_discrete(type: Type) -> bool:
+    if isinstance(type, Vector):
+        return not isinstance(type.element, Real)
+    return isinstance(type, (Bool, Int, Enum, Text))
+
+
+def _among(ctx: Context, node: ast.Compare) -> Expr:
+    left, op, right = node.left, node.ops[0], node.comparators[0]
+    if len(node.ops) > 1:
+        raise ctx.error(node, "`in` stands in no chain", "join conditions with `and`", "E0302")
+    if not isinstance(right, ast.Set):
+        message = f"`{ctx.quote(right)}` is no set of members"
+        raise ctx.error(right, message, "write it in braces: `v in {u, c}`", "E0313")
+    item = ctx.infer(left)
+    if not isinstance(item.type, Enum):
+        message = f"`{ctx.quote(left)}` is `{item.type}`; `in` asks for members of an enum"
+        raise ctx.error(left, message, code="E0313").because(ctx.origins(item))
+    names = frozenset(_member_name(ctx, member, item.type) for member in right.elts)
+    among = Among(item, names, type=Bool(), span=span(node))
+    if isinstance(op, ast.In):
+        return among
+    return Unary("not", among, type=Bool(), span=span(node))
+
+
+def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
+    if isinstance(node, ast.Name) and node.id in enum.members:
+        return node.id
+    close = nearest(ctx.quote(node), enum.members)
+    help = f"did you mean {one_of(close)}?" if close else f"members are {listed(enum.members)}"
+    name = ctx.quote(node)
+    error = ctx.error(node, f"`{name}` is no member of `{enum}`", help, "E0320").meant(name, close)
+    if isinstance(node, ast.Name):
+        message = f"member `{name}` of `{enum}` is not there yet"
+        raise error.not_there(message, "add it to the type", name, close)
+    raise error
+
+
+def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
+    """`then if test else otherwise`; the branches are of one type."""
+    branches = [node.body, node.orelse]
+    (test,), (then, otherwise) = ctx.each(
+        lambda: [ctx.truth(node.test)], lambda: _branches(ctx, branches, hint)
+    )
+    if fits(otherwise.type, then.type):
+        return Choice(test, then, otherwise, type=then.type, span=span(node))
+    if fits(then.type, otherwise.type):
+        return Choice(test, then, otherwise, type=otherwise.type, span=span(node))
+    if hint is not None and fits(then.type, hint):
+        ctx.expect(node.orelse, hint)
+    if hint is not None and fits(otherwise.type, hint):
+        ctx.expect(node.body, hint)
+    raise unlike(ctx, (node.body, then), (node.orelse, otherwise), "are of two types")
+
+
+def _branches(ctx: Context, nodes: list[ast.expr], hint: Type | None) -> list[Expr]:
+    """Branches of a choice may be None where nothing but a value of theirs is asked for."""
+    return infer_alike(ctx, nodes, hint, optional=hint is None)
+
+
+def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:
+    """Braces stand behind `in` only."""
+    raise ctx.error(node, "a set stands behind `in` only", "a vector has square brackets", "E0302")
+
+
+# Typing rules of `all(... for v in ...)` and `any(... for v in ...)`.
+
+
+_USAGE = "all(v in {u, c} for v in x.c.b)"
+
+
+def quantifier(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """A condition on every item, or on some item, of a vector or a list."""
+    comprehension = _comprehension(ctx, node)
+    variable = _variable(ctx, comprehension)
+    over = ctx.infer(comprehension.iter)
+    element = _element(ctx, comprehension.iter, over)
+    generator = node.args[0]
+    assert isinstance(generator, ast.GeneratorExp)  # _comprehension looked
+    body = ctx.inside(ctx.scope.binding(variable, element)).truth(generator.elt)
+    kind: Literal["all", "any"] = "all" if ctx.quote(node.func) == "all" else "any"
+    return Quantifier(kind, variable, over, body, type=Bool(), span=span(node))
+
+
+def extreme(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """The item of a list for which a number is largest or smallest; the list must have one."""
+    comprehension = _comprehension(ctx, node)
+    variable = _variable(ctx, comprehension)
+    over = not_empty(ctx.infer(comprehension.iter))
+    element = _element(ctx, comprehension.iter, over)
+    generator = node.args[0]
+    assert isinstance(generator, ast.GeneratorExp)  # _comprehension looked
+    body = ctx.inside(ctx.scope.binding(variable, element)).infer(generator.elt)
+    if scalar_unit(body.type) is None:
+        message = f"`{ctx.quote(generator.elt)}` is `{body.type}`; items are compared by a number"
+        raise ctx.error(generator.elt, message, code="E0315").because(ctx.origins(body))
+    kind: Literal["argmax", "argmin"] = "argmax" if ctx.quote(node.func) == "argmax" else "argmin"
+    return Quantifier(kind, variable, over, body, type=element, span=span(node))
+
+
+def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> Expr:
+    """`... for v in ...` stands in quantifiers only."""
+    message = "`for` stands in `all(...)`, `any(...)`, `argmax(...)` and `argmin(...)` only"
+    raise ctx.error(node, message, f"for example `{_USAGE}`", "E0302")
+
+
+def _comprehension(ctx: Context, node: ast.Call) -> ast.comprehension:
+    match node.args:
+        case [ast.GeneratorExp(generators=[ast.comprehension(ifs=[], is_async=0) as only])]:
+            return only
+        case [ast.GeneratorExp(generators=[ast.comprehension(ifs=[filter, *_]), *_])]:
+            help = "write it into the condition: `all(not a or b for ...)`, `any(a and b for ...)`"
+            raise ctx.error(filter, "a quantifier has no filter", help, "E0302")
+        case [ast.GeneratorExp()]:
+            help = "put one quantifier into the other"
+            raise ctx.error(node, "a quantifier goes over one vector or list", help, "E0302")
+    name = ctx.quote(node.func)
+    usage = _USAGE if name in ("all", "any") else f"{name}(abs(v) for v in [1, -2])"
+    raise ctx.error(node, f"`{name}` goes over a vector or list", f"for example `{usage}`", "E0314")
+
+
+def _variable(ctx: Context, comprehension: ast.comprehension) -> str:
+    target = comprehension.target
+    if not isinstance(target, ast.Name):
+        raise ctx.error(target, "a quantifier has one variable", f"for example `{_USAGE}`", "E0302")
+    scope = ctx.scope
+    known = target.id in RESERVED or target.id in scope.files or target.id in scope.enums
+    if known or scope.value(target.id):
+        message = f"the variable `{target.id}` hides a name that is already in use"
+        raise ctx.error(target, message, "choose another name for the variable", "E0232")
+    return target.id
+
+
+def _element(ctx: Context, node: ast.expr, over: Expr) -> Type:
+    if isinstance(over.type, (Vector, ListOf)):
+        return over.type.element
+    message = f"`{ctx.quote(node)}` is `{over.type}`; a quantifier goes over a vector or a list"
+    raise ExprError(message, *span(node), code="E0313").because(ctx.origins(over))

@@ -1,0 +1,202 @@
+"""Whether types fit: unification, and how a mismatch is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from specc.lang.errors import Scope
+from specc.model.expr import Builtin, Expr, Number
+from specc.model.types import (
+    Bool,
+    Frame,
+    Int,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
+from specc.model.units import DIMENSIONLESS, RADIAN, Unit
+
+# Frame variables in the types of an operator's signature: binding them and filling them in.
+
+
+Bindings = dict[Frame, Frame]
+"""Frame variable, with its question mark -> actual frame."""
+
+
+def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
+    """Whether `actual` is `pattern` for some frames; binds them. On False, nothing is bound."""
+    if pattern == actual and not has_variables(pattern):
+        return True
+    if isinstance(pattern, (OptionalOf, PartialOf)):
+        there = actual.value if type(actual) is type(pattern) else actual
+        return unify(pattern.value, there, bindings)
+    trial = dict(bindings)
+    if not _same_shape(pattern, actual):
+        return False
+    pairs = zip(frames_of(pattern), frames_of(actual), strict=True)
+    for wanted, frame in pairs:
+        if wanted.startswith("?"):
+            wanted = trial.setdefault(wanted, frame)
+        if wanted != frame:
+            return False
+    bindings |= trial
+    return True
+
+
+def substitute(type: Type, bindings: Mapping[Frame, Frame]) -> Type:
+    """The type with frames replaced wherever `bindings` has them."""
+
+    def frame(name: Frame) -> Frame:
+        return bindings.get(name, name)
+
+    match type:
+        case Pose():
+            return Pose(frame(type.parent), frame(type.child))
+        case Spatial():
+            return replace(type, frame=frame(type.frame))
+        case ListOf():
+            return replace(type, element=substitute(type.element, bindings))
+        case OptionalOf():
+            return OptionalOf(substitute(type.value, bindings))
+        case PartialOf(value=Spatial() as value):
+            return PartialOf(replace(value, frame=frame(value.frame)))
+        case Opaque():
+            return replace(type, frames=tuple(map(frame, type.frames)))
+        case Record():
+            fields = tuple((name, substitute(inner, bindings)) for name, inner in type.fields)
+            return replace(type, frames=tuple(map(frame, type.frames)), fields=fields)
+    return type
+
+
+def frames_of(type: Type) -> Iterator[Frame]:
+    """The frames that a type names, from left to right."""
+    match type:
+        case Pose():
+            yield type.parent
+            yield type.child
+        case Spatial():
+            yield type.frame
+        case ListOf(element=inner) | OptionalOf(value=inner) | PartialOf(value=inner):
+            yield from frames_of(inner)
+        case Opaque() | Record():
+            yield from type.frames
+
+
+def has_variables(type: Type) -> bool:
+    """Whether a type still names a frame variable."""
+    return any(frame.startswith("?") for frame in frames_of(type))
+
+
+def _same_shape(pattern: Type, actual: Type) -> bool:
+    """Whether two types differ in their frames at most."""
+    match pattern, actual:
+        case Pose(), Pose():
+            return True
+        case Spatial(), Spatial():
+            return (pattern.linear, pattern.angular) == (actual.linear, actual.angular)
+        case ListOf(), ListOf():
+            enough = actual.nonempty or not pattern.nonempty
+            return enough and _same_shape(pattern.element, actual.element)
+        case OptionalOf(), OptionalOf():
+            return _same_shape(pattern.value, actual.value)
+        case PartialOf(), PartialOf():
+            return _same_shape(pattern.value, actual.value)
+        case (Opaque() | Record(), Opaque() | Record()):
+            same = type(pattern) is type(actual) and pattern.name == actual.name
+            return same and len(pattern.frames) == len(actual.frames)
+    return pattern == actual
+
+
+# When a type serves where another is expected, and what helps when it does not.
+
+
+def fits(actual: Type, expected: Type) -> bool:
+    """Whether a value of type `actual` may stand where `expected` is expected."""
+    if isinstance(expected, (OptionalOf, PartialOf)) and type(actual) is not type(expected):
+        return fits(actual, expected.value)
+    if isinstance(expected, ListOf) and actual == ListOf(expected.element, nonempty=True):
+        return True
+    return actual == expected or (isinstance(actual, Int) and expected == Real())
+
+
+def scalar_unit(type: Type) -> Unit | None:
+    """The unit of a number, also of an integer; None for anything that is not one number."""
+    if isinstance(type, Real):
+        return type.unit
+    return DIMENSIONLESS if isinstance(type, Int) else None
+
+
+def way_out(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+    """A help line for an expression that is not of the expected type; "" if none is obvious."""
+    return (
+        _unit_help(expr, expected, text)
+        or _pose_help(expr, expected, text, scope)
+        or _shape_help(expr, expected)
+        or _operator_help(expr.type, expected, text, scope)
+    )
+
+
+def _unit_help(expr: Expr, expected: Type, text: str) -> str:
+    actual, wanted = scalar_unit(expr.type), scalar_unit(expected)
+    if actual is None or wanted is None:
+        return ""
+    if isinstance(expr, Number) and actual == DIMENSIONLESS != wanted:
+        return f"a number carries its unit: `{text}[{wanted}]`"
+    for by, verb in ((RADIAN, "divide"), (RADIAN**-1, "multiply")):
+        if actual == wanted * by:
+            return f"an angle is not a plain number; {verb} it by `1[rad]` if it is meant as one"
+    if isinstance(expected, Int):
+        return "an `int` comes from whole numbers and `len(...)` only"
+    return ""
+
+
+def _pose_help(expr: Expr, expected: Type, text: str, scope: Scope) -> str:
+    """Turn a pose round, or go on from it with a named pose."""
+    actual = expr.type
+    if not isinstance(actual, Pose) or not isinstance(expected, Pose):
+        return ""
+    if expected == Pose(actual.child, actual.parent):
+        inside = text.removeprefix("inverse(").removesuffix(")")
+        turned = (
+            inside if isinstance(expr, Builtin) and expr.name == "inverse" else f"inverse({text})"
+        )
+        return f"`{turned}` is `{expected}`"
+    if expected.parent != actual.parent:
+        return ""
+    for name, type in scope.values():
+        if type == Pose(actual.child, expected.child):
+            return f"`{text} @ {name}` is `{expected}`"
+        if type == Pose(expected.child, actual.child):
+            return f"`{text} @ inverse({name})` is `{expected}`"
+    return ""
+
+
+def _shape_help(expr: Expr, expected: Type) -> str:
+    if isinstance(expected, Bool):
+        return "a condition is a comparison, `fresh(...)`, `present(...)` or a `bool`"
+    if isinstance(expected, ListOf) and expected.element == expr.type:
+        return "a list of one item is written `[item]`"
+    if isinstance(expr, Number) and isinstance(expected, (Vector, Spatial)):
+        return "a vector is written with all its components, e.g. `[0, 0, 0]`"
+    return ""
+
+
+def _operator_help(actual: Type, expected: Type, text: str, scope: Scope) -> str:
+    """An operator that takes the one type to the other, if there is just one."""
+    found = []
+    for operator in scope.operators.values():
+        if len(operator.parameters) != 1:
+            continue
+        bindings: dict[str, str] = {}
+        taken = unify(operator.parameters[0][1], actual, bindings)
+        if taken and substitute(operator.result, bindings) == expected:
+            found.append(operator.name)
+    return f"`{found[0]}({text})` is `{expected}`" if len(found) == 1 and actual != expected else ""

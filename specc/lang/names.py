@@ -1,0 +1,298 @@
+"""Types of names: inputs, memory, lets, constants, and the parts of them."""
+
+from __future__ import annotations
+
+import ast
+from typing import Literal, cast
+
+from specc.diagnostics.nearest import nearest
+from specc.lang.context import Context
+from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, listed, one_of
+from specc.lang.literals import quantity
+from specc.lang.parse import span
+from specc.model.expr import (
+    Bound,
+    Clock,
+    Component,
+    ConstantRef,
+    Expr,
+    FieldOf,
+    FileRef,
+    Input,
+    LetRef,
+    Member,
+    MemoryRef,
+)
+from specc.model.types import (
+    SPATIAL_COMPONENTS,
+    VECTOR3_COMPONENTS,
+    Bool,
+    Enum,
+    File,
+    Opaque,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
+from specc.model.units import SECOND, UNITS
+
+# Typing rules of plain names: values, files, members of enums, the clock.
+
+
+_NODES: dict[str, type[Bound | MemoryRef | LetRef | ConstantRef]] = {
+    "bound": Bound,
+    "memory": MemoryRef,
+    "lets": LetRef,
+    "constants": ConstantRef,
+}
+_CLOCK: dict[str, Type] = {"elapsed": Real(SECOND), "entered": Bool(), "period": Real(SECOND)}
+_FOREIGN = {"true": "True", "false": "False", "null": "", "None": "", "nan": "_", "NIL": "[]"}
+
+
+def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
+    """A plain name; the hint tells a member or a file from a value of the same name."""
+    value = ctx.scope.value(node.id)
+    if isinstance(hint, Enum) and node.id in hint.members:
+        if value and value[1] == hint:
+            message = f"`{node.id}` is both a value and a member of `{hint}`"
+            raise ctx.error(node, message, "give the value another name", "E0231")
+        return Member(node.id, type=hint, span=span(node))
+    if node.id in ctx.scope.files and (value is None or isinstance(hint, File)):
+        return FileRef(node.id, type=File(), span=span(node))
+    if value:
+        return _value(ctx, node, *value)
+    if node.id in ctx.scope.enums:
+        return _member(ctx, node)
+    if node.id in CLOCK_NAMES and ctx.scope.allow_clock:
+        which = cast(Literal["elapsed", "entered", "period"], node.id)
+        return Clock(which, type=_CLOCK[which], span=span(node))
+    raise _unknown(ctx, node, hint)
+
+
+def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
+    if kind in ("memory", "lets") and not ctx.scope.allow_memory:
+        raise _too_early(ctx, node)
+    return _NODES[kind](node.id, type=type, span=span(node))
+
+
+def _too_early(ctx: Context, node: ast.Name) -> ExprError:
+    message = f"`{node.id}` has no value here: memory starts after this is evaluated"
+    known = (
+        "inputs, constants and operators" if ctx.scope.inputs else "constants and operators only"
+    )
+    return ctx.error(node, message, f"refer to {known}", "E0230")
+
+
+def _member(ctx: Context, node: ast.Name) -> Expr:
+    enums = ctx.scope.enums[node.id]
+    if len(enums) > 1:
+        message = f"`{node.id}` is a member of {one_of(enums).replace(' or ', ' and ')}"
+        help = "which is meant is seen where one of them is expected; rename one where none is"
+        raise ctx.error(node, message, help, "E0231")
+    return Member(node.id, type=enums[0], span=span(node))
+
+
+def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
+    name, scope = node.id, ctx.scope
+    if name == "_":
+        help = "`_` is an item where `partial[...]` is expected: `[_, _, 0, _, _, _]`"
+        return ctx.error(node, "`_` stands outside a vector", help, "E0318")
+    if name == "x":
+        return ctx.error(
+            node, "`x` is all input buffers", "name one element, `x.peer.element`", "E0203"
+        )
+    if name == "y":
+        return output_read(ctx, node)
+    if name in CLOCK_NAMES:
+        message = f"`{name}` has no value here: no state has been entered"
+        return ctx.error(node, message, "refer to constants and operators only", "E0230")
+    if name in scope.operators:
+        parameters = ", ".join(p for p, _ in scope.operators[name].parameters)
+        return ctx.error(
+            node, f"`{name}` is an operator", f"call it: `{name}({parameters})`", "E0202"
+        )
+    if name in scope.later:
+        raise _too_early(ctx, node)
+    help = _unknown_help(ctx, name)
+    near = nearest(name, scope.names()) if help.startswith("did you mean") else ()
+    error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)
+    if help == f"write `{_FOREIGN.get(name)}`" and name in ("true", "false"):
+        error.repair = _FOREIGN[name]
+    if help and not near:
+        return error
+    way = _way_to_declare(scope, hint)
+    if (scope.known_peers() or scope.allow_clock) and not isinstance(hint, File):
+        peer = next(iter(scope.known_peers()), "peer")
+        way += (
+            f"; a signal from elsewhere is an element of a buffer, e.g. `x.{peer}.{name}`: declare "
+            "it under `x:` here and under `y:` of what sends it"
+        )
+    return error.not_there(f"`{name}` is not there yet", way, name, near)
+
+
+def _way_to_declare(scope: Scope, hint: Type | None) -> str:
+    """Lets depend on memory, so that nothing names one where memory has no value yet."""
+    lets = scope.allow_memory and (scope.allow_clock or scope.known_peers())
+    match hint:
+        case File():
+            return "declare it under `files:`"
+        case Enum(members=members):
+            way = "declare it, e.g. under `let:`" if lets else "declare it under `constants:`"
+            return f"{way}, or write {one_of(members)}"
+    return f"declare it{', e.g. under `let:` or' if lets else ' under'} `constants:`"
+
+
+def _unknown_help(ctx: Context, name: str) -> str:
+    scope = ctx.scope
+    inputs = [f"x.{peer}.{element}" for peer, element in scope.inputs if element == name]
+    if inputs:
+        return f"an input is spelt {one_of(inputs)}"
+    if name in scope.known_peers():
+        return f"an input is spelt `x.{name}.element`"
+    close = nearest(name, scope.names())
+    if close:
+        return f"did you mean {one_of(close)}?"
+    if name in _FOREIGN:
+        return f"write `{_FOREIGN[name]}`" if _FOREIGN[name] else ""
+    return f"a unit stands in brackets behind its number: `1[{name}]`" if name in UNITS else ""
+
+
+def output_read(ctx: Context, node: ast.expr) -> ExprError:
+    """The error of an expression that refers to an output buffer."""
+    help = "keep the value in memory, or name it under `let:` and use it in both places"
+    return ctx.error(node, f"`{ctx.quote(node)}` is an output: it cannot be read", help, "E0235")
+
+
+# Typing rules of dots and brackets: input elements, fields of records, components of vectors.
+
+
+def attribute(ctx: Context, node: ast.Attribute, hint: Type | None) -> Expr:
+    """`x.peer.element`, `record.field` or `vector.z`."""
+    match node.value:
+        case ast.Name(id="y") | ast.Attribute(value=ast.Name(id="y")):
+            raise output_read(ctx, node)
+        case ast.Name(id="x"):
+            raise _whole_buffer(ctx, node)
+        case ast.Attribute(value=ast.Name(id="x")):
+            return input_element(ctx, node)
+    value = ctx.infer(node.value)
+    if isinstance(value.type, Record):
+        return _field(ctx, node, value, value.type)
+    names = _component_names(value.type)
+    if node.attr in names:
+        return _component(node, value, names.index(node.attr))
+    raise _no_part(ctx, node, value.type, names).because(ctx.origins(value))
+
+
+def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
+    """`0.02[m/s]` or `v[2]`."""
+    if isinstance(node.value, ast.Constant) and type(node.value.value) in (int, float):
+        return quantity(ctx, node)
+    value = ctx.infer(node.value)
+    size = value.type.size if isinstance(value.type, Vector) else 6
+    if not isinstance(value.type, (Vector, Spatial)):
+        message = f"`{ctx.quote(node.value)}` is `{value.type}`, which has no components"
+        error = ctx.error(node, message, "`all(...)` and `any(...)` go over a list", "E0234")
+        raise error.because(ctx.origins(value))
+    match node.slice:
+        case ast.Constant(value=int(index)) if not isinstance(index, bool):
+            if index < size:
+                return _component(node, value, index)
+            message = f"`{ctx.quote(node.value)}` has no component {index}"
+            help = f"its components are 0 to {size - 1}, counted from 0"
+            raise ctx.error(node.slice, message, help, "E0234")
+    message = f"`{ctx.quote(node.slice)}` is no index: an index is a whole number, 0 or more"
+    help = "`all(...)` and `any(...)` go over all components"
+    raise ctx.error(node.slice, message, help, "E0234")
+
+
+def input_element(ctx: Context, node: ast.expr) -> Input:
+    """`x.peer.element` and nothing else."""
+    match node:
+        case ast.Attribute(value=ast.Attribute(value=ast.Name(id="x"), attr=peer), attr=element):
+            pass
+        case _:
+            message = f"`{ctx.quote(node)}` is not an element of an input buffer"
+            raise ctx.error(node, message, "it is spelt `x.peer.element`", "E0203")
+    scope = ctx.scope
+    if not scope.allow_inputs or not scope.known_peers():
+        message = f"`{ctx.quote(node)}` has no value here: there are no inputs"
+        raise ctx.error(node, message, "refer to constants and operators only", "E0230")
+    type = scope.inputs.get((peer, element))
+    if type is not None:
+        return Input(peer, element, type=type, span=span(node))
+    if peer not in scope.known_peers():
+        known = scope.known_peers()
+        error = _unknown_part(node.value, "there is no input buffer of ", peer, known, "E0204")
+        way = f"declare it under `x:` here and under `y:` at its other end, `{peer}`"
+        raise error.not_there(f"`x.{peer}` is not there yet", way, peer, known)
+    known = list(scope.elements(peer))
+    error = _unknown_part(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
+    way = f"declare it under `x: {peer}:` here and under `y:` of what sends it, `{peer}`"
+    raise error.not_there(f"`x.{peer}.{element}` is not there yet", way, element, known)
+
+
+def _unknown_part(node: ast.expr, what: str, name: str, known: list[str], code: str) -> ExprError:
+    end = span(node)[1]
+    error = ExprError(f"{what}`{name}`", end - len(name), end, _suggestion(name, known), code)
+    return error.meant(name, nearest(name, known))
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    close = nearest(name, known)
+    if close:
+        return f"did you mean {one_of(close)}?"
+    return f"there {'is' if len(known) == 1 else 'are'} {listed(known)}" if known else ""
+
+
+def _whole_buffer(ctx: Context, node: ast.Attribute) -> ExprError:
+    known = ctx.scope.known_peers()
+    if node.attr not in known:
+        return _unknown_part(node, "there is no input buffer of ", node.attr, known, "E0204")
+    listed = one_of(f"x.{node.attr}.{e}" for e in ctx.scope.elements(node.attr))
+    message = f"`{ctx.quote(node)}` is a whole input buffer"
+    return ctx.error(node, message, f"name an element: {listed}" if listed else "", "E0203")
+
+
+def _field(ctx: Context, node: ast.Attribute, value: Expr, record: Record) -> Expr:
+    type = record.field(node.attr)
+    if type is not None:
+        return FieldOf(value, node.attr, type=type, span=span(node))
+    known = [name for name, _ in record.fields]
+    error = _no_part(ctx, node, record, tuple(known)).because(ctx.origins(value))
+    message = f"field `{node.attr}` of `{record}` is not there yet"
+    raise error.not_there(message, "declare it under `fields:`", node.attr, known)
+
+
+def _component_names(type: Type) -> tuple[str, ...]:
+    if isinstance(type, Spatial) or (isinstance(type, Vector) and type.size == 6):
+        return SPATIAL_COMPONENTS
+    return VECTOR3_COMPONENTS if isinstance(type, Vector) and type.size == 3 else ()
+
+
+def _component(node: ast.expr, value: Expr, index: int) -> Component:
+    type: Type
+    if isinstance(value.type, Spatial):
+        type = Real(value.type.linear if index < 3 else value.type.angular)
+    else:
+        assert isinstance(value.type, Vector)  # callers looked
+        type = value.type.element
+    return Component(value, index, type=type, span=span(node))
+
+
+def _no_part(ctx: Context, node: ast.Attribute, type: Type, known: tuple[str, ...]) -> ExprError:
+    message = f"`{ctx.quote(node.value)}` is `{type}`, which has no `{node.attr}`"
+    help = _suggestion(node.attr, list(known))
+    peer = ctx.quote(node.value)
+    if (peer, node.attr) in ctx.scope.inputs:
+        help = f"an input is spelt `x.{peer}.{node.attr}`"
+    elif isinstance(type, Pose):
+        help = f"`position({ctx.quote(node.value)})` is a vector with `x`, `y` and `z`"
+    elif isinstance(type, Opaque):
+        help = "only operators look into it"
+    end = span(node)[1]
+    near = nearest(node.attr, known) if help.startswith("did you mean") else ()
+    return ExprError(message, end - len(node.attr), end, help, "E0234").meant(node.attr, near)

@@ -1,0 +1,353 @@
+"""Texts of types and signatures."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from specc.diagnostics.nearest import nearest
+from specc.lang.errors import RESERVED, ExprError, one_of
+from specc.lang.literals import unit_error
+from specc.lang.mismatch import frames_of
+from specc.lang.parse import parse_syntax, span
+from specc.model import types as t
+from specc.model.types import Type
+from specc.model.units import Unit, UnitError, unit_of
+
+# The texts of types: `vector[6, rad]`, `pose[B, E]`, `enum[u, c]`, `list[Object[K]]`, `Motors`.
+
+
+MakeType = Callable[[tuple[t.Frame, ...]], t.Type]
+"""Makes a named type for the frames given to it; raises `ExprError` if they do not suit it."""
+
+_LARGEST_SIZE = 100_000
+_PLAIN: dict[str, t.Type] = {
+    "bool": t.Bool(),
+    "int": t.Int(),
+    "real": t.Real(),
+    "text": t.Text(),
+    "file": t.File(),
+}
+_USAGE = {
+    "real": "real[m/s]",
+    "vector": "vector[6, rad]",
+    "spatial": "spatial[E, kg/s, kg*m**2/s]",
+    "wrench": "wrench[E]",
+    "twist": "twist[E]",
+    "pose": "pose[B, E]",
+    "image": "image[480, 640, 3]",
+    "enum": "enum[open, closed]",
+    "list": "list[pose[B, E]]",
+    "nonempty": "nonempty[pose[B, E]]",
+    "optional": "optional[pose[B, E]]",
+    "partial": "partial[wrench[E]]",
+}
+
+
+TYPE_WORDS = frozenset((*_PLAIN, *_USAGE))
+"""Names of the language; a specification gives them to no type of its own."""
+
+_FOREIGN = {
+    **dict.fromkeys(("float", "double", "float32", "float64", "number"), "real"),
+    **dict.fromkeys(("string", "str"), "text"),
+    **dict.fromkeys(("integer", "int32", "int64", "uint8"), "int"),
+    "boolean": "bool",
+    "array": "vector",
+}
+"""What other languages call the types."""
+
+
+@dataclass(frozen=True)
+class TypeNames:
+    """Frames and named types that type texts may use."""
+
+    frames: Mapping[str, t.Frame] = field(default_factory=dict)
+    """Frame as it is spelt -> frame that it stands for (a parameter stands for another)."""
+    types: Mapping[str, MakeType] = field(default_factory=dict)
+    variables_allowed: bool = False
+    """In signatures an undeclared frame is a variable, `?X`."""
+
+
+def parse_type(text: str, names: TypeNames) -> t.Type:
+    """The type that a text spells; raises `ExprError` with offsets into it."""
+    try:
+        tree = parse_syntax(text)
+    except ExprError as error:
+        raise _about_types(error) from None
+    return _Reader(names).type(tree)
+
+
+def _about_types(error: ExprError) -> ExprError:
+    """What is said about an expression, said about a type."""
+    if error.code == "E0303":
+        message = error.message.replace("expression", "type")
+        help = "name a part of it under `types:`"
+        return ExprError(message, error.start, error.end, help, "E0303")
+    help = f"for example `{_USAGE['vector']}` or `{_USAGE['pose']}`"
+    return ExprError("this is not a type", error.start, error.end, help, "E0306")
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    names: TypeNames
+
+    def type(self, node: ast.expr) -> t.Type:
+        """The type that a tree spells."""
+        match node:
+            case ast.Name(id=name):
+                return self._named(node, name, ())
+            case ast.Subscript(value=ast.Name(id=name), slice=inner):
+                args = tuple(inner.elts) if isinstance(inner, ast.Tuple) else (inner,)
+                return self._applied(node, name, args)
+        raise self._error(node, "this is not a type", f"for example `{_USAGE['vector']}`")
+
+    def _named(self, node: ast.expr, name: str, args: tuple[ast.expr, ...]) -> t.Type:
+        if name in _PLAIN and not args:
+            return _PLAIN[name]
+        make = self.names.types.get(name)
+        if make is None:
+            raise self._unknown(node, name)
+        frames = tuple(self._frame(arg) for arg in args)
+        try:
+            return make(frames)
+        except ExprError as error:
+            raise ExprError(error.message, *span(node), error.help, error.code) from None
+
+    def _applied(self, node: ast.Subscript, name: str, args: tuple[ast.expr, ...]) -> t.Type:
+        if name == "enum":
+            return self._enum(args)
+        make = _SHAPES.get((name, len(args)))
+        if make is not None:
+            return make(self, *args)
+        if name in _USAGE or name in _PLAIN:
+            usage = f"it is spelt like `{_USAGE[name]}`" if name in _USAGE else "it takes nothing"
+            raise self._error(node, f"`{name}` does not take these in brackets", usage)
+        return self._named(node, name, args)
+
+    def _vector(self, size: ast.expr, element: ast.expr | None = None) -> t.Vector:
+        return t.Vector(self._size(size), t.Real() if element is None else self._element(element))
+
+    def _pose(self, parent: ast.expr, child: ast.expr) -> t.Pose:
+        return t.Pose(self._frame(parent), self._frame(child))
+
+    def _wrench(self, frame: ast.expr) -> t.Spatial:
+        return t.Spatial(self._frame(frame), *t.SPATIAL_KINDS["wrench"])
+
+    def _twist(self, frame: ast.expr) -> t.Spatial:
+        return t.Spatial(self._frame(frame), *t.SPATIAL_KINDS["twist"])
+
+    def _spatial(self, frame: ast.expr, linear: ast.expr, angular: ast.expr) -> t.Spatial:
+        return t.Spatial(self._frame(frame), self._unit(linear), self._unit(angular))
+
+    def _image(
+        self, height: ast.expr, width: ast.expr, channels: ast.expr | None = None
+    ) -> t.Image:
+        layers = 1 if channels is None else self._size(channels)
+        if layers in (1, 3):
+            return t.Image(self._size(height), self._size(width), layers)
+        raise self._error(
+            channels or height,
+            "an image has 3 channels, a depth map 1",
+            f"for example `{_USAGE['image']}`",
+        )
+
+    def _optional(self, node: ast.expr) -> t.OptionalOf:
+        value = self.type(node)
+        if isinstance(value, t.OptionalOf):
+            raise self._error(node, f"{value} may be None already", "leave one optional[...] out")
+        return t.OptionalOf(value)
+
+    def _partial(self, node: ast.expr) -> t.PartialOf:
+        value = self.type(node)
+        match value:
+            case t.Spatial() | t.Vector(element=t.Real()):
+                return t.PartialOf(value)
+        help = "vectors of reals and spatial vectors have components that may be missing"
+        raise self._error(node, f"a `{value}` is there as a whole or not at all", help)
+
+    def _element(self, node: ast.expr) -> t.Real | t.Enum | t.Int | t.Bool:
+        name = node.id if isinstance(node, ast.Name) else ""
+        if name in self.names.types or name in _PLAIN or _is_enum(node):
+            type = self.type(node)
+            if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
+                return type
+            raise self._error(node, f"a vector has no `{type}` components", "a list has any items")
+        return t.Real(self._unit(node))
+
+    def _unit(self, node: ast.expr) -> Unit:
+        try:
+            unit = unit_of(node)
+        except UnitError as error:
+            raise unit_error(error, span(node)[1], "`m/s` or `kg*m**2`") from None
+        if unit.is_coherent:
+            return unit.coherent()
+        message = "a type has SI units; only literals have others"
+        raise ExprError(message, *span(node), f"write `{unit}`", "E0305")
+
+    def _frame(self, node: ast.expr) -> t.Frame:
+        if not isinstance(node, ast.Name):
+            raise self._error(node, "a frame is a name", "declare it under `frames:`")
+        known = self.names.frames
+        if node.id in known:
+            return known[node.id]
+        if self.names.variables_allowed:
+            return f"?{node.id}"
+        close = nearest(node.id, known)
+        help = f"did you mean {one_of(close)}?" if close else "declare it under `frames:`"
+        error = ExprError(f"unknown frame `{node.id}`", *span(node), help, "E0209")
+        raise error.meant(node.id, close).not_there(
+            f"frame `{node.id}` is not there yet", "declare it under `frames:`", node.id, close
+        )
+
+    def _size(self, node: ast.expr) -> int:
+        match node:
+            case ast.Constant(value=int(size)) if type(size) is int and 0 < size <= _LARGEST_SIZE:
+                return size
+        message = f"a size is a whole number from 1 to {_LARGEST_SIZE}"
+        raise self._error(node, message, f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`")
+
+    def _enum(self, nodes: tuple[ast.expr, ...]) -> t.Enum:
+        members: list[str] = []
+        for node in nodes:
+            if not isinstance(node, ast.Name):
+                raise self._error(
+                    node, "a member of an enum is a name", f"for example `{_USAGE['enum']}`"
+                )
+            if node.id in members or node.id in RESERVED:
+                why = "stands twice" if node.id in members else "is a name of the language"
+                raise self._error(node, f"`{node.id}` {why}", "choose another name")
+            members.append(node.id)
+        return t.Enum("", tuple(members))
+
+    def _unknown(self, node: ast.expr, name: str) -> ExprError:
+        if name in _USAGE:
+            return self._error(
+                node, f"`{name}` is not complete", f"it is spelt like `{_USAGE[name]}`"
+            )
+        close = nearest(name, [*self.names.types, *_PLAIN, *_USAGE])
+        meant = close or [ours for word, ours in _FOREIGN.items() if word == name.lower()]
+        help = f"did you mean {one_of(meant)}?" if meant else "declare it under `types:`"
+        start = span(node)[0]
+        error = ExprError(f"unknown type `{name}`", start, start + len(name), help, "E0233")
+        return error.meant(name, close).not_there(
+            f"type `{name}` is not there yet", "declare it under `types:`", name, close
+        )
+
+    def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
+        return ExprError(message, *span(node), help, "E0306")
+
+
+def _is_enum(node: ast.expr) -> bool:
+    match node:
+        case ast.Subscript(value=ast.Name(id="enum")):
+            return True
+    return False
+
+
+_SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
+    ("real", 1): lambda reader, unit: t.Real(reader._unit(unit)),
+    ("list", 1): lambda reader, element: t.ListOf(reader.type(element)),
+    ("nonempty", 1): lambda reader, element: t.ListOf(reader.type(element), nonempty=True),
+    ("optional", 1): _Reader._optional,
+    ("partial", 1): _Reader._partial,
+    ("vector", 1): _Reader._vector,
+    ("vector", 2): _Reader._vector,
+    ("pose", 2): _Reader._pose,
+    ("wrench", 1): _Reader._wrench,
+    ("twist", 1): _Reader._twist,
+    ("spatial", 3): _Reader._spatial,
+    ("image", 2): _Reader._image,
+    ("image", 3): _Reader._image,
+}
+"""Name and number of things in brackets -> how to read them."""
+
+
+# Signatures of operators: `(q: vector[6, rad], arm: Arm) -> pose[B, E]`.
+
+
+_EXAMPLE = "for example `(q: vector[6, rad]) -> pose[B, E]`"
+_BRACKETS = {"[": "]", "(": ")", "{": "}"}
+
+
+class Signature(NamedTuple):
+    """Named parameters and the result; frame variables start with a question mark."""
+
+    parameters: tuple[tuple[str, Type], ...]
+    result: Type
+
+
+def parse_signature(text: str, names: TypeNames) -> Signature:
+    """The signature that a text spells; raises `ExprError` with offsets into it."""
+    opening = len(text) - len(text.lstrip())
+    closing = _closing(text, opening)
+    arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
+    if not text.startswith("->", arrow):
+        raise _error("a signature has its result behind `->`", arrow, len(text))
+    parameters: dict[str, Type] = {}
+    for start, end in _separated(text, opening + 1, closing):
+        name, type = _parameter(text, start, end, names)
+        if name in parameters:
+            raise _error(f"parameter `{name}` stands twice", start, end)
+        parameters[name] = type
+    result = _type(text, arrow + 2, len(text), names)
+    _check_variables(parameters, result, arrow + 2, len(text))
+    return Signature(tuple(parameters.items()), result)
+
+
+def _error(message: str, start: int, end: int) -> ExprError:
+    return ExprError(message, min(start, end), end, _EXAMPLE, "E0307")
+
+
+def _closing(text: str, opening: int) -> int:
+    """Where the bracket that opens a signature is closed."""
+    if not text.startswith("(", opening):
+        raise _error("a signature starts with its parameters in brackets", opening, len(text))
+    for place, _, depth in _levels(text, opening, len(text)):
+        if depth == 0:
+            return place
+    raise _error("the bracket is not closed", opening, len(text))
+
+
+def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
+    """Every character with the number of brackets that are open behind it."""
+    depth = 0
+    for place in range(start, end):
+        char = text[place]
+        depth += (char in _BRACKETS) - (char in _BRACKETS.values())
+        yield place, char, depth
+
+
+def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
+    """The stretches between commas that stand in no bracket."""
+    if not text[start:end].strip():
+        return
+    for place, char, depth in _levels(text, start, end):
+        if char == "," and depth == 0:
+            yield start, place
+            start = place + 1
+    yield start, end
+
+
+def _parameter(text: str, start: int, end: int, names: TypeNames) -> tuple[str, Type]:
+    name, colon, _ = text[start:end].partition(":")
+    if not colon or not name.strip().isidentifier():
+        raise _error("a parameter is a name, a colon and a type", start, end)
+    return name.strip(), _type(text, start + len(name) + 1, end, names)
+
+
+def _type(text: str, start: int, end: int, names: TypeNames) -> Type:
+    try:
+        return parse_type(text[start:end], names)
+    except ExprError as error:
+        raise error.moved(start) from None
+
+
+def _check_variables(parameters: dict[str, Type], result: Type, start: int, end: int) -> None:
+    given = {frame for type in parameters.values() for frame in frames_of(type)}
+    for frame in frames_of(result):
+        if frame.startswith("?") and frame not in given:
+            message = f"frame `{frame[1:]}` is neither declared nor in a parameter"
+            help = "declare it under `frames:`, or let an argument bring it"
+            raise ExprError(message, start, end, help, "E0308")

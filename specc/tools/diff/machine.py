@@ -1,0 +1,196 @@
+"""Differences between two state machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from specc.lang import show
+from specc.model.fsm import Assignment, Behaviour, Cause, Transition
+from specc.model.system import Subsystem
+from specc.proof.formula import Formula
+from specc.tools.diff.meaning import Meaning
+from specc.tools.diff.record import Book, paired
+
+# Changes of a transition table, and of what is assumed of a subsystem.
+
+
+Arc = tuple[str, Cause, str]
+
+
+def compare_rows(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+    """Rows of one state, cause and target are one arc: any of their conditions leads there."""
+    pairs = paired(_arcs(old), _arcs(new), lambda rows: _arc_name(rows[0]))
+    for name, rows in pairs.removed.items():
+        book.removed("row", name, _names(rows))
+    for name, rows in pairs.added.items():
+        book.added("row", name, _names(rows))
+    for name, (before, after) in pairs.both.items():
+        book.remark("row", name, "trace", _traces(before), _traces(after))
+        if {r.condition.name for r in before} == {r.condition.name for r in after}:
+            # A condition of one name in both is compared where it is declared.
+            if len(before) != len(after):
+                book.changed("row", name, "number", len(before), len(after))
+            continue
+        given = _given(old, new, before[0], meaning)
+        verdict = meaning.compare(
+            [r.condition.when for r in before], [r.condition.when for r in after], given
+        )
+        book.verdict("row", name, verdict, (_names(before), _names(after)), "condition")
+
+
+def _given(old: Subsystem, new: Subsystem, row: Transition, meaning: Meaning) -> list[Formula]:
+    """When the cause occurs, as far as both versions agree on it; the error has priority (2.4)."""
+    before, after = (s.state(row.source).behaviour for s in (old, new))
+    error = meaning.common([before.error.when], [after.error.when])
+    if row.cause == "error":
+        return list(error)
+    terminal = meaning.common([before.terminal.when], [after.terminal.when])
+    return [*terminal, *(meaning.excluded(formula) for formula in error)]
+
+
+def _arcs(subsystem: Subsystem) -> Iterable[tuple[Transition, ...]]:
+    found: dict[Arc, tuple[Transition, ...]] = {}
+    for row in subsystem.transitions:
+        key = row.source, row.cause, row.target
+        found[key] = (*found.get(key, ()), row)
+    return found.values()
+
+
+def _arc_name(row: Transition) -> str:
+    return f"{row.source} --{row.cause}--> {row.target}"
+
+
+def _traces(rows: Sequence[Transition]) -> str:
+    return ", ".join(sorted(str(row.trace) for row in rows if row.trace))
+
+
+def _names(rows: Sequence[Transition]) -> str:
+    return " or ".join(sorted({row.condition.name for row in rows}))
+
+
+def compare_axioms(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+    """Assumptions have no names; those that say the same are the same."""
+    left = list(new.axioms)
+    for before in old.axioms:
+        again = next((a for a in left if meaning.same_assumption(before.that, a.that)), None)
+        if again is None:
+            book.removed("assumption", "", show(before.that))
+            continue
+        left.remove(again)
+        name = show(again.that)
+        book.remark("assumption", name, "text", show(before.that), name)
+        book.remark("assumption", name, "reason", before.because, again.because)
+    for after in left:
+        book.added("assumption", "", show(after.that))
+
+
+# Changes of a subsystem's conditions, behaviours and states.
+
+
+def compare_conditions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+    """A condition matters where it is used, so one that comes or goes alone changes nothing."""
+    pairs = paired(old.conditions, new.conditions, lambda c: f"{c.kind} condition {c.name}")
+    for before, after in pairs.both.values():
+        verdict = meaning.compare([before.when], [after.when])
+        texts = show(before.when), show(after.when)
+        book.verdict(f"{before.kind} condition", before.name, verdict, texts, "meaning")
+        book.words(f"{before.kind} condition", before.name, before, after)
+    left = dict(pairs.added)
+    for before in pairs.removed.values():
+        part = f"{before.kind} condition"
+        again = [
+            (key, c)
+            for key, c in left.items()
+            if c.kind == before.kind and meaning.compare([before.when], [c.when]).same
+        ]
+        if again:
+            book.remark(part, before.name, "name", before.name, again[0][1].name)
+            del left[again[0][0]]
+        else:
+            book.removed(part, before.name, show(before.when), semantic=False)
+    for after in left.values():
+        book.added(f"{after.kind} condition", after.name, show(after.when), semantic=False)
+
+
+def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+    """A behaviour that has only another name is the same."""
+    pairs = paired(old.behaviours, new.behaviours, lambda b: b.name)
+    for name, (before, after) in pairs.both.items():
+        _ends(name, before, after, meaning, book)
+        _effects(name, before, after, meaning, book)
+        book.words("behaviour", name, before, after)
+    left = dict(pairs.added)
+    for before in pairs.removed.values():
+        again = next((b for b in left.values() if same_behaviour(before, b, meaning)), None)
+        if again is None:
+            book.removed("behaviour", before.name, _text(before))
+        else:
+            book.remark("behaviour", before.name, "name", before.name, again.name)
+            del left[again.name]
+    for after in left.values():
+        book.added("behaviour", after.name, _text(after))
+
+
+def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Meaning, book: Book) -> None:
+    """A condition of one name in both is compared where it is declared."""
+    for cause, before, after in (
+        ("terminal", old.terminal, new.terminal),
+        ("error", old.error, new.error),
+    ):
+        if before.name != after.name:
+            verdict = meaning.compare([before.when], [after.when])
+            texts = before.name, after.name
+            book.verdict("behaviour", name, verdict, texts, f"{cause} condition")
+
+
+def _effects(name: str, old: Behaviour, new: Behaviour, meaning: Meaning, book: Book) -> None:
+    """What a behaviour assigns, whichever functions do it."""
+    pairs = paired(_effects_of(old), _effects_of(new), lambda effect: effect[1].target)
+    declared = {f.name for f in old.functions} & {f.name for f in new.functions}
+    for target, (function, assignment) in pairs.removed.items():
+        if function not in declared:
+            book.changed("behaviour", name, target, show(assignment.value), "not assigned")
+    for target, (function, assignment) in pairs.added.items():
+        if function not in declared:
+            book.changed("behaviour", name, target, "not assigned", show(assignment.value))
+    for target, (before, after) in pairs.both.items():
+        in_one_function = before[0] == after[0]
+        if not in_one_function and not meaning.same_value(before[1].value, after[1].value):
+            book.changed("behaviour", name, target, show(before[1].value), show(after[1].value))
+
+
+def _effects_of(behaviour: Behaviour) -> list[tuple[str, Assignment]]:
+    return [(f.name, a) for f in behaviour.functions for a in f.assignments]
+
+
+def same_behaviour(old: Behaviour, new: Behaviour, meaning: Meaning) -> bool:
+    """Whether two behaviours do the same and end alike, whatever they are called."""
+    before = {a.target: a.value for a in old.assignments}
+    after = {a.target: a.value for a in new.assignments}
+    return (
+        before.keys() == after.keys()
+        and meaning.compare([old.terminal.when], [new.terminal.when]).same
+        and meaning.compare([old.error.when], [new.error.when]).same
+        and all(meaning.same_value(before[t], after[t]) for t in before)
+    )
+
+
+def _text(behaviour: Behaviour) -> str:
+    functions = ", ".join(sorted(f.name for f in behaviour.functions)) or "no functions"
+    ends = f"terminal {behaviour.terminal.name}, error {behaviour.error.name}"
+    return f"{functions}; {ends}"
+
+
+def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
+    """States are known by their names, which step records carry."""
+    pairs = paired(old.states, new.states, lambda s: s.name)
+    for name, state in pairs.removed.items():
+        book.removed("state", name, state.behaviour.name)
+    for name, state in pairs.added.items():
+        book.added("state", name, state.behaviour.name)
+    for name, (before, after) in pairs.both.items():
+        names = before.behaviour.name, after.behaviour.name
+        same = names[0] != names[1] and same_behaviour(before.behaviour, after.behaviour, meaning)
+        book.changed("state", name, "behaviour", *names, semantic=not same)
+        book.words("state", name, before, after)
+    book.changed("initial state", "", "", old.initial_state, new.initial_state)

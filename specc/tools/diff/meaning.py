@@ -1,0 +1,243 @@
+"""Whether two tables or types mean the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from specc.analysis.connections import Connections
+from specc.model.expr import ConstantRef, Expr, LetRef, Node
+from specc.model.system import Subsystem, System
+from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector
+from specc.proof.decide import conjuncts, related
+from specc.proof.formula import Formula, atoms_of
+from specc.proof.numbering import Numbering
+from specc.proof.table import Table, TooLargeError
+from specc.proof.translate import Translator
+from specc.proof.verdict import Facts
+from specc.proof.witness import describe
+from specc.tools.diff.record import Book, Verdict
+
+# Changes of named types, each reported once and not wherever the type is used.
+
+
+def type_text(type: Type) -> str:
+    """A type as it is written; the members of an enum without a name are in alphabetical order."""
+    match type:
+        case Enum(name=""):
+            return str(replace(type, members=tuple(sorted(type.members))))
+        case Vector(element=Enum(name="") as enum):
+            return str(replace(type, element=replace(enum, members=tuple(sorted(enum.members)))))
+        case ListOf(element=element, nonempty=nonempty):
+            return f"{'nonempty' if nonempty else 'list'}[{type_text(element)}]"
+        case OptionalOf(value=value):
+            return f"optional[{type_text(value)}]"
+    return str(type)
+
+
+def compare_types(old: System, new: System, book: Book) -> None:
+    """Members of enums, fields of records and Python classes of the types that both systems use."""
+    before, after = _named(old), _named(new)
+    for name in sorted(before.keys() & after.keys()):
+        parts = before[name], after[name]
+        for key in sorted(parts[0].keys() | parts[1].keys()):
+            texts = [part.get(key, "") for part in parts]
+            if not texts[0]:
+                book.added("type", name, f"{key} {texts[1]}".strip())
+            elif not texts[1]:
+                book.removed("type", name, f"{key} {texts[0]}".strip())
+            else:
+                book.changed("type", name, key, *texts)
+
+
+def _named(system: System) -> dict[str, dict[str, str]]:
+    """What each named type consists of, by part."""
+    found: dict[str, dict[str, str]] = {}
+    for type in sorted(set(_types(system)), key=str):
+        match type:
+            case Enum(name=name, members=members) if name:
+                found.setdefault(name, {f"member {m}": "-" for m in members})
+            case Record(name=name, fields=fields, python=python):
+                parts = {f"field {field}": type_text(t) for field, t in fields}
+                found.setdefault(name, parts | {"class": python or "generated"})
+            case Opaque(name=name, python=python):
+                found.setdefault(name, {"class": python or "not said"})
+    return found
+
+
+def _types(system: System) -> Iterator[Type]:
+    """All types of the system with the types inside them."""
+    roots: list[Type] = []
+    for device in system.devices:
+        roots += [element.type for element in (*device.x, *device.y)]
+    for subsystem in system.subsystems:
+        roots += [element.type for port in subsystem.ports for element in port.elements]
+        roots += [memory.type for memory in subsystem.memory]
+    for operator in system.operators:
+        roots += [*(type for _, type in operator.parameters), operator.result]
+    seen: set[Type] = set()
+    while roots:
+        type = roots.pop()
+        if type in seen:
+            continue
+        seen.add(type)
+        yield type
+        match type:
+            case ListOf(element=element) | Vector(element=element) | OptionalOf(value=element):
+                roots.append(element)
+            case Record(fields=fields):
+                roots += [field for _, field in fields]
+
+
+# Whether two expressions of two versions of a subsystem mean the same.
+#
+# Both versions are translated together: inputs and memory are the same unknowns, lets and constants
+# are each version's own and looked through. Conditions are compared by truth tables, everything
+# else by its normal form.
+
+
+_MARKS = ("old'", "new'")
+"""Before the names of lets and constants, so that both versions fit into one translation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """A subsystem in its system."""
+
+    system: System
+    subsystem: Subsystem
+
+
+class Constants:
+    """Compares constants of two systems by their normal forms."""
+
+    def __init__(self, old: System, new: System) -> None:
+        self._numbering = Numbering(
+            {},
+            {
+                mark + c.name: _marked(c.value, mark)
+                for mark, system in zip(_MARKS, (old, new), strict=True)
+                for c in system.constants
+            },
+        )
+
+    def same(self, old: Expr, new: Expr) -> bool:
+        """Whether a constant of the old system and one of the new have the same value."""
+        numbers = (_marked(expr, mark) for mark, expr in zip(_MARKS, (old, new), strict=True))
+        return len({self._numbering.number(expr) for expr in numbers}) == 1
+
+
+class Meaning:
+    """Compares expressions of two versions of one subsystem."""
+
+    def __init__(self, old: Version, new: Version) -> None:
+        lets: dict[str, Expr] = {}
+        constants: dict[str, Expr] = {}
+        for mark, version in zip(_MARKS, (old, new), strict=True):
+            own = (*version.system.constants, *version.subsystem.constants)
+            constants |= {mark + c.name: _marked(c.value, mark) for c in own}
+            lets |= {mark + item.name: _marked(item.value, mark) for item in version.subsystem.lets}
+        present = [Connections(v.system).always_present(v.subsystem) for v in (old, new)]
+        self._translator = Translator(lets, constants, present[0] & present[1])
+        self._numbering = Numbering(lets, constants)
+        assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in (old, new)]
+        self._axioms = self.common(assumed[0], assumed[1])
+
+    def same_value(self, old: Expr, new: Expr) -> bool:
+        """Whether two expressions have the same value; conditions are decided by truth tables."""
+        if isinstance(old.type, Bool) and isinstance(new.type, Bool):
+            return self.compare([old], [new]).same
+        return self._number(old, 0) == self._number(new, 1)
+
+    def compare(
+        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] = ()
+    ) -> Verdict:
+        """How `any of old` and `any of new` relate where `given` and the common axioms hold."""
+        before = self._any(old, 0)
+        after = self._any(new, 1)
+        if before is after:
+            return Verdict(True)
+        assumed = related(conjuncts([*self._axioms, *given]), (before, after))
+        try:
+            return _verdict(before, after, assumed)
+        except TooLargeError as error:
+            return Verdict(False, unknown=str(error))
+
+    def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
+        """The conditions of both versions that are the same formula."""
+        before = {self._formula(expr, 0) for expr in old}
+        found = {formula for expr in new if (formula := self._formula(expr, 1)) in before}
+        return tuple(sorted(found, key=lambda formula: formula.index))
+
+    def same_assumption(self, old: Expr, new: Expr) -> bool:
+        """Whether two assumptions say the same, whatever else is assumed."""
+        before, after = self._formula(old, 0), self._formula(new, 1)
+        try:
+            return before is after or _verdict(before, after, ()).same
+        except TooLargeError:
+            return False
+
+    def excluded(self, condition: Formula) -> Formula:
+        """`not condition`."""
+        return self._translator.make.negation(condition)
+
+    def _any(self, conditions: Sequence[Expr], version: int) -> Formula:
+        return self._translator.make.disjunction(self._formula(c, version) for c in conditions)
+
+    def _formula(self, expr: Expr, version: int) -> Formula:
+        return self._translator.formula(_marked(expr, _MARKS[version]))
+
+    def _number(self, expr: Expr, version: int) -> int:
+        return self._numbering.number(_marked(expr, _MARKS[version]))
+
+
+def _verdict(before: Formula, after: Formula, assumed: Sequence[Formula]) -> Verdict:
+    table = Table([before, after, *assumed])
+    allowed = table.full
+    for formula in assumed:
+        allowed &= table.bits(formula)
+    asked = frozenset(atoms_of((before, after)))
+    lost = table.bits(before) & ~table.bits(after) & allowed
+    gained = table.bits(after) & ~table.bits(before) & allowed
+    only_old = _facts(table, lost, allowed, asked)
+    only_new = _facts(table, gained, allowed, asked)
+    return Verdict(not (lost or gained), only_old, only_new)
+
+
+def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Facts:
+    if not faults:
+        return ()
+    found, *_ = describe(table, faults, allowed, asked)
+    if not found:
+        return (("anything", "true"),)
+    return tuple(_readable(fact, answer, found) for fact, answer in found)
+
+
+def _readable(fact: str, answer: str, found: Facts) -> tuple[str, str]:
+    """A fact without marks; where both versions ask it with values of their own, it says whose."""
+    plain = _plain(fact)
+    if sum(_plain(other) == plain for other, _ in found) > 1:
+        whose = next((mark.rstrip("'") for mark in _MARKS if mark in fact), "")
+        plain += f" ({whose})" if whose else ""
+    return plain, answer
+
+
+def _plain(text: str) -> str:
+    for mark in _MARKS:
+        text = text.replace(mark, "")
+    return text
+
+
+def _marked(expr: Expr, mark: str) -> Expr:
+    """`expr` with the names of lets and constants marked."""
+    if isinstance(expr, (LetRef, ConstantRef)):
+        return replace(expr, name=mark + expr.name)
+    changes: dict[str, Any] = {}
+    for item in fields(expr):
+        value = getattr(expr, item.name)
+        if isinstance(value, Node):
+            changes[item.name] = _marked(value, mark)  # type: ignore[arg-type]  # nodes are of Expr
+        elif isinstance(value, tuple) and value and isinstance(value[0], Node):
+            changes[item.name] = tuple(_marked(part, mark) for part in value)
+    return replace(expr, **changes) if changes else expr

@@ -1,0 +1,127 @@
+"""What was carried over and what was not; files that are read for it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from specc.diagnostics import Diagnostic
+from specc.read.document import UnreadableFileError, load_text
+from specc.source import Place, SourceFile, Sources
+from specc.tools.importers.markup import Element, MarkupError, parse_markup
+from specc.tools.importers.writing import Data, to_yaml
+
+# What an import gives: a specification and the list of what is not, or not quite, in it.
+
+
+_WIDTH = 98
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """The text of a specification, empty where an error kept it from being made."""
+
+    text: str
+    diagnostics: tuple[Diagnostic, ...]
+    sources: Sources
+
+
+@dataclass(slots=True)
+class Notes:
+    """Findings about the files that are imported, in the order in which they were made."""
+
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def error(self, code: str, message: str, place: Place, help: str) -> None:
+        """Something without which there is no specification."""
+        self.diagnostics.append(Diagnostic(code, message, place, help=help))
+
+    def lost(self, message: str, place: Place, help: str = "") -> None:
+        """Something that the specification does not have."""
+        self.diagnostics.append(Diagnostic("W0801", message, place, help=help))
+
+    def changed(self, message: str, place: Place, help: str = "") -> None:
+        """Something that the specification has in another form, or that was assumed."""
+        self.diagnostics.append(Diagnostic("W0802", message, place, help=help))
+
+    @property
+    def failed(self) -> bool:
+        """Whether no specification can be made."""
+        return any(item.severity == "error" for item in self.diagnostics)
+
+    def leftovers(self, root: Element, reasons: Mapping[tuple[str, str], str]) -> None:
+        """Report what nobody took from a document, once for each kind of element or attribute.
+
+        `reasons` says why, by tag and attribute; the attribute is "" for an element.
+        """
+        groups: dict[tuple[str, str], list[Element]] = {}
+        for element, attribute in root.untaken():
+            groups.setdefault((element.tag, attribute), []).append(element)
+        self._texts(root)
+        for (tag, attribute), elements in groups.items():
+            first = elements[0]
+            what = f"attribute `{attribute}` of <{tag}>" if attribute else f"<{tag}>"
+            times = f" ({len(elements)} times, first here)" if len(elements) > 1 else ""
+            reason = reasons.get((tag, attribute), "it has no counterpart that is known")
+            place = first.value_place(attribute) if attribute else first.place
+            self.lost(f"{what} is not carried over{times}: {reason}", place)
+
+    def _texts(self, root: Element) -> None:
+        """Report characters between tags: the formats that are imported give them no meaning."""
+        groups: dict[str, list[Element]] = {}
+        for element in root.with_text():
+            groups.setdefault(element.tag, []).append(element)
+        for tag, elements in groups.items():
+            times = f" ({len(elements)} times, first here)" if len(elements) > 1 else ""
+            words = f"the text in <{tag}> is not carried over{times}: it has no meaning there"
+            self.lost(words, elements[0].place)
+
+
+def document(
+    command: str, parts: Iterable[str], notes: Notes, sources: Sources, data: Mapping[str, Data]
+) -> str:
+    """The text of a specification with what was lost or changed at its head."""
+    lines = [f"Made by `{command}`.", *parts]
+    if notes.diagnostics:
+        lines.append("What the files say otherwise, or what is assumed:")
+    spans = [(sources.span(item.primary), item) for item in notes.diagnostics]
+    for span, item in sorted(spans, key=lambda pair: (pair[0].file, pair[0].line, pair[0].col)):
+        name = span.file.replace("\\", "/").rsplit("/", 1)[-1]
+        lines.append(f"- {item.code} {name}:{span.line}: {item.message}")
+    return "".join(f"# {line}\n" for text in lines for line in _wrapped(text)) + to_yaml(data)
+
+
+def _wrapped(text: str) -> list[str]:
+    clean = "".join(c if c.isprintable() else "?" for c in text)
+    lines, words = [""], clean.split(" ")
+    for word in words:
+        if lines[-1] and len(lines[-1]) + len(word) + 1 > _WIDTH:
+            lines.append("  " if text.startswith("- ") else "")
+        lines[-1] += word if not lines[-1].strip() else f" {word}"
+    return lines
+
+
+# Files of other formats: from a path to a tree, with findings for what is wrong on the way.
+
+
+def read_markup(path: str, root: str, notes: Notes, sources: Sources) -> Element | None:
+    """The root of the XML file at `path`, or None with the reason in `notes`.
+
+    A text without a tag `root` is another's, and nothing of it is shown.
+    """
+    try:
+        text, _ = load_text(path)
+    except UnreadableFileError as refusal:
+        notes.diagnostics.append(refusal.diagnostic)
+        return None
+    if not re.search(rf"<(?:[\w.-]+:)?{root}[\s/>]", text):
+        message = f"the file has no <{root}>"
+        notes.error("E0803", message, Place(path), "is this the right file, and the right format?")
+        return None
+    sources.add(SourceFile(path, text))
+    try:
+        return parse_markup(path, text)
+    except MarkupError as refusal:
+        notes.diagnostics.append(refusal.diagnostic)
+        return None

@@ -1,0 +1,104 @@
+"""`specc import fabric`: subsystem definitions of FABRIC become agents of a specification."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+
+from specc.source import Sources
+from specc.tools.importers.carried import Imported, Notes, document, read_markup
+from specc.tools.importers.fabric.period import period_of
+from specc.tools.importers.fabric.reader import Definition, read_definition
+from specc.tools.importers.fabric.subsystem import Subsystem
+from specc.tools.importers.fabric.wiring import End, Ends, Library, Wiring, connect
+from specc.tools.importers.writing import PEERS, Data, Names, rate
+
+_WAITING = "a subsystem of specc steps every period, whether or not data has come"
+_TIME = "time is simulated or real as `specc run` is asked to"
+_REASONS = {
+    ("buffer_groups", ""): _WAITING,
+    ("trigger_methods", ""): _WAITING,
+    ("new_data_on_buffer", ""): _WAITING,
+    ("no_data_on_buffer", ""): _WAITING,
+    ("interval", "first"): _WAITING,
+    ("interval", "first_sim"): _WAITING,
+    ("interval", "next"): _WAITING,
+    ("buffer_group", "name"): _WAITING,
+    ("buffer_group", "first_timeout"): _WAITING,
+    ("buffer_group", "next_timeout"): _WAITING,
+    ("buffer_group", "first_timeout_sim"): _TIME,
+    ("buffer_group", "min_period_sim"): _TIME,
+    ("buffer_group", "used_time"): _TIME,
+    ("simulation", ""): _TIME,
+    ("in", "converter"): "messages are opaque; convert them in the operators",
+    ("out", "converter"): "messages are opaque; convert them in the operators",
+}
+
+
+def import_fabric(
+    paths: Sequence[str],
+    *,
+    name: str = "",
+    period: Fraction | None = None,
+    wires: Iterable[tuple[End, End]] = (),
+) -> Imported:
+    """The specification of the subsystems that some files define.
+
+    `name` is that of the system; `period`, in seconds, replaces the periods in the files; `wires`
+    are pairs of buffers that are connected, beyond what is evident.
+    """
+    notes, sources = Notes(), Sources()
+    definitions: list[Definition] = []
+    for path in dict.fromkeys(paths):
+        root = read_markup(path, "subsystem_definition", notes, sources)
+        definition = read_definition(root, notes) if root is not None else None
+        if definition is not None:
+            if any(d.name == definition.name for d in definitions):
+                message = f"two files define a subsystem `{definition.name}`"
+                help = "rename one of the files: subsystems are called as their files or packages"
+                notes.error("E0806", message, definition.root.place, help)
+            definitions.append(definition)
+    if notes.failed:
+        return Imported("", tuple(notes.diagnostics), sources)
+    wiring = connect(definitions, wires, notes)
+    if notes.failed:
+        return Imported("", tuple(notes.diagnostics), sources)
+    text = _text(definitions, name, period, wiring, notes, sources)
+    return Imported(text, tuple(notes.diagnostics), sources)
+
+
+def _text(
+    definitions: Sequence[Definition],
+    name: str,
+    period: Fraction | None,
+    wiring: Wiring,
+    notes: Notes,
+    sources: Sources,
+) -> str:
+    names, library = Names(PEERS), Library()
+    for definition in definitions:
+        names.of(definition.name)
+    agents: dict[str, Data] = {}
+    for definition in definitions:
+        own = rate(period_of(definition, period, notes))
+        ends = Ends(definition, names, library, wiring, own)
+        agents |= Subsystem(definition, own, ends, library, notes).agents()
+        _assumed(definition, notes)
+        notes.leftovers(definition.root, _REASONS)
+    system = Names().of(name or (definitions[0].name if len(definitions) == 1 else "fabric"))
+    data: dict[str, Data] = {"specc": "1", "system": system, "types": library.types}
+    data |= {"operators": library.operators, "agents": agents}
+    modules = ", ".join(library.modules)
+    provided = f"What `specc build` makes of it imports, and you provide, the modules {modules}."
+    return document("specc import fabric", [provided], notes, sources, data)
+
+
+def _assumed(definition: Definition, notes: Notes) -> None:
+    """What holds of every import: the two work cycles differ in little."""
+    place = definition.root.place
+    notes.changed("conditions are not asked in the first period; FABRIC asks them there too", place)
+    if any(not b.is_input for b in definition.buffers):
+        notes.changed("every behaviour is taken to write every output buffer", place)
+    if any(b.is_input for b in definition.buffers):
+        message = "an input buffer keeps its last message, and holds an empty one before the first"
+        notes.changed(message, place)

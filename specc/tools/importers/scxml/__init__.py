@@ -1,0 +1,203 @@
+"""`specc import scxml`: a flat state chart becomes an agent of a specification."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from fractions import Fraction
+
+from specc.source import Sources
+from specc.tools.importers.carried import Imported, Notes, document, read_markup
+from specc.tools.importers.logic import atoms
+from specc.tools.importers.scxml.chart import Chart, State, read_chart
+from specc.tools.importers.scxml.machine import EVENTS, Events, Row, left, rows_of
+from specc.tools.importers.writing import PEERS, Data, Names, rate
+
+DEFAULT_PERIOD_S = Fraction(1, 100)
+_DATA = "there is no data model; a guard is an input of type bool"
+_CONTENT = "executable content has no counterpart; describe what it does as functions"
+_REASONS = {
+    ("datamodel", ""): _DATA,
+    ("scxml", "datamodel"): _DATA,
+    ("scxml", "binding"): _DATA,
+    ("script", ""): _CONTENT,
+    ("onentry", ""): _CONTENT,
+    ("onexit", ""): _CONTENT,
+    ("donedata", ""): _CONTENT,
+    ("invoke", ""): "what a state invokes is another agent; describe it",
+    ("transition", "type"): "in a flat chart internal and external transitions are the same",
+    **{
+        (tag, ""): _CONTENT for tag in ("assign", "raise", "send", "cancel", "log", "if", "foreach")
+    },
+}
+
+
+def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -> Imported:
+    """The specification of the chart in a file; `period` is in seconds."""
+    notes, sources = Notes(), Sources()
+    root = read_markup(path, "scxml", notes, sources)
+    chart = read_chart(root, notes) if root is not None else None
+    if chart is None:
+        return Imported("", tuple(notes.diagnostics), sources)
+    if period is None:
+        message = "a chart has no period; 10 ms is assumed"
+        notes.changed(message, chart.root.place, "give one with `--period`")
+    stem = os.path.splitext(os.path.basename(path))[0]
+    own = Names((*PEERS, "outside")).of(name or chart.name or stem)
+    agents = _Maker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
+    notes.leftovers(chart.root, _REASONS)
+    data: dict[str, Data] = {"specc": "1", "system": own, **agents}
+    return Imported(
+        document("specc import scxml", [], notes, sources, data), tuple(notes.diagnostics), sources
+    )
+
+
+class _Maker:
+    def __init__(self, chart: Chart, own: str, period: Fraction, notes: Notes) -> None:
+        self._chart, self._own, self._period, self._notes = chart, own, period, notes
+        self._events = Events(d for s in chart.states for t in s.transitions for d in t.events)
+        self._states = Names()
+        self._inputs_named = Names(("event", *self._events.members))
+        self._guards: dict[str, str] = {}
+        self._lets = Names(self._events.members)
+        self._let: dict[str, Data] = {}
+        self._tests: dict[frozenset[str], str] = {}
+        self._initial: dict[str, Data] = {}
+        self._terminal: dict[str, Data] = {}
+        self._names = Names(("always", "never"))
+        self._named: dict[tuple[int, str], str] = {}
+
+    def agents(self) -> dict[str, Data]:
+        """Types and agents: the chart, and a stand-in for what sends events and answers guards."""
+        behaviours: dict[str, Data] = {}
+        states: dict[str, Data] = {}
+        for state in self._chart.states:
+            states[self._states.of(state.id)] = self._states.of(state.id)
+            behaviours[self._states.of(state.id)] = {"terminal": self._left(state)}
+        transitions: list[Data] = [row for s in self._chart.states for row in self._rows(s)]
+        self._report()
+        inputs = self._inputs()
+        conditions = {"initial": self._initial, "terminal": self._terminal}
+        control: dict[str, Data] = {
+            "title": self._chart.name,
+            "rate": rate(self._period),
+            "x": {"outside": inputs} if inputs else {},
+            "let": self._let,
+            "conditions": {kind: group for kind, group in conditions.items() if group},
+            "behaviours": behaviours,
+            "states": states,
+            "initial_state": self._states.of(self._chart.initial),
+            "transitions": transitions,
+        }
+        agents: dict[str, Data] = {
+            self._own: {"control": {key: value for key, value in control.items() if value}}
+        }
+        if inputs:
+            agents["outside"] = {"control": self._outside()}
+        event: Data = f"enum[{', '.join(self._events.members)}]"
+        types = {"types": {"Event": event}} if self._events.members else {}
+        return {**types, "agents": agents}
+
+    def _atom(self, text: str) -> str:
+        """What a condition asks: a let for events, an input for a guard."""
+        if not text.startswith(EVENTS):
+            return f"x.outside.{self._guard(text)}"
+        members = frozenset(text[len(EVENTS) :].split())
+        if members not in self._tests:
+            wish, test = self._events.let(members)
+            self._tests[members] = self._lets.new(wish)
+            self._let[self._tests[members]] = test
+        return self._tests[members]
+
+    def _guard(self, text: str) -> str:
+        if text not in self._guards:
+            self._guards[text] = self._inputs_named.new(
+                text if text.isidentifier() else f"guard_{text}"
+            )
+        return self._guards[text]
+
+    def _left(self, state: State) -> str:
+        if not state.transitions:
+            return "never"
+        text = left(state, self._events, self._atom)
+        return self._condition(self._terminal, text, f"{state.id}_left")
+
+    def _rows(self, state: State) -> list[list[Data]]:
+        found: list[list[Data]] = []
+        for row in rows_of(state, self._events, self._atom):
+            if not row.condition:
+                message = "this transition is never taken: an earlier one always is"
+                self._notes.changed(message, row.transition.element.place)
+            found.append(self._row(state, row))
+        return found
+
+    def _row(self, state: State, row: Row) -> list[Data]:
+        target = row.transition.target or state.id
+        if not row.transition.target:
+            message = f"a transition without a target enters `{state.id}` again"
+            self._notes.changed(message, row.transition.element.place)
+        wish = f"{state.id}_to_{target}"
+        name = self._condition(self._initial, row.condition or "False", wish)
+        return [self._states.of(state.id), "terminal", name, self._states.of(target)]
+
+    def _condition(self, group: dict[str, Data], text: str, wish: str) -> str:
+        if text == "True":
+            return "always"
+        key = id(group), text
+        if key not in self._named:
+            self._named[key] = self._names.new(wish)
+            group[self._named[key]] = text
+        return self._named[key]
+
+    def _inputs(self) -> dict[str, Data]:
+        """The queue of events, and each guard as an input that is false until it is answered."""
+        events: dict[str, Data] = {"event": "Event"} if self._events.members else {}
+        guards: dict[str, Data] = {
+            name: {"type": "bool", "init": "False", "title": text}
+            for text, name in self._guards.items()
+        }
+        return events | guards
+
+    def _outside(self) -> dict[str, Data]:
+        y: dict[str, Data] = {"event": "Event"} if self._events.members else {}
+        y |= dict.fromkeys(self._guards.values(), "bool")
+        send: dict[str, Data] = {
+            f"y.{self._own}.{name}": self._events.members[0] if name == "event" else "False"
+            for name in y
+        }
+        return {
+            "title": "stands for what sends the events and answers the guards",
+            "rate": rate(self._period),
+            "y": {self._own: y},
+            "functions": {"send": send},
+            "behaviours": {"stand_in": {"functions": ["send"], "terminal": "never"}},
+            "states": {"S0": "stand_in"},
+            "initial_state": "S0",
+        }
+
+    def _report(self) -> None:
+        """Names that changed, guards that became inputs, and how the two work cycles differ."""
+        self._tell_guards(self._guard)
+        for state in self._chart.states:
+            if self._states.of(state.id) != state.id:
+                message = f"state `{state.id}` is called `{self._states.of(state.id)}`"
+                self._notes.changed(message, state.element.value_place("id"))
+            if state.element.tag == "final":
+                message = f"the chart stops in `{state.id}`; the agent stays there"
+                self._notes.changed(message, state.element.place)
+        place = self._chart.root.place
+        for old, new in self._events.changed.items():
+            self._notes.changed(f"event `{old}` is called `{new}`", place)
+        if any(not t.events for s in self._chart.states for t in s.transitions):
+            message = "a transition without an event is taken one period after the state began"
+            self._notes.changed(message, place)
+
+    def _tell_guards(self, name: Callable[[str], str]) -> None:
+        told: set[str] = set()
+        for state in self._chart.states:
+            for transition in state.transitions:
+                for atom in atoms(transition.guard):
+                    if atom.text not in told:
+                        told.add(atom.text)
+                        message = f"guard `{atom.text}` is the input `{name(atom.text)}`"
+                        self._notes.changed(message, transition.element.value_place("cond"))

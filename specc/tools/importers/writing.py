@@ -1,0 +1,110 @@
+"""What importers write: names, rates and YAML."""
+
+from __future__ import annotations
+
+import json
+import keyword
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+
+from specc.lang import RESERVED
+
+# Names of other formats as names of a specification.
+
+
+_LONGEST = 60
+PEERS = frozenset(("c", "E", "R"))
+"""What no agent can be called: these stand for parts of the agent itself (docs/language.md 6)."""
+
+
+class Names:
+    """Gives every foreign name a legal one that nothing else has."""
+
+    def __init__(self, used: Iterable[str] = ()) -> None:
+        self._given: dict[str, str] = {}
+        self._used = {*RESERVED, *used}
+        self._counts: dict[str, int] = {}
+
+    def of(self, foreign: str) -> str:
+        """The name for a foreign one, the same whenever it is asked."""
+        if foreign not in self._given:
+            self._given[foreign] = self.new(foreign)
+        return self._given[foreign]
+
+    def new(self, wish: str) -> str:
+        """A legal name that was not given before, as close to `wish` as possible."""
+        base = re.sub(r"\W+", "_", wish, flags=re.ASCII).strip("_")[:_LONGEST] or "unnamed"
+        if base[0].isdigit() or keyword.iskeyword(base):
+            base = f"n_{base}"
+        name, count = base, self._counts.get(base, 2)
+        while name in self._used:
+            name, count = f"{base}_{count}", count + 1
+        self._used.add(name)
+        self._counts[base] = count
+        return name
+
+    @property
+    def changed(self) -> dict[str, str]:
+        """Foreign names that could not be kept, with what they became."""
+        return {old: new for old, new in self._given.items() if old != new}
+
+
+# Periods as the language writes them.
+
+
+def rate(period: Fraction) -> str:
+    """A period as the language writes it: whole hertz where it is a whole number of them."""
+    frequency = 1 / period
+    if frequency.denominator == 1:
+        return f"{frequency.numerator} Hz"
+    return f"{float(period * 1000):.12g} ms"
+
+
+# Specifications as YAML text: block style above, one line for what is small.
+
+
+Data = str | bool | Sequence["Data"] | Mapping[str, "Data"]
+
+_WIDTH = 100
+_PLAIN = re.compile(r"[A-Za-z_][\w.]*(?: (?:[\w.]+|[-+*/<>=]+))*", re.ASCII)
+_PLAIN_IN_BLOCK = re.compile(r"[A-Za-z_(][\w.(),]*(?: (?:[\w.(),]+|[-+*/<>=]+))*", re.ASCII)
+_SPECIAL = frozenset(("true", "false", "null", "yes", "no", "on", "off"))
+_NUMBER = re.compile(r"[0-9]+(?: [A-Za-z]+)?")
+
+
+def to_yaml(data: Mapping[str, Data]) -> str:
+    """The text of a mapping; texts are quoted unless every YAML reader takes them as texts."""
+    return "\n".join(_block(data, 0)) + "\n"
+
+
+def _block(data: Mapping[str, Data], indent: int) -> Iterator[str]:
+    for key, value in data.items():
+        lead = f"{' ' * indent}{_scalar(key)}:"
+        shown = _scalar(value, _PLAIN_IN_BLOCK) if isinstance(value, str) else _flow(value)
+        short = f"{lead} {shown}"
+        if isinstance(value, (str, bool)) or not value or (indent and len(short) <= _WIDTH):
+            yield short
+        elif isinstance(value, Mapping):
+            yield lead
+            yield from _block(value, indent + 2)
+        else:
+            yield lead
+            yield from (f"{' ' * indent}  - {_flow(item)}" for item in value)
+
+
+def _flow(value: Data) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return _scalar(value)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_scalar(k)}: {_flow(v)}" for k, v in value.items()) + "}"
+    return "[" + ", ".join(map(_flow, value)) + "]"
+
+
+def _scalar(text: str, plain_form: re.Pattern[str] = _PLAIN) -> str:
+    plain = plain_form.fullmatch(text) or _NUMBER.fullmatch(text)
+    if plain and text.lower() not in _SPECIAL:
+        return text
+    return json.dumps(text, ensure_ascii=True)

@@ -1,0 +1,213 @@
+"""Code actions and the other services of an editor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, count
+
+from specc.analysis import Decided
+from specc.diagnostics import Diagnostic, Fix
+from specc.diagnostics.report import repair
+from specc.diagnostics.sides import settled
+from specc.lang import show
+from specc.read import read_text
+from specc.source import Node, Place, Route, SourceFile
+from specc.tools.fmt import LayoutError, formatted
+from specc.tools.lsp.cursor import line_break
+from specc.tools.lsp.describe import Entry, contents
+from specc.tools.lsp.project import Analysis, Project
+from specc.tools.lsp.signature import Signature, signature
+from specc.tools.lsp.symbols import node_at
+
+# Repairs that an editor offers: those that findings carry, and rows that are missing.
+
+
+_NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET = "E0601", "E0603", "O0605"
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """New text for a stretch of a file, in offsets of the text that was analysed."""
+
+    path: str
+    start: int
+    end: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What can be done about a finding; `preferred` if it is the one safe way."""
+
+    title: str
+    diagnostic: Diagnostic
+    changes: tuple[Insertion, ...]
+    preferred: bool
+
+
+def actions(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
+    """The ways out of a finding that are edits."""
+    if diagnostic.fix is not None:
+        changes = _fixed(analysis, diagnostic.fix)
+        if changes:
+            yield Action(_sentence(diagnostic.fix.title), diagnostic, changes, preferred=True)
+    if diagnostic.code in (_NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET):
+        yield from _rows(analysis, diagnostic)
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _fixed(analysis: Analysis, fix: Fix) -> tuple[Insertion, ...]:
+    found = repair(fix, analysis.loader.sources)
+    path = fix.edits[0].place.file
+    return tuple(Insertion(path, c.start, c.end, c.text) for c in found.changes) if found else ()
+
+
+def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
+    """A row for each cause that the table forgets; where it leads is for somebody to edit."""
+    for decided in _decided(analysis):
+        if decided.state.place != diagnostic.primary or not _is_about(diagnostic, decided):
+            continue
+        told = {place.place for place in diagnostic.related}
+        others = [
+            other
+            for other in _decided(analysis)
+            if other.state.place in told
+            and other.cause == decided.cause
+            and _is_about(diagnostic, other)
+        ]
+        changes = tuple(_insertions(analysis, decided, others))
+        if changes:
+            names = ", ".join(d.state.name for d in (decided, *others))
+            title = f"Insert a row for the {decided.cause} condition of {names}"
+            yield Action(title, diagnostic, changes, preferred=False)
+
+
+def _decided(analysis: Analysis) -> Iterator[Decided]:
+    return analysis.proofs.facts.decided() if analysis.proofs else iter(())
+
+
+def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
+    """Whether a finding can be about the rows of a state and cause."""
+    rows, decision = decided.verdict.rows, decided.verdict.decision
+    wanted = (_NO_ROW_APPLIES,) if rows else (_NO_ROW, _NO_ROW_YET)
+    return diagnostic.code in wanted and bool(decision.gap if rows else decision.possible)
+
+
+def _insertions(
+    analysis: Analysis, decided: Decided, others: Sequence[Decided]
+) -> Iterator[Insertion]:
+    """The initial condition, if one is needed, and a row for it behind the last one of each state.
+
+    `others` are the states that lack the same row.
+    """
+    place = decided.state.place
+    source = analysis.loader.sources.get(place.file)
+    owner = place.route[:-2]
+    gap = decided.verdict.decision.gap
+    name = "always"
+    if decided.verdict.rows and gap is not None and gap.repair is not None:
+        taken = {condition.name for condition in decided.subsystem.conditions}
+        name = next(n for n in chain(("otherwise",), _numbered()) if n not in taken)
+        written = show(gap.repair).replace("\\", "\\\\").replace('"', '\\"')
+        condition = _behind(source, (*owner, "conditions", "initial"), None, f'{name}: "{written}"')
+        if condition is None:
+            return
+        yield condition
+    for lacking in (decided, *others):
+        state = lacking.state.name
+        rows = [i for i, t in enumerate(lacking.subsystem.transitions) if t.source == state]
+        text = f"[{state}, {lacking.cause}, {name}, {state}]"
+        row = _behind(source, (*owner, "transitions"), rows[-1] if rows else None, text)
+        if row is not None:
+            yield row
+
+
+def _behind(
+    source: SourceFile | None, route: Route, step: int | None, text: str
+) -> Insertion | None:
+    """A new entry of a collection behind one of its entries, the last one if it is not given."""
+    whole = node_at(source, route)
+    if source is None or whole is None or not whole.values:
+        return None
+    last = step if step is not None else next(reversed(whole.values))
+    before = whole.values[last]
+    if source.text[whole.start] in "[{":
+        return Insertion(source.path, before.end, before.end, f", {text}")
+    begin = _begin(source, whole, last)
+    line = source.line_starts[source.span(Place(source.path, (*route, last))).line - 1]
+    indent = source.text[line:begin]
+    end = _line_end(source, before)
+    dash = "" if last in whole.keys else "- "
+    return Insertion(
+        source.path, end, end, f"{line_break(source.text)}{' ' * len(indent)}{dash}{text}"
+    )
+
+
+def _begin(source: SourceFile, whole: Node, step: str | int) -> int:
+    key = whole.keys.get(step)
+    if key is not None:
+        return key.start
+    return source.text.rindex("-", 0, whole.values[step].start)
+
+
+def _line_end(source: SourceFile, node: Node) -> int:
+    found = [at for at in (source.text.find(c, node.end) for c in "\r\n") if at >= 0]
+    return min(found, default=len(source.text))
+
+
+def _numbered() -> Iterable[str]:
+    return (f"otherwise_{number}" for number in count(2))
+
+
+# What an editor asks of a file or a stretch of it: outline, repairs, layout, calls.
+
+
+def outline(project: Project, path: str) -> list[Entry]:
+    """The definitions of a file, the one inside the other."""
+    view = project.view(path)
+    return contents(view.index, path, view.shift.to_new) if view else []
+
+
+def signature_at(project: Project, path: str, offset: int) -> Signature | None:
+    """The call whose arguments are being written at an offset."""
+    view = project.view(path)
+    return signature(view.index if view else None, project.source(path).text, offset)
+
+
+def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
+    """What can be done about the findings that a stretch of a file touches."""
+    found: dict[Action, None] = {}
+    for analysis in project.analyses():
+        for diagnostic in settled(analysis.diagnostics, analysis.loader.sources):
+            source = analysis.loader.sources.get(path)
+            if source is None or diagnostic.primary.file != path:
+                continue
+            first, last = source.offsets(diagnostic.primary)
+            if first <= end and start <= last:
+                found |= dict.fromkeys(_possible(project, analysis, actions(analysis, diagnostic)))
+    return list(found)
+
+
+def _possible(project: Project, analysis: Analysis, found: Iterator[Action]) -> Iterator[Action]:
+    """Repairs of texts that are still what they were when they were analysed."""
+    for action in found:
+        sources = (analysis.loader.sources.get(change.path) for change in action.changes)
+        if all(s is not None and s.text == project.source(s.path).text for s in sources):
+            yield action
+
+
+def layout(project: Project, path: str) -> str | None:
+    """The text in the canonical layout; None if it has errors or has that layout already."""
+    text = project.source(path).text
+    if not project.is_specification(path) or not read_text(path, text).ok:
+        return None
+    try:
+        new = formatted(text)
+    except LayoutError:
+        return None
+    new = new.replace("\n", line_break(text))
+    return None if new == text else new

@@ -1,0 +1,346 @@
+"""What could stand at the cursor."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from specc.lang import ExprError, ExprErrors, Scope
+from specc.lang.errors import BUILTIN_NAMES, CLOCK_NAMES
+from specc.lang.typing import expression
+from specc.model.types import (
+    SPATIAL_COMPONENTS,
+    VECTOR3_COMPONENTS,
+    Enum,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
+from specc.model.units import UNITS
+from specc.source import Route
+from specc.tools.lsp.cursor import Cursor, cursors
+from specc.tools.lsp.describe import describe_symbol
+from specc.tools.lsp.index import Index
+from specc.tools.lsp.signature import keys_at, values_at
+from specc.tools.lsp.structure import Form, Kind, Role, defined_by, role_of, split
+from specc.tools.lsp.symbols import Symbol, beside, node_at
+
+# What can be written at the end of an unfinished expression or type.
+
+
+_UNIT = re.compile(r"\d\s*\[(?:[^\]]*[*/\s(])?(\w*)$")
+_PEER = re.compile(r"(?<![\w.])x\s*\.\s*(\w*)$")
+_ELEMENT = re.compile(r"(?<![\w.])x\s*\.\s*(\w+)\s*\.\s*(\w*)$")
+_PART = re.compile(r"\.(\w*)$")
+_ASKED = re.compile(r"\b(?:fresh|present)\(\s*(\w*)$")
+_COMPARED = re.compile(r"(?:[=!]=\s*|\bin\s*\{(?:[^{}]*[\s,])?)(\w*)$")
+_NAME = re.compile(r"[^\W\d]?\w*$")
+_HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
+_OPENING = {")": "(", "]": "["}
+
+_CONSTANTS: tuple[Kind, ...] = ("parameter", "constant", "file", "operator", "member")
+_VISIBLE: dict[Form, tuple[Kind, ...]] = {
+    "constant": _CONSTANTS,
+    "argument": _CONSTANTS,
+    "initial": _CONSTANTS,
+    "full": ("memory", "let", *_CONSTANTS),
+}
+TYPE_WORDS = {
+    "bool": "",
+    "int": "",
+    "real": "real[m/s]",
+    "text": "",
+    "file": "",
+    "vector": "vector[6, rad]",
+    "spatial": "spatial[E, kg/s, kg*m**2/s]",
+    "wrench": "wrench[E]",
+    "twist": "twist[E]",
+    "pose": "pose[B, E]",
+    "image": "image[480, 640, 3]",
+    "enum": "enum[open, closed]",
+    "list": "list[pose[B, E]]",
+    "frame": "",
+}
+"""The types of the language, with how those that take something are spelt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A proposal; `word` is what it goes on from, where that is not the word at the cursor."""
+
+    label: str
+    kind: str
+    detail: str = ""
+    words: str = ""
+    word: str | None = None
+
+
+def complete_expression(
+    index: Index, path: str, owner: Route, form: Form, before: str
+) -> Iterator[Item]:
+    """Proposals behind `before`, the beginning of an expression."""
+    inputs = form in ("initial", "full")
+    if found := _UNIT.search(before):
+        yield from (Item(unit, "unit", word=found.group(1)) for unit in UNITS)
+    elif found := _ELEMENT.search(before):
+        if inputs:
+            yield from _elements(index, path, owner, *found.groups())
+    elif found := _PEER.search(before):
+        if inputs:
+            yield from _peers(index, path, owner, found.group(1))
+    elif found := _PART.search(before):
+        value = _postfix(before[: found.start()])
+        type_ = _type_of(index, path, owner, value) if value else None
+        yield from _parts(type_, found.group(1))
+    elif inputs and (found := _ASKED.search(before)):
+        yield _buffers(found.group(1))
+    else:
+        if found := _COMPARED.search(before):
+            value = _postfix(before[: found.start()].rstrip())
+            yield from _members(index, path, owner, value, found.group(1))
+        found = _NAME.search(before)
+        yield from _names(index, path, owner, form, found.group() if found else "")
+
+
+def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
+    """Proposals behind `before`, the beginning of a type or a signature."""
+    head = _HEAD.search(before)
+    name = _NAME.search(before)
+    word = name.group() if name else ""
+    around = head.group(1) if head else ""
+    symbols = list(index.visible(path, ()))
+    if around in ("real", "spatial", "vector"):
+        yield from (Item(unit, "unit", word=word) for unit in UNITS)
+    if around not in ("real", "enum", "image"):
+        frames = around not in ("", "list", "vector")
+        yield from _of_kind(index, symbols, ("frame",) if frames else ("type",), word)
+        if not frames:
+            yield from (
+                Item(label, "type", usage, word=word) for label, usage in TYPE_WORDS.items()
+            )
+
+
+def _elements(index: Index, path: str, owner: Route, peer: str, word: str) -> Iterator[Item]:
+    for symbol in index.visible(path, owner):
+        if symbol.kind == "element" and symbol.qualified.startswith(f"x.{peer}."):
+            yield _item(index, symbol, word)
+
+
+def _peers(index: Index, path: str, owner: Route, word: str) -> Iterator[Item]:
+    inputs = [s.qualified for s in index.visible(path, owner) if s.kind == "element"]
+    peers = [name.split(".")[1] for name in inputs if name.startswith("x.")]
+    yield from (Item(peer, "subsystem", word=word) for peer in dict.fromkeys(peers))
+
+
+def _names(index: Index, path: str, owner: Route, form: Form, word: str) -> Iterator[Item]:
+    yield from _of_kind(index, index.visible(path, owner), _VISIBLE[form], word)
+    yield from (Item(name, "builtin", word=word) for name in BUILTIN_NAMES)
+    if form == "full":
+        yield from (Item(name, "clock", word=word) for name in CLOCK_NAMES)
+    if form in ("full", "initial"):
+        yield _buffers(word)
+
+
+def _buffers(word: str) -> Item:
+    return Item("x", "inputs", "input buffers", word=word)
+
+
+def _members(index: Index, path: str, owner: Route, value: str, word: str) -> Iterator[Item]:
+    """The members that a value can be compared with; all of them if its type is not known yet."""
+    type_ = _type_of(index, path, owner, value) if value else None
+    for symbol in index.visible(path, owner):
+        enum = symbol.qualified.partition(".")[0]
+        fits = not isinstance(type_, Enum) or enum == type_.name
+        if symbol.kind == "member" and fits:
+            yield _item(index, symbol, word)
+
+
+def _of_kind(
+    index: Index, symbols: Iterator[Symbol] | list[Symbol], kinds: tuple[Kind, ...], word: str
+) -> Iterator[Item]:
+    for symbol in symbols:
+        if symbol.kind in kinds:
+            yield _item(index, symbol, word)
+
+
+def _item(index: Index, symbol: Symbol, word: str) -> Item:
+    detail = str(symbol.type) if symbol.type else ""
+    return Item(symbol.name, symbol.kind, detail, describe_symbol(index, symbol), word)
+
+
+def _parts(type_: Type | None, word: str) -> Iterator[Item]:
+    match type_:
+        case Record():
+            for name, inner in type_.fields:
+                yield Item(name, "field", str(inner), word=word)
+        case Spatial() | Vector(6):
+            yield from (Item(name, "component", word=word) for name in SPATIAL_COMPONENTS)
+        case Vector(3):
+            yield from (Item(name, "component", word=word) for name in VECTOR3_COMPONENTS)
+
+
+def _postfix(before: str) -> str:
+    """The value at the end of a text that a dot may follow: names, calls and brackets."""
+    at, open_brackets = len(before), []
+    while at:
+        char = before[at - 1]
+        if char in _OPENING:
+            open_brackets.append(_OPENING[char])
+        elif open_brackets:
+            if char == open_brackets[-1]:
+                open_brackets.pop()
+        elif not (char.isalnum() or char in "_."):
+            break
+        at -= 1
+    return before[at:]
+
+
+def _type_of(index: Index, path: str, owner: Route, text: str) -> Type | None:
+    """The type of a value in the widest scope of a subsystem."""
+    scopes: list[Scope] = [
+        meaning.scope
+        for (file, route), meaning in index.meanings.items()
+        if file == path and route[: len(owner)] == owner
+    ]
+    for scope in sorted(scopes, key=lambda s: len(s.lets) + len(s.memory), reverse=True)[:1]:
+        try:
+            return expression(text, scope).type
+        except (ExprError, ExprErrors):
+            return None
+    return None
+
+
+# What can be written at the cursor: keys, values and names of the structure.
+
+
+_WORD = re.compile(r"[\w.]*$")
+_FIXED = {
+    "initial condition": ("always",),
+    "terminal condition": ("always", "never"),
+    "error condition": ("never",),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Completion:
+    """An item, how many characters before the cursor it replaces, and what follows it."""
+
+    item: Item
+    replaces: int
+    suffix: str = ""
+
+
+def complete(index: Index | None, path: str, text: str, offset: int) -> list[Completion]:
+    """Everything that can be written at an offset of a text, however unfinished that is."""
+    found: dict[tuple[str, str], Completion] = {}
+    for cursor in cursors(text, offset):
+        suffix = ": " if cursor.is_key and not text[offset:].lstrip(" ").startswith(":") else ""
+        for item in _items(index, path, cursor):
+            word = item.word if item.word is not None else _word(cursor.before)
+            found.setdefault((item.label, item.kind), Completion(item, len(word), suffix))
+    return list(found.values())
+
+
+def _word(before: str) -> str:
+    found = _WORD.search(before)
+    return found.group() if found else ""
+
+
+def _items(index: Index | None, path: str, cursor: Cursor) -> Iterator[Item]:
+    if cursor.is_key:
+        if index is not None:
+            taken = set(cursor.siblings)
+            yield from (i for i in _named_keys(index, path, cursor) if i.label not in taken)
+        for key, words in keys_at(cursor.route).items():
+            if key not in cursor.siblings and defined_by((*cursor.route, key)) is None:
+                yield Item(key, "key", "", words)
+        return
+    for value in values_at(cursor.route):
+        yield Item(value, "value")
+    role = role_of(cursor.route)
+    if index is not None and role is not None:
+        yield from _values(index, path, cursor, role)
+
+
+def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Item]:
+    owner = split(cursor.route)[0]
+    if role.form in ("type", "signature"):
+        yield from complete_type(index, path, cursor.before)
+    elif role.form == "name":
+        for word in _FIXED.get(role.kind or "", ()):
+            yield Item(word, "value")
+        yield from _symbols(index, index.visible(path, owner), (role.kind,))
+    elif role.form == "task":
+        yield from _task(index, role)
+    elif role.form != "path":
+        yield from complete_expression(index, path, owner, role.form, cursor.before)
+        if role.form == "argument":
+            yield from _symbols(index, index.visible(path, ()), ("frame",))
+
+
+def _task(index: Index, role: Role) -> Iterator[Item]:
+    names = {
+        "subsystem": index.links.subsystems,
+        "state": index.links.states,
+        "memory": index.links.memory,
+    }
+    for name in names[role.kind or ""]:
+        yield Item(name, role.kind or "")
+
+
+def _symbols(
+    index: Index, symbols: Iterable[Symbol], kinds: tuple[Kind | None, ...]
+) -> Iterator[Item]:
+    for symbol in symbols:
+        if symbol.kind in kinds:
+            words = describe_symbol(index, symbol)
+            yield Item(symbol.name, symbol.kind, str(symbol.type or ""), words)
+
+
+def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
+    """Keys that are names: targets of functions, elements of the other end, parameters."""
+    owner, rest = split(cursor.route)
+    symbols = list(index.visible(path, owner))
+    match rest:
+        case ("functions", _):
+            yield from _symbols(index, symbols, ("memory",))
+            for symbol in symbols:
+                if symbol.kind == "element" and symbol.qualified.startswith("y."):
+                    words = describe_symbol(index, symbol)
+                    yield Item(symbol.qualified, "element", str(symbol.type or ""), words)
+        case ("x" | "y", str(peer)):
+            yield from _far_elements(index, path, (*owner, str(rest[0]), peer))
+        case (*_, "with"):
+            yield from _parameters(index, path, cursor)
+        case ("plant", "bind"):
+            yield from _device_elements(index)
+
+
+def _far_elements(index: Index, path: str, route: tuple[str | int, ...]) -> Iterator[Item]:
+    """Elements that the other end of a connection has."""
+    far = index.links.peers.get((path, route))
+    direction = "y" if route[-2] == "x" else "x"
+    file = index.files.get(far[0]) if far else None
+    for symbol in file.inside.get(far[1], {}).values() if file and far else ():
+        same_side = symbol.qualified.startswith(f"{route[-2]}.")
+        device = symbol.qualified.count(".") == 1
+        if symbol.kind == "element" and (device or not same_side):
+            if device and not symbol.qualified.startswith(f"{direction}."):
+                continue
+            yield Item(symbol.name, "element", str(symbol.type or ""))
+
+
+def _parameters(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
+    user = node_at(index.sources.get(path), cursor.route[:-1])
+    used = user.values.get("use") if user else None
+    file = index.files.get(beside(path, used.scalar)) if used and used.scalar else None
+    yield from _symbols(index, file.top.values() if file else (), ("parameter",))
+
+
+def _device_elements(index: Index) -> Iterator[Item]:
+    for device in index.system.devices if index.system else ():
+        for element in (*device.x, *device.y):
+            name = f"{device.qualified_name}.{element.name}"
+            yield Item(name, "element", str(element.type), element.title)

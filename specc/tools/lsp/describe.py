@@ -1,0 +1,300 @@
+"""Hovers and the outline of a file."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from specc.diagnostics.code import all_codes
+from specc.model.expr import Expr, Number
+from specc.model.trace import Trace
+from specc.model.types import (
+    Image,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Spatial,
+    Type,
+    Vector,
+)
+from specc.resolve.context import Meaning
+from specc.source import Node, Place, Route
+from specc.tools.lsp.index import Index
+from specc.tools.lsp.structure import Kind, split
+from specc.tools.lsp.symbols import Symbol, node_at, values
+
+# What a hover says of a symbol and of a part of an expression; the text is Markdown.
+
+
+_LONGEST = 160
+
+
+def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> str:
+    """Kind, name, type, title, equation and what the symbol stands for."""
+    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    shown = type_ or symbol.type
+    head = f"**{symbol.kind}** `{symbol.name}{_typed(symbol, node, shown)}`"
+    title = title_of(symbol, node)
+    body = [f"`{_short(line)}`" for line in _meaning(symbol, node)]
+    facts = [*_ends(symbol), *type_words(shown, _frames(index))]
+    paragraphs = [head, _sentence(title, trace_of(node)), "  \n".join(body), "  \n".join(facts)]
+    return "\n\n".join(filter(None, paragraphs))
+
+
+def describe_part(index: Index, meaning: Meaning, part: Expr) -> str:
+    """Text, type, unit and frames of a part of an expression, and what it is part of."""
+    text = " ".join(meaning.text[part.span[0] : part.span[1]].split())
+    value = f" = {part.value:g}" if isinstance(part, Number) else ""
+    head = f"`{_short(text)}`: `{part.type}`{value}"
+    facts = "  \n".join(type_words(part.type, _frames(index)))
+    return "\n\n".join(filter(None, [head, facts, _around(index, meaning)]))
+
+
+def title_of(symbol: Symbol, node: Node | None) -> str:
+    """The words that the specification has for a symbol."""
+    if node is None:
+        return ""
+    if symbol.kind == "frame":
+        return node.scalar or ""
+    title = node.values.get("title")
+    return title.scalar or "" if title else ""
+
+
+def trace_of(node: Node | None) -> str:
+    """`eq. 5`, `Table 3`, as far as the specification says it."""
+    if node is None:
+        return ""
+    return str(Trace(*(_numbers(node.values.get(key)) for key in ("eq", "table", "fig"))))
+
+
+def type_words(type_: Type | None, frames: Mapping[str, str]) -> list[str]:
+    """A type in words: unit, axes, which pose in which frame."""
+
+    def named(frame: str) -> str:
+        name = frame.lstrip("?")
+        return f"{name} ({frames[name]})" if frames.get(name) else name
+
+    match type_:
+        case Pose(parent, child):
+            return [f"pose of {named(child)} in {named(parent)}"]
+        case Spatial(frame, linear, angular):
+            return [f"in the axes of {named(frame)}; units {linear} and {angular}"]
+        case Real(unit) | Vector(_, Real(unit)) if str(unit) != "1":
+            return [f"unit {unit}"]
+        case Real() | Vector(_, Real()):
+            return ["dimensionless"]
+        case Image(_, _, 1):
+            return ["a depth map, unit m"]
+        case ListOf(element):
+            return [f"each: {words}" for words in type_words(element, frames)]
+        case OptionalOf(value) | PartialOf(value):
+            less = "or None" if isinstance(type_, OptionalOf) else "or without some components"
+            return [less, *type_words(value, frames)]
+    return []
+
+
+def owner_name(owner: Route, file: str) -> str:
+    """`irp.m` for the subsystem at a route; the name of the file if it is described there."""
+    if len(owner) < 3:
+        return os.path.basename(file)
+    agent = str(owner[1]) if owner[0] == "agents" else os.path.basename(file)
+    if owner[-1] == "control":
+        return f"{agent}.c"
+    letter = {"real_effectors": "E.", "real_receptors": "R."}.get(str(owner[-2]), "")
+    return f"{agent}.{letter}{owner[-1]}"
+
+
+def _typed(symbol: Symbol, node: Node | None, type_: Type | None) -> str:
+    declared = node.values.get("type") if node else None
+    text = declared.scalar if declared else ""
+    if node is not None and node.scalar and symbol.kind in ("element", "field", "parameter"):
+        text = node.scalar
+    if text and type_ is not None and str(type_) != text:
+        return f": {text} = {type_}"
+    return f": {text or type_}" if text or type_ else ""
+
+
+def _meaning(symbol: Symbol, node: Node | None) -> Iterator[str]:
+    """The lines of the definition that matter."""
+    if node is None:
+        return
+    match symbol.kind:
+        case "let" | "constant" | "type" | "file" | "operator":
+            keys: tuple[str, ...] = ("is", "type", "signature", "python")
+        case "memory" | "element":
+            keys = ("init",)
+        case "initial condition" | "terminal condition" | "error condition":
+            keys = ("when",)
+        case "behaviour":
+            keys = ("functions", "terminal", "error")
+        case "function":
+            keys = tuple(str(key) for key in node.values if key not in ("title", "eq", "fig"))
+        case "state":
+            keys = ("behaviour",)
+        case _:
+            return
+    if node.scalar is not None:
+        yield node.scalar
+    for key in keys:
+        if key in node.values:
+            label = "" if key in ("is", "when", "type", "signature") else f"{key}: "
+            yield label + _written(node.values[key])
+
+
+def _written(node: Node) -> str:
+    if node.scalar is not None:
+        return node.scalar
+    if "is" in node.values:
+        return _written(node.values["is"])
+    return ", ".join(_written(item) for item in node.values.values())
+
+
+def _ends(symbol: Symbol) -> list[str]:
+    """Who sends an element to whom: subsystems and devices send what is in their y."""
+    ends: dict[str, list[str]] = {"y": [], "x": []}
+    for end in symbol.ends:
+        ends[end.qualified[0]].append(owner_name(end.owner, end.place.file))
+    if not (ends["x"] and ends["y"]):
+        return []
+    return [f"from {', '.join(ends['y'])} to {', '.join(ends['x'])}"]
+
+
+def _around(index: Index, meaning: Meaning) -> str:
+    """The symbol whose definition holds an expression."""
+    route = meaning.where.route
+    file = index.files.get(meaning.where.file)
+    for size in range(len(route), 0, -1):
+        symbol = file.by_route.get(route[:size]) if file else None
+        if symbol is not None:
+            node = node_at(index.sources.get(meaning.where.file), route[:size])
+            inner = node_at(index.sources.get(meaning.where.file), route[: size + 1])
+            trace = trace_of(inner) or trace_of(node)
+            return f"in {symbol.kind} `{symbol.name}`" + (f", {trace}" if trace else "")
+    return ""
+
+
+def _frames(index: Index) -> dict[str, str]:
+    return dict(index.system.frames) if index.system else {}
+
+
+def _numbers(node: Node | None) -> tuple[int, ...]:
+    if node is None:
+        return ()
+    texts = [node.scalar] if node.scalar else [item.scalar for item in node.values.values()]
+    return tuple(int(text) for text in texts if text and text.isdecimal())
+
+
+def _sentence(title: str, trace: str) -> str:
+    return f"{title} ({trace})" if title and trace else title or trace
+
+
+def _short(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + "..."
+
+
+# What a hover says where no symbol stands: causes in rows, codes in comments.
+
+
+_CODE = re.compile(r"\b[EWO]\d{4}\b")
+
+
+def code_at(text: str, offset: int) -> tuple[str, int, int] | None:
+    """The title of the code at an offset of a text that is no value, and where it stands."""
+    start = max(text.rfind("\n", 0, offset), text.rfind("\r", 0, offset)) + 1
+    for found in _CODE.finditer(text, start, offset + 5):
+        entry = all_codes().get(found.group())
+        if entry is not None and found.start() <= offset <= found.end():
+            words = f"**{entry.id}**: {entry.title}\n\n`specc explain {entry.id}` says more."
+            return words, *found.span()
+    return None
+
+
+def cause_at(index: Index, path: str, offset: int) -> tuple[str, int, int] | None:
+    """What ends the behaviour of the state of a row by the cause at an offset."""
+    source = index.sources.get(path)
+    top = source.spans if source else None
+    for route, _, node in values(top) if top else ():
+        if node.start <= offset <= node.end and node.scalar in ("terminal", "error"):
+            words = _ending(top, route, node.scalar)
+            if words:
+                return words, node.start, node.end
+    return None
+
+
+def _ending(top: Node | None, route: Route, cause: str) -> str:
+    owner, rest = split(route)
+    if len(rest) != 3 or rest[0] != "transitions" or rest[2] not in (1, "cause") or top is None:
+        return ""
+    subsystem = top
+    for step in owner:
+        subsystem = subsystem.values[step]
+    row = subsystem.values["transitions"].values[rest[1]]
+    state = row.values.get("from") or row.values.get(0)
+    states, behaviours = subsystem.values.get("states"), subsystem.values.get("behaviours")
+    chosen = states.values.get(state.scalar or "") if states and state else None
+    name = (chosen.scalar or _scalar(chosen, "behaviour")) if chosen else ""
+    behaviour = behaviours.values.get(name) if behaviours else None
+    if behaviour is None or state is None:
+        return ""
+    condition = _scalar(behaviour, cause) or "never"
+    return (
+        f"behaviour `{name}` of state `{state.scalar}` has ended by its {cause} condition "
+        f"`{condition}`"
+    )
+
+
+def _scalar(node: Node, key: str) -> str:
+    below = node.values.get(key)
+    return (below.scalar or "") if below else ""
+
+
+# The outline of a file: what it defines, the one inside the other.
+
+
+_INSIDE: frozenset[Kind] = frozenset(("field", "variable"))
+
+
+@dataclass(slots=True)
+class Entry:
+    """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
+
+    kind: Kind
+    name: str
+    title: str
+    start: int
+    end: int
+    name_start: int
+    name_end: int
+    inside: list[Entry] = field(default_factory=list)
+
+
+def contents(index: Index, path: str, moved: Callable[[int], int | None]) -> list[Entry]:
+    """The definitions of a file, in its order; `moved` gives offsets in the present text."""
+    file = index.files.get(path)
+    source = index.sources.get(path)
+    top: list[Entry] = []
+    known: dict[Route, Entry] = {}
+    for route, symbol in file.by_route.items() if file and source else ():
+        node = node_at(source, route)
+        if node is None:
+            continue
+        name = index.offsets(Place(path, route, "key"))
+        offsets = [moved(at) for at in (name[0], max(name[1], node.end), *name)]
+        if None in offsets:
+            continue
+        shown = "control" if route[-1] == "control" else symbol.qualified or symbol.name
+        shown = symbol.name if symbol.kind in _INSIDE else shown
+        start, end, name_start, name_end = (at or 0 for at in offsets)
+        title = title_of(symbol, node)
+        entry = Entry(symbol.kind, shown, title, start, end, name_start, name_end)
+        around = next(
+            (known[route[:n]] for n in range(len(route) - 1, 0, -1) if route[:n] in known), None
+        )
+        (around.inside if around else top).append(entry)
+        known[route] = entry
+    return top

@@ -1,0 +1,173 @@
+"""The index of symbols of a specification: where each is defined and where it is named.
+
+It is made from the texts, and from what the compiler took their expressions for, as far as it got.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from specc.model.expr import Expr, walk
+from specc.model.system import System
+from specc.resolve.context import Meaning
+from specc.source import Place, Route, SourceFile, Sources
+from specc.tools.lsp.references import Links, Reference, links_of, references_of
+from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at
+
+_DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """A stretch of a file, in offsets, that names a symbol."""
+
+    start: int
+    end: int
+    symbol: Symbol
+    reference: Reference
+
+
+@dataclass(frozen=True)
+class Index:
+    """The files and all that is known of them. `meanings` are by file and route."""
+
+    sources: Sources
+    system: System | None
+    meanings: Mapping[Key, Meaning]
+    files: Mapping[str, FileSymbols]
+    links: Links
+    _occurrences: dict[str, tuple[Occurrence, ...]] = field(default_factory=dict)
+
+    def text(self, path: str) -> str:
+        """The text of a file as it was indexed; empty for a file that was not."""
+        source = self.sources.get(path)
+        return source.text if source else ""
+
+    def offsets(self, place: Place) -> tuple[int, int]:
+        """Where a place is in the text of its file."""
+        source = self.sources.get(place.file)
+        return source.offsets(place) if source else (0, 0)
+
+    def occurrences(self, path: str) -> tuple[Occurrence, ...]:
+        """All names of symbols in a file, in no particular order."""
+        source = self.sources.get(path)
+        if source is None:
+            return ()
+        if path not in self._occurrences:
+            found = references_of(source, self.files, self.meanings, self.links)
+            self._occurrences[path] = tuple(
+                Occurrence(*source.offsets(reference.place), reference.symbol, reference)
+                for reference in found
+            )
+        return self._occurrences[path]
+
+    def at(self, path: str, offset: int) -> Occurrence | None:
+        """The name at a place; the place behind its last character counts too."""
+        found = [o for o in self.occurrences(path) if o.start <= offset <= o.end]
+        return min(found, key=lambda o: (o.end - o.start, o.end == offset), default=None)
+
+    def references(self, symbol: Symbol) -> Iterator[tuple[str, Occurrence]]:
+        """Every place, in any file, that defines or names a symbol or another end of it."""
+        yield from self.naming(symbol.declarations)
+
+    def naming(self, symbols: Iterable[Symbol]) -> Iterator[tuple[str, Occurrence]]:
+        """Every place, in any file, that defines or names one of some symbols."""
+        wanted = set(symbols)
+        for source in self.sources:
+            for occurrence in self.occurrences(source.path):
+                if occurrence.symbol in wanted:
+                    yield source.path, occurrence
+
+    def twin(self, symbol: Symbol) -> Symbol | None:
+        """The symbol that is defined here where one of another index is defined there."""
+        file = self.files.get(symbol.place.file)
+        found = file.by_route.get(symbol.place.route) if file else None
+        if found is None and file is not None:
+            found = file.top.get((symbol.kind, symbol.qualified))
+        return found if found is not None and found.kind == symbol.kind else None
+
+    def visible(self, path: str, owner: Route) -> Iterator[Symbol]:
+        """The symbols that a text in a subsystem of a file may name."""
+        yield from in_force(self.files, path, owner)
+
+    def part_at(self, path: str, offset: int) -> tuple[Meaning, Expr] | None:
+        """The smallest part of a typed expression at a place, with the whole of it."""
+        source = self.sources.get(path)
+        if source is None:
+            return None
+        for meaning in self._by_file.get(path, ()):
+            start, end = source.offsets(meaning.where.place)
+            if start <= offset <= end and meaning.expr is not None:
+                return meaning, _smallest(self, meaning, meaning.expr, offset)
+        return None
+
+    @cached_property
+    def _by_file(self) -> dict[str, list[Meaning]]:
+        found: dict[str, list[Meaning]] = {}
+        for (path, _), meaning in self.meanings.items():
+            found.setdefault(path, []).append(meaning)
+        return found
+
+
+def build_index(sources: Sources, system: System | None, meanings: Iterable[Meaning]) -> Index:
+    """The index of some files, as far as they could be understood."""
+    files = {source.path: collect(source) for source in sources}
+    links = links_of(system)
+    _attach(files, links)
+    for source in sources:
+        _tie(files[source.path], source)
+    return Index(sources, system, _by_place(meanings), files, links)
+
+
+def _by_place(meanings: Iterable[Meaning]) -> dict[Key, Meaning]:
+    """One meaning a text: of a reused description the first that has no error."""
+    found: dict[Key, Meaning] = {}
+    for meaning in meanings:
+        key = meaning.where.file, meaning.where.route
+        if key not in found or found[key].expr is None:
+            found[key] = meaning
+    return found
+
+
+def _attach(files: Mapping[str, FileSymbols], links: Links) -> None:
+    """Give symbols their types, and elements the other ends of their connections."""
+    for key, type_ in links.types.items():
+        if symbol := symbol_at(files, key):
+            symbol.type = type_
+    for one, other in links.ends:
+        a, b = symbol_at(files, one), symbol_at(files, other)
+        if a and b:
+            joined = tuple(dict.fromkeys((*a.declarations, *b.declarations)))
+            for end in joined:
+                end.ends = joined
+
+
+def _tie(file: FileSymbols, source: SourceFile) -> None:
+    """A virtual effector or receptor without `uses` works with the device of its own name."""
+    for route, symbol in file.by_route.items():
+        group = (
+            _DEVICES.get(str(route[-2])) if symbol.kind == "subsystem" and len(route) > 2 else None
+        )
+        device = file.by_route.get((*route[:-2], group, route[-1])) if group else None
+        node = node_at(source, route)
+        if device is not None and node is not None and "uses" not in node.values:
+            symbol.tied, device.tied = (device,), (symbol,)
+
+
+def symbol_at(files: Mapping[str, FileSymbols], key: Key) -> Symbol | None:
+    """The symbol that is defined at a place."""
+    file = files.get(key[0])
+    return file.by_route.get(key[1]) if file else None
+
+
+def _smallest(index: Index, meaning: Meaning, expr: Expr, offset: int) -> Expr:
+    best, size = expr, len(meaning.text) + 1
+    for node in walk(expr):
+        first, last = node.span
+        where = meaning.where
+        start, end = index.offsets(Place(where.file, where.route, "value", first, last))
+        if start <= offset <= end and last - first < size:
+            best, size = node, last - first
+    return best

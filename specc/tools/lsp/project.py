@@ -1,0 +1,344 @@
+"""Specifications under an editor's folder: checked, kept, forgotten."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from specc.diagnostics import Diagnostic, Edit
+from specc.model.system import System
+from specc.pipeline import check_spec
+from specc.policy import judge, reach_of, settings_for
+from specc.read import Document, Reach, claims_to_be_one, read_file, read_text
+from specc.resolve import Findings
+from specc.resolve.loader import Loader
+from specc.source import Place, SourceFile, Sources, real_path
+from specc.tools.lsp.index import Index, build_index
+from specc.tools.lsp.mending import Shift, mended, shift
+
+# What is certainly wrong in a text with errors that keep it from being read as a whole.
+#
+# It is found in the mended text. What only follows from what is missing there is not told: that
+# would go away with the error.
+
+
+_OF_TEXTS = ("E02", "E03", "O02")
+"""Names and types: wrong whatever the missing parts say, unless these declare the name."""
+_WORD = re.compile(r"\w+")
+_DEFINED = re.compile(r"[\w.]+(?=[\"']?\s*:)|(?m:^[ -]*[\w.]+)|enum\[[^\]\n]*")
+_KEYS = frozenset(("enum", "is", "type", "when", "title", "init", "error", "terminal"))
+"""Words of the language that messages use as well."""
+
+
+def certain(
+    found: Iterable[Diagnostic],
+    mended: Sources,
+    present: Sources,
+    earlier: Iterable[Diagnostic],
+) -> Iterator[Diagnostic]:
+    """Of what was found in mended texts, what is said of the present ones, at offsets in them.
+
+    What an earlier analysis of the whole has said is told again.
+    """
+    known = {(diagnostic.code, diagnostic.message) for diagnostic in earlier}
+    missing = {word for source in mended for word in _missing(source.text, present, source.path)}
+    for diagnostic in found:
+        names = set(_WORD.findall(diagnostic.message))
+        of_text = diagnostic.code.startswith(_OF_TEXTS) and not names & missing
+        if of_text or (diagnostic.code, diagnostic.message) in known:
+            yield _by_offsets(diagnostic, mended)
+
+
+def _missing(mended: str, present: Sources, path: str) -> Iterator[str]:
+    """The names that a text defines where it was overwritten: keys, what begins a line, members."""
+    source = present.get(path)
+    if source is None or source.text == mended or len(source.text) != len(mended):
+        return
+    for name in _DEFINED.finditer(source.text):
+        if mended[name.end() - 1] == " ":
+            yield from (word for word in _WORD.findall(name.group()) if word not in _KEYS)
+
+
+def _by_offsets(diagnostic: Diagnostic, sources: Sources) -> Diagnostic:
+    """A diagnostic whose places hold without the tree of the mended text."""
+
+    def fixed(place: Place) -> Place:
+        source = sources.get(place.file)
+        return Place(place.file, (), "text", *source.offsets(place)) if source else place
+
+    fix = diagnostic.fix
+    return replace(
+        diagnostic,
+        primary=fixed(diagnostic.primary),
+        related=tuple(replace(r, place=fixed(r.place)) for r in diagnostic.related),
+        fix=fix and replace(fix, edits=tuple(Edit(fixed(e.place), e.text) for e in fix.edits)),
+    )
+
+
+# The specifications that an editor works on: their texts, saved or not, and what they mean.
+
+
+_SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
+_SUFFIXES = (".yaml", ".yml")
+_MOST_FILES = 2000
+_LITTLE = 200
+"""Characters; after a change of no more than them an earlier analysis says what matters."""
+Read = Callable[[str, tuple[str, ...]], Document]
+
+
+@dataclass
+class Analysis:
+    """What was found about one file, `root`, and all that it uses."""
+
+    root: str
+    loader: Loader
+    system: System | None
+    diagnostics: tuple[Diagnostic, ...]
+    is_system: bool = True
+    """Whether the file describes a system; any other was looked at by itself."""
+    proofs: Any = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether every file has its shape, so that all of it took part."""
+        return self.loader.complete
+
+    @cached_property
+    def index(self) -> Index:
+        """The symbols; made when somebody asks for them."""
+        return build_index(self.loader.sources, self.system, self.loader.findings.meanings)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The latest understood state of a file beside its present text."""
+
+    index: Index
+    source: SourceFile
+    shift: Shift
+
+
+@dataclass
+class Project:
+    """Open texts, and an analysis for each system (or file that no system uses) among them."""
+
+    folders: tuple[str, ...] = ()
+    _open: dict[str, SourceFile] = field(default_factory=dict)
+    _documents: dict[str, tuple[object, Document]] = field(default_factory=dict)
+    _current: dict[str, Analysis] = field(default_factory=dict)
+    _understood: dict[str, Analysis] = field(default_factory=dict)
+    _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
+
+    def put(self, path: str, text: str) -> None:
+        """Take the text of an open file, saved or not."""
+        self._open[path] = SourceFile(path, text)
+
+    def close(self, path: str) -> None:
+        """Go back to what is on the disk."""
+        self._open.pop(path, None)
+        for root in list(self._current):
+            self._forget(root)
+
+    def is_open(self, path: str) -> bool:
+        """Whether the editor has the file open."""
+        return path in self._open
+
+    def source(self, path: str) -> SourceFile:
+        """The present text of a file; empty if it cannot be read."""
+        return self._open.get(path) or self._read(path, ()).source
+
+    def is_specification(self, path: str) -> bool:
+        """Whether a text claims to be one: other YAML files are none of our business."""
+        return claims_to_be_one(self.source(path).text)
+
+    def is_used(self, path: str) -> bool:
+        """Whether a known system reads the file, or looked for it in vain."""
+        return any(root != path for root in self._using(path))
+
+    def forget_deleted(self, path: str) -> None:
+        """Drop what is known of a system whose file is gone and not open."""
+        if path in self._current and path not in self._open and not os.path.exists(path):
+            self._current.pop(path)
+            self._understood.pop(path, None)
+            self._mended.pop(path, None)
+
+    def roots(self, path: str, search: bool = False) -> list[str]:
+        """The systems that a file belongs to, or itself; `search` looks on the disk too."""
+        if _SYSTEM.search(self.source(path).text):
+            return [path, *(root for root in self._using(path) if root != path)]
+        found = list(self._using(path))
+        if not found and search:
+            for candidate in self._systems(os.path.basename(path)):
+                self.analyse(candidate)
+            found = list(self._using(path))
+            for root in set(self._current) - set(found):
+                self._forget(root)
+        if found:
+            self._current.pop(path, None)
+        return found or [path]
+
+    def analyse(self, root: str) -> Analysis:
+        """Compile a system, or look at a file that is none by itself."""
+        analysis = self._analysed(root, self._read)
+        self._current[root] = analysis
+        if analysis.complete:
+            self._understood[root] = analysis
+        else:
+            analysis.diagnostics += tuple(self._certain(root, analysis))
+        return analysis
+
+    def _certain(self, root: str, analysis: Analysis) -> Iterator[Diagnostic]:
+        """What is wrong beside the errors that keep a text from being read."""
+        best = self._without_errors(root, analysis)
+        if best.complete:
+            known = self._understood.get(root)
+            earlier = known.diagnostics if known else ()
+            sources = best.loader.sources
+            yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
+
+    def _analysed(self, root: str, read: Read) -> Analysis:
+        loader = Loader(Findings(), read, reach=self._reach(root))
+        result = check_spec(root, loader)
+        settings = settings_for(os.path.dirname(root)).settings
+        judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
+        return Analysis(
+            root, loader, result.system, judged.diagnostics, not result.is_part, result.proofs
+        )
+
+    def _reach(self, root: str) -> Reach:
+        """What a file may name: besides its project, what is open in the editor, and folders."""
+        return Reach((*reach_of(root).folders, *map(real_path, (*self.folders, *self._open))))
+
+    def compare(self, texts: Mapping[str, str]) -> tuple[list[Diagnostic], list[Diagnostic]]:
+        """What is wrong with the specifications that read some files, now and with other texts."""
+        other = Project(self.folders, {**self._open}, {**self._documents})
+        for changed, text in texts.items():
+            other.put(changed, text)
+        roots = [analysis.root for analysis in self._readers(texts)]
+        before = [d for root in roots for d in self._analysed(root, self._read).diagnostics]
+        after = [d for root in roots for d in other.analyse(root).diagnostics]
+        return before, after
+
+    def indexes(self, paths: Iterable[str]) -> list[Index]:
+        """The symbols of all systems that read one of some files, whether they are open or not."""
+        return [analysis.index for analysis in self._readers(paths)]
+
+    def _readers(self, paths: Iterable[str]) -> list[Analysis]:
+        """The analyses that one of some files is part of; systems are looked for on the disk."""
+        wanted = list(paths)
+        found = dict(self._current)
+        for name in {os.path.basename(path) for path in wanted}:
+            for root in self._systems(name):
+                if root not in found:
+                    found[root] = self._analysed(root, self._read)
+        best = [(self._best(root) or analysis) for root, analysis in found.items()]
+        return [a for a in best if any(a.loader.sources.get(path) for path in wanted)]
+
+    def analyses(self) -> Iterable[Analysis]:
+        """All present analyses."""
+        return self._current.values()
+
+    def view(self, path: str) -> View | None:
+        """What is known of a file; None if it was never part of an analysis."""
+        for root in (path, *self._current):
+            analysis = self._best(root)
+            known = analysis.loader.sources.get(path) if analysis else None
+            if analysis is not None and known is not None:
+                source = self.source(path)
+                return View(analysis.index, source, shift(known.text, source.text))
+        return None
+
+    def _best(self, root: str) -> Analysis | None:
+        """The analysis that says most: of texts with errors, an earlier or a mended one."""
+        current = self._current.get(root)
+        if current is None or current.complete:
+            return current
+        earlier = self._understood.get(root)
+        if earlier is not None and self._differs(earlier) <= _LITTLE:
+            return earlier
+        best = self._without_errors(root, current)
+        return best if best.complete else earlier or current
+
+    def _without_errors(self, root: str, current: Analysis) -> Analysis:
+        """The analysis of mended texts; made once for each of the present ones."""
+        known = self._mended.get(root)
+        if known is None or known[0] is not current:
+            known = self._mended[root] = (current, self._analysed(root, self._read_mended))
+        return known[1]
+
+    def _differs(self, earlier: Analysis) -> int:
+        """The most characters of a file that lie in the stretch that has changed since."""
+        return max(
+            (
+                shift(known.text, self.source(known.path).text).size
+                for known in earlier.loader.sources
+            ),
+            default=0,
+        )
+
+    def _read_mended(self, path: str, row_keys: tuple[str, ...]) -> Document:
+        document = self._read(path, row_keys)
+        text = document.source.text
+        return (mended(path, text) if text else None) or document
+
+    def _using(self, path: str) -> Iterator[str]:
+        """Systems that are known to read a file."""
+        for root, analysis in list(self._current.items()):
+            best = analysis if analysis.complete else self._understood.get(root, analysis)
+            if (
+                best.is_system
+                and best.system is not None
+                and best.loader.sources.get(path) is not None
+            ):
+                yield root
+
+    def _forget(self, root: str) -> None:
+        """Drop an analysis that no open file takes part in."""
+        if root not in self._open and not any(
+            self._current[root].loader.sources.get(path) for path in self._open
+        ):
+            self._current.pop(root, None)
+            self._understood.pop(root, None)
+            self._mended.pop(root, None)
+
+    def _systems(self, named: str) -> Iterator[str]:
+        """Files of systems, in the folders of the editor, that speak of a file by its name."""
+        for path in _yaml_files(self.folders):
+            text = self.source(path).text
+            if named in text and _SYSTEM.search(text):
+                yield path
+
+    def _read(self, path: str, row_keys: tuple[str, ...]) -> Document:
+        """The document of an open text, else of the file; each is read once."""
+        opened = self._open.get(path)
+        stamp: object = (opened.text, row_keys) if opened else (_stamp(path), row_keys)
+        known = self._documents.get(path)
+        if known is None or known[0] != stamp:
+            read = read_text(path, opened.text, row_keys) if opened else read_file(path, row_keys)
+            known = self._documents[path] = (stamp, read)
+        return known[1]
+
+
+def _stamp(path: str) -> object:
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def _yaml_files(folders: Iterable[str]) -> Iterator[str]:
+    seen = 0
+    for folder in folders:
+        for directory, below, names in os.walk(folder):
+            below[:] = [name for name in below if not name.startswith((".", "node_modules"))]
+            for name in sorted(names):
+                if name.endswith(_SUFFIXES):
+                    seen += 1
+                    if seen > _MOST_FILES:
+                        return
+                    yield os.path.join(directory, name)

@@ -1,0 +1,369 @@
+"""Where symbols are referred to, across files and in Python."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+
+from specc.model.system import Device, Element, Subsystem, System
+from specc.model.types import Enum, Type
+from specc.resolve.context import Meaning
+from specc.source import Node, Place, Route, SourceFile
+from specc.tools.lsp.structure import (
+    TRACE_KEYS,
+    Kind,
+    Mention,
+    Role,
+    guesses,
+    mentions,
+    role_of,
+    signature_mentions,
+    split,
+    type_mentions,
+)
+from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, beside, in_force, lookup, values
+
+# Which names of a specification Python code relies on.
+
+
+def enums_in_python(system: System) -> dict[str, str]:
+    """Enums that reach Python code, which knows their members by name, each with that code."""
+    found: dict[str, str] = {}
+    for type_, code in _crossing(system):
+        for enum in _enums(type_):
+            found.setdefault(enum.name, code)
+    return found
+
+
+def _crossing(system: System) -> Iterator[tuple[Type, str]]:
+    """Types of what goes to operators and to the functions of the plant, or comes from them."""
+    for operator in system.operators:
+        for type_ in (operator.result, *(type_ for _, type_ in operator.parameters)):
+            yield type_, f"operator `{operator.name}`"
+    for device in system.devices:
+        for element in (*device.x, *device.y):
+            yield element.type, f"the plant, by `{device.qualified_name}.{element.name}`"
+    watched = system.task.watch if system.task else ()
+    for subsystem in system.subsystems:
+        for memory in subsystem.memory:
+            if memory.name in watched:
+                yield memory.type, "the judge of the task"
+
+
+def _enums(part: object) -> Iterator[Enum]:
+    """The enums in a type, which is made of other types and of tuples of them."""
+    if isinstance(part, Enum):
+        yield part
+    elif isinstance(part, tuple):
+        for item in part:
+            yield from _enums(item)
+    elif is_dataclass(part):
+        for field in fields(part):
+            yield from _enums(getattr(part, field.name))
+
+
+# What the model adds to the text: types of symbols, the ends of connections, peers, the task.
+
+
+@dataclass(slots=True)
+class Links:
+    """Definitions are named by file and route, so that they outlive the model."""
+
+    types: dict[Key, Type] = field(default_factory=dict)
+    ends: list[tuple[Key, Key]] = field(default_factory=list)
+    peers: dict[Key, Key] = field(default_factory=dict)
+    """Key of a buffer (owner, direction, peer) -> subsystem or device at the other end."""
+    named: dict[Key, Key] = field(default_factory=dict)
+    """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
+    agents: dict[str, Key] = field(default_factory=dict)
+    bindings: dict[Key, Key] = field(default_factory=dict)
+    subsystems: dict[str, Key] = field(default_factory=dict)
+    states: dict[str, Key] = field(default_factory=dict)
+    """States of the subsystem that the task counts; so with its memory."""
+    memory: dict[str, Key] = field(default_factory=dict)
+    in_python: dict[str, str] = field(default_factory=dict)
+    """Enums whose members Python code knows by their names -> the code."""
+
+
+def links_of(system: System | None) -> Links:
+    """The links of a system; none where there is no system."""
+    links = Links()
+    if system is None:
+        return links
+    for constant in system.constants:
+        links.types[key_of(constant.place)] = constant.value.type
+    links.agents = {agent.name: key_of(agent.place) for agent in system.agents}
+    links.in_python = enums_in_python(system)
+    parts: dict[str, Subsystem | Device] = {s.qualified_name: s for s in system.subsystems}
+    links.subsystems = {name: key_of(part.place) for name, part in parts.items()}
+    parts |= {d.qualified_name: d for d in system.devices}
+    for subsystem in system.subsystems:
+        _types(links, subsystem)
+        _connections(links, subsystem, parts)
+    _bindings(links, system, parts)
+    _task(links, system)
+    return links
+
+
+def key_of(place: Place) -> Key:
+    """What a definition is known by."""
+    return place.file, place.route
+
+
+def _types(links: Links, subsystem: Subsystem) -> None:
+    for memory in subsystem.memory:
+        links.types[key_of(memory.place)] = memory.type
+    for let in subsystem.lets:
+        links.types[key_of(let.place)] = let.value.type
+    for port in subsystem.ports:
+        for element in port.elements:
+            links.types[key_of(element.place)] = element.type
+
+
+def _connections(links: Links, subsystem: Subsystem, parts: dict[str, Subsystem | Device]) -> None:
+    for port in subsystem.ports:
+        other = parts.get(port.other_end)
+        if other is None:
+            continue
+        links.peers.setdefault(key_of(port.place), key_of(other.place))
+        agent = links.agents.get(other.agent) if other.agent != subsystem.agent else None
+        links.named.setdefault(key_of(port.place), agent or key_of(other.place))
+        far = {e.name: e for e in _elements(other, subsystem.qualified_name, port.direction)}
+        for element in port.elements:
+            if element.name in far:
+                links.ends.append((key_of(element.place), key_of(far[element.name].place)))
+
+
+def _elements(other: Subsystem | Device, name: str, direction: str) -> Iterator[Element]:
+    """The elements at the far end of a port: a device reports in y what is read in x."""
+    if isinstance(other, Device):
+        yield from other.y if direction == "x" else other.x
+        return
+    for port in other.ports:
+        if port.other_end == name and port.direction != direction:
+            yield from port.elements
+
+
+def _bindings(links: Links, system: System, parts: dict[str, Subsystem | Device]) -> None:
+    for binding in system.plant.bindings if system.plant else ():
+        device = parts.get(binding.device)
+        for element in (*device.x, *device.y) if isinstance(device, Device) else ():
+            if element.name == binding.element:
+                links.types[key_of(element.place)] = element.type
+                links.bindings[key_of(binding.place)] = key_of(element.place)
+
+
+def _task(links: Links, system: System) -> None:
+    for subsystem in system.subsystems:
+        if system.task is not None and subsystem.qualified_name == system.task.subsystem:
+            links.states = {s.name: key_of(s.place) for s in subsystem.states}
+            links.memory = {m.name: key_of(m.place) for m in subsystem.memory}
+
+
+# Where the texts of a file name symbols.
+
+
+_PART = re.compile(r"[^.]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A place that names a symbol. A guess comes from a text that could not be typed."""
+
+    place: Place
+    symbol: Symbol
+    defines: bool = False
+    guess: bool = False
+    type: Type | None = None
+
+
+def references_of(
+    source: SourceFile,
+    files: Mapping[str, FileSymbols],
+    meanings: Mapping[Key, Meaning],
+    links: Links,
+) -> Iterator[Reference]:
+    """The names of symbols in a file, definitions among them."""
+    if source.spans is not None:
+        reader = _Reader(source.path, source.spans, files, meanings, links)
+        yield from reader.definitions()
+        for route, key, node in values(source.spans):
+            if key is not None:
+                yield from reader.in_key(route)
+            if node.scalar is not None:
+                yield from reader.in_value(route, node.scalar)
+
+
+@dataclass(slots=True)
+class _Reader:
+    path: str
+    top: Node
+    files: Mapping[str, FileSymbols]
+    meanings: Mapping[Key, Meaning]
+    links: Links
+
+    def definitions(self) -> Iterator[Reference]:
+        """The definitions themselves; members of enums stand in the texts of types."""
+        own = self.files[self.path]
+        for symbol in own.by_route.values():
+            yield Reference(symbol.place, symbol, defines=True)
+        for symbol in own.top.values():
+            if symbol.kind == "member":
+                yield Reference(symbol.place, symbol, defines=True)
+
+    def in_key(self, route: Route) -> Iterator[Reference]:
+        """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
+        owner, rest = split(route)
+        match rest:
+            case ("functions", _, str(target)) if target not in TRACE_KEYS:
+                yield from self._target(route, owner, target)
+            case ("x" | "y", str()):
+                yield from self._linked(Place(self.path, route, "key"), self.links.named, route)
+            case (*_, "with", str(name)):
+                yield from self._parameter(route, name)
+            case ("plant", "bind", str(name)):
+                yield from self._bound(route, name)
+
+    def _bound(self, route: Route, name: str) -> Iterator[Reference]:
+        """Agent, device and element in `irp.E.m.c_d`."""
+        element = self._at(self.links.bindings.get((self.path, route)))
+        device = self._at((element.place.file, element.owner)) if element else None
+        agent = self._at(self.links.agents.get(name.partition(".")[0]))
+        parts = list(_PART.finditer(name))
+        if len(parts) == 4:
+            for part, symbol in zip(parts, (agent, None, device, element), strict=True):
+                if symbol is not None:
+                    place = Place(self.path, route, "key", *part.span())
+                    yield Reference(place, symbol, type=symbol.type)
+
+    def in_value(self, route: Route, text: str) -> Iterator[Reference]:
+        """Names in the text of a value."""
+        role = role_of(route)
+        owner = split(route)[0]
+        if role is None or role.form == "path":
+            return
+        meaning = self.meanings.get((self.path, route))
+        if meaning is not None and meaning.expr is not None:
+            yield from self._all(route, owner, mentions(meaning.expr, meaning.text))
+        elif role.form in ("name", "task"):
+            yield from self._name(route, owner, role, text)
+        elif role.form == "type":
+            yield from self._types(route, type_mentions(text, self._type_names()))
+        elif role.form == "signature":
+            yield from self._types(route, signature_mentions(text, self._type_names()))
+        else:
+            if role.form == "argument":
+                yield from self._named(Place(self.path, route), (), ("frame",), text.strip())
+            yield from self._all(route, owner, guesses(text), guess=True)
+
+    def _target(self, route: Route, owner: Route, target: str) -> Iterator[Reference]:
+        parts = target.split(".")
+        if len(parts) != 3 or parts[0] != "y":
+            yield from self._named(Place(self.path, route, "key"), owner, ("memory",), target)
+            return
+        middle = 2 + len(parts[1])
+        peer = Place(self.path, route, "key", 2, middle)
+        yield from self._linked(peer, self.links.named, (*owner, "y", parts[1]))
+        place = Place(self.path, route, "key", middle + 1, len(target))
+        yield from self._named(place, owner, ("element",), target)
+
+    def _linked(self, place: Place, links: Mapping[Key, Key], route: Route) -> Iterator[Reference]:
+        """A name that only the model can follow."""
+        symbol = self._at(links.get((self.path, route)))
+        if symbol is not None:
+            yield Reference(place, symbol, type=symbol.type)
+
+    def _at(self, key: Key | None) -> Symbol | None:
+        return self.files[key[0]].by_route.get(key[1]) if key and key[0] in self.files else None
+
+    def _parameter(self, route: Route, name: str) -> Iterator[Reference]:
+        user: Node | None = self.top
+        for step in route[:-2]:
+            user = user.values.get(step) if user else None
+        used = user.values.get("use") if user else None
+        if used is not None and used.scalar:
+            file = self.files.get(beside(self.path, used.scalar))
+            symbol = file.top.get(("parameter", name)) if file else None
+            if symbol is not None:
+                yield Reference(Place(self.path, route, "key"), symbol)
+
+    def _name(self, route: Route, owner: Route, role: Role, text: str) -> Iterator[Reference]:
+        place = Place(self.path, route)
+        if role == Role("name", "device"):
+            yield from self._device(place, owner, text)
+        elif role == Role("task", "subsystem"):
+            yield from self._subsystem(route, text)
+        elif role.form == "name" and role.kind is not None:
+            yield from self._named(place, owner, (role.kind,), text)
+        else:
+            known = self.links.states if role.kind == "state" else self.links.memory
+            symbol = self._at(known.get(text))
+            if symbol is not None:
+                yield Reference(place, symbol)
+
+    def _device(self, place: Place, owner: Route, name: str) -> Iterator[Reference]:
+        """A device that a virtual effector or receptor uses, in the same agent."""
+        for group in ("real_effectors", "real_receptors"):
+            symbol = self._at((self.path, (*owner[:-2], group, name)))
+            if symbol is not None and owner:
+                yield Reference(place, symbol)
+
+    def _subsystem(self, route: Route, name: str) -> Iterator[Reference]:
+        """Agent and subsystem in `irp.m`."""
+        agent = self._at(self.links.agents.get(name.partition(".")[0]))
+        subsystem = self._at(self.links.subsystems.get(name))
+        for part, symbol in zip(_PART.finditer(name), (agent, subsystem), strict=False):
+            if symbol is not None:
+                yield Reference(Place(self.path, route, "value", *part.span()), symbol)
+
+    def _named(
+        self, place: Place, owner: Route, kinds: tuple[Kind, ...], name: str
+    ) -> Iterator[Reference]:
+        symbol = lookup(self.files, self.path, owner, kinds, name)
+        if symbol is not None:
+            yield Reference(place, symbol, type=symbol.type)
+
+    def _all(
+        self, route: Route, owner: Route, mentioned: Iterable[Mention], guess: bool = False
+    ) -> Iterator[Reference]:
+        variables: dict[str, Symbol] = {}
+        for mention in mentioned:
+            place = Place(self.path, route, "value", mention.start, mention.end)
+            if mention.kinds == ("variable",):
+                yield self._variable(place, owner, mention, variables)
+            elif mention.kinds == ("subsystem",):
+                peer = (*owner, *mention.name.split("."))
+                yield from self._linked(place, self.links.named, peer)
+            else:
+                for found in self._named(place, owner, mention.kinds, mention.name):
+                    yield replace(found, guess=guess, type=mention.type or found.type)
+
+    def _variable(
+        self, place: Place, owner: Route, mention: Mention, known: dict[str, Symbol]
+    ) -> Reference:
+        """A variable lives in its text only; its quantifier comes before its uses."""
+        defines = mention.name not in known
+        if defines:
+            name = mention.name.partition("@")[0]
+            known[mention.name] = Symbol("variable", name, place, owner, mention.name)
+        symbol = known[mention.name]
+        symbol.type = symbol.type or mention.type
+        return Reference(place, symbol, defines, type=mention.type)
+
+    def _types(self, route: Route, found: Iterable[Mention]) -> Iterator[Reference]:
+        """Frames that a record takes as parameters stand for others and are no symbols."""
+        local = self._frame_parameters(route)
+        for mention in found:
+            if mention.kinds != ("frame",) or mention.name not in local:
+                place = Place(self.path, route, "value", mention.start, mention.end)
+                yield from self._named(place, (), mention.kinds, mention.name)
+
+    def _frame_parameters(self, route: Route) -> set[str]:
+        types = self.top.values.get("types")
+        definition = types.values.get(route[1]) if types and route[0] == "types" else None
+        listed = definition.values.get("frames") if definition else None
+        return {node.scalar or "" for node in listed.values.values()} if listed else set()
+
+    def _type_names(self) -> set[str]:
+        return {s.name for s in in_force(self.files, self.path, ()) if s.kind == "type"}

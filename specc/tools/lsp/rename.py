@@ -1,0 +1,243 @@
+"""Renaming a symbol everywhere, to a name that is free."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from specc.lang import RESERVED
+from specc.model.units import UNITS
+from specc.tools.lsp.completion import TYPE_WORDS
+from specc.tools.lsp.index import Index, Occurrence
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.structure import Kind, role_of, signature_mentions, split, type_mentions
+from specc.tools.lsp.symbols import Symbol, node_at, values
+
+# Whether a symbol can have another name: what is no name, what is taken, what Python relies on.
+
+
+_NAME = re.compile(r"[^\W\d]\w*")
+_YAML_WORDS = frozenset({"true", "false", "null"})
+_PEER_WORDS = frozenset({"c", "E", "R", "control"})
+_VALUES: frozenset[Kind] = frozenset(
+    {"memory", "let", "parameter", "constant", "file", "operator", "member", "variable"}
+)
+"""Kinds that expressions name plainly: one name of them all."""
+_PARTS: frozenset[Kind] = frozenset({"agent", "subsystem", "device"})
+"""Kinds that name buffers: peers."""
+
+
+class RenameError(Exception):
+    """Why a symbol is not renamed, in words for the person who asked."""
+
+
+def check_renameable(index: Index, symbol: Symbol) -> None:
+    """Raise `RenameError` if a symbol keeps its name."""
+    reason = _fixed(index, symbol)
+    if reason:
+        raise RenameError(f"`{symbol.name}` is not renamed: {reason}")
+
+
+def _fixed(index: Index, symbol: Symbol) -> str:
+    """Why nobody may rename a symbol; empty if somebody may."""
+    if symbol.kind == "subsystem" and symbol.place.route[-1] in ("control", "subsystem"):
+        return "a control subsystem is called `c` everywhere"
+    if symbol.kind == "field":
+        type_ = node_at(index.sources.get(symbol.place.file), symbol.place.route[:2])
+        return "a class of Python has the field" if type_ and "python" in type_.values else ""
+    if symbol.kind == "member":
+        if index.system is None:
+            return "it is not known whether Python code uses it"
+        code = index.links.in_python.get(symbol.qualified.partition(".")[0])
+        return f"Python code knows it by this name: {code}" if code else ""
+    return ""
+
+
+def check_name(symbol: Symbol, new: str) -> None:
+    """Raise `RenameError` if nothing of the kind of a symbol can have a name."""
+    if new == symbol.name:
+        raise RenameError("this is the name that it has")
+    if not _NAME.fullmatch(new) or not new.isidentifier():
+        raise RenameError(f"`{new}` is no name: letters, digits and _ make one")
+    words = RESERVED | {"always", "never"} | (_PEER_WORDS if symbol.kind in _PARTS else set())
+    if symbol.kind == "type":
+        words |= set(TYPE_WORDS)
+    if new in words or new.lower() in _YAML_WORDS:
+        raise RenameError(f"`{new}` is a word of the language")
+    if symbol.kind == "type" and new in UNITS:
+        raise RenameError(f"`{new}` is a unit")
+
+
+def check_free(index: Index, symbol: Symbol, path: str, occurrence: Occurrence, new: str) -> None:
+    """Raise `RenameError` if something that can be named at an occurrence has the new name."""
+    owner, _ = split(occurrence.reference.place.route)
+    for other in index.visible(path, owner):
+        if other.name == new and _same_namespace(symbol, other):
+            raise RenameError(_taken(index, other))
+
+
+def check_unclaimed(index: Index, symbol: Symbol, new: str) -> None:
+    """Raise `RenameError` if a variable frame or a part of the system has the new name."""
+    if symbol.kind == "frame" and new in _frame_variables(index, symbol):
+        raise RenameError(f"`{new}` is taken: it stands for any frame in a type or a signature")
+    for other in _parts(index) if symbol.kind in _PARTS else ():
+        near = "agent" in (symbol.kind, other.kind) or _agent_of(symbol) == _agent_of(other)
+        if other.name == new and near:
+            raise RenameError(_taken(index, other))
+
+
+def _taken(index: Index, other: Symbol) -> str:
+    line = index.sources.span(other.place).line
+    return f"`{other.name}` is taken: {other.kind} `{other.name}`, line {line}"
+
+
+def _parts(index: Index) -> Iterator[Symbol]:
+    for file in index.files.values():
+        yield from (symbol for symbol in file.by_route.values() if symbol.kind in _PARTS)
+
+
+def _agent_of(part: Symbol) -> tuple[object, ...]:
+    return (part.place.file, *part.place.route[:-2])
+
+
+def _frame_variables(index: Index, symbol: Symbol) -> Iterator[str]:
+    """Names that stand for any frame: in signatures, and in types that mention a frame.
+
+    A frame in a signature that is not declared is a variable; so are the parameters of a type.
+    """
+    for source in index.sources:
+        types = {known.name for known in index.visible(source.path, ()) if known.kind == "type"}
+        for route, _, node in values(source.spans) if source.spans else ():
+            role = role_of(route)
+            if role is None or role.form not in ("type", "signature") or not node.scalar:
+                continue
+            read = type_mentions if role.form == "type" else signature_mentions
+            named = {m.name for m in read(node.scalar, types) if m.kinds == ("frame",)}
+            if role.form == "signature":
+                yield from named
+            elif symbol.name in named:
+                listed = node_at(source, (*route[:2], "frames"))
+                yield from (item.scalar or "" for item in listed.values.values()) if listed else ()
+
+
+def _same_namespace(symbol: Symbol, other: Symbol) -> bool:
+    if symbol.kind in _VALUES:
+        return other.kind in _VALUES
+    if symbol.kind != other.kind:
+        return False
+    if symbol.kind in ("element", "field"):
+        groups = {end.qualified.rpartition(".")[0] for end in symbol.declarations}
+        return other.qualified.rpartition(".")[0] in groups
+    return True
+
+
+# Renaming a symbol everywhere, or saying why that cannot be done safely.
+
+
+__all__ = ["Edit", "RenameError", "apply", "check_renameable", "rename"]
+
+_SPELLED_APART = frozenset(("member", "field", "agent", "subsystem", "device"))
+"""Kinds that a text which could not be typed may name without anybody knowing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A stretch of a file, in offsets, that gets another name."""
+
+    path: str
+    start: int
+    end: int
+
+
+def rename(project: Project, index: Index, symbol: Symbol, new: str) -> list[Edit]:
+    """The edits that give a symbol another name in every system that has to do with it.
+
+    Raises:
+        RenameError: the name cannot be one, is taken, or specc would find other things afterwards.
+    """
+    check_renameable(index, symbol)
+    check_name(symbol, new)
+    edits: dict[Edit, None] = {}
+    for around, twin in _everywhere(project, index, symbol):
+        for other in (twin, *twin.tied):
+            check_renameable(around, other)
+            check_unclaimed(around, other, new)
+        edits |= dict.fromkeys(_edits(project, around, twin, new))
+    _check_effect(project, edits, new)
+    return list(edits)
+
+
+def apply(text: str, edits: Iterable[Edit], new: str) -> str:
+    """A text with its stretches replaced."""
+    for edit in sorted(edits, key=lambda e: e.start, reverse=True):
+        text = text[: edit.start] + new + text[edit.end :]
+    return text
+
+
+def _everywhere(project: Project, index: Index, symbol: Symbol) -> list[tuple[Index, Symbol]]:
+    """The symbol in each system that has to do with it.
+
+    A system that reads a file with one of its ends may have another end in one of its own files.
+    """
+    found = [(index, symbol)]
+    seen: set[str] = set()
+    for around, twin in found:
+        named = {path for path, _ in around.naming((*twin.declarations, *twin.tied))}
+        if symbol.kind != "variable" and not named <= seen:
+            for other in project.indexes(named - seen):
+                ends = (other.twin(end) for end in (*twin.declarations, *twin.tied))
+                counterpart = next((end for end in ends if end is not None), None)
+                if counterpart is not None and all(other is not known for known, _ in found):
+                    found.append((other, counterpart))
+        seen |= named
+    return found
+
+
+def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator[Edit]:
+    symbols = (*symbol.declarations, *symbol.tied)
+    _check_typed(index, symbol)
+    for path, occurrence in index.naming(symbols):
+        if project.source(path).text != index.text(path):
+            raise RenameError("mend the errors in the file first: it is not fully understood")
+        if occurrence.reference.guess:
+            raise RenameError(_mend_first(symbol))
+        check_free(index, symbol, path, occurrence, new)
+        if _spells(index, path, occurrence):
+            yield Edit(path, occurrence.start, occurrence.end)
+
+
+def _check_typed(index: Index, symbol: Symbol) -> None:
+    """Texts with errors may name what only their meaning tells."""
+    if symbol.kind not in _SPELLED_APART:
+        return
+    word = re.compile(rf"\b{re.escape(symbol.name)}\b")
+    for meaning in index.meanings.values():
+        if meaning.expr is None and word.search(meaning.text):
+            raise RenameError(_mend_first(symbol))
+
+
+def _mend_first(symbol: Symbol) -> str:
+    return f"mend the expression first that may mean this `{symbol.name}`"
+
+
+def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
+    """Whether the stretch is the name itself: `E` names a device in its own way."""
+    text = index.text(path)
+    return text[occurrence.start : occurrence.end] == occurrence.symbol.name
+
+
+def _check_effect(project: Project, edits: Iterable[Edit], new: str) -> None:
+    """With the new name specc finds what it found before, no more and no less."""
+    texts = {
+        path: apply(project.source(path).text, [e for e in edits if e.path == path], new)
+        for path in {edit.path for edit in edits}
+    }
+    before, after = project.compare(texts)
+    worse = Counter(d.code for d in after) - Counter(d.code for d in before)
+    for diagnostic in after:
+        if diagnostic.code in worse:
+            raise RenameError(f"`{new}` would be an error: {diagnostic.message}")
+    if Counter(d.code for d in before) - Counter(d.code for d in after):
+        raise RenameError(f"`{new}` would change what the specification means")

@@ -1,0 +1,362 @@
+"""Kinds of names as an editor sees them, and where texts mention them."""
+
+from __future__ import annotations
+
+import ast
+import re
+import warnings
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, TypeVar
+
+from specc.lang import RESERVED, ExprError
+from specc.lang.parse import parse_syntax, span
+from specc.model import expr as m
+from specc.model.types import Enum, Record, Type
+from specc.source import Route
+
+# What stands where in a specification file: which keys define symbols, what the values are.
+#
+# Everything here goes by routes alone, so it holds for files with errors too.
+
+
+Kind = Literal[
+    "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
+    "subsystem", "device", "element", "memory", "let", "initial condition", "terminal condition",
+    "error condition", "function", "behaviour", "state", "variable",
+]  # fmt: skip
+Form = Literal[
+    "constant", "initial", "full", "type", "signature", "name", "task", "argument", "path"
+]
+"""Expressions (over constants, over inputs too, over everything), types, and sorts of names."""
+
+TRACE_KEYS = ("title", "eq", "table", "fig")
+_VIRTUAL = ("virtual_effectors", "virtual_receptors")
+_REAL = ("real_effectors", "real_receptors")
+
+
+@dataclass(frozen=True, slots=True)
+class Role:
+    """What a value is; a name is one of a symbol of `kind` in the subsystem around it."""
+
+    form: Form
+    kind: Kind | None = None
+
+
+def split(route: Route) -> tuple[Route, Route]:
+    """The subsystem or device that a route lies in, empty for none, and the rest of the route."""
+    size = 0
+    match route:
+        case ("subsystem", *_):
+            size = 1
+        case ("agent", "control", *_):
+            size = 2
+        case ("agents", _, "control", *_) | (
+            "agent",
+            "virtual_effectors" | "virtual_receptors",
+            _,
+            *_,
+        ):
+            size = 3
+        case ("agent", "real_effectors" | "real_receptors", _, *_):
+            size = 3
+        case ("agents", _, str(group), _, *_) if group in (*_VIRTUAL, *_REAL):
+            size = 4
+    return route[:size], route[size:]
+
+
+def defined_by(route: Route) -> Kind | None:
+    """The kind of symbol that the key at the end of a route defines."""
+    owner, rest = split(route)
+    if owner and not rest:
+        return "device" if is_device(owner) else "subsystem"
+    return _found(_DEFINED, _region(owner), rest)
+
+
+def role_of(route: Route) -> Role | None:
+    """What the value at a route is; rows of a table may be lists or mappings."""
+    owner, rest = split(route)
+    if not is_device(owner) and len(rest) > 2 and rest[0] == "functions" and rest[2] in TRACE_KEYS:
+        return None
+    return _found(_ROLES, _region(owner), rest)
+
+
+def is_device(owner: Route) -> bool:
+    """Whether the part at a route is a real effector or receptor."""
+    return len(owner) > 1 and owner[-2] in _REAL
+
+
+def _region(owner: Route) -> str:
+    if not owner:
+        return "file"
+    return "device" if is_device(owner) else "subsystem"
+
+
+_FIXED: dict[Kind, str] = {
+    "frame": "file/frames/*",
+    "type": "file/types/*",
+    "field": "file/types/*/fields/*",
+    "constant": "file/constants/*",
+    "file": "file/files/*",
+    "operator": "file/operators/*",
+    "parameter": "file/parameters/*",
+    "agent": "file/agents/*",
+    "element": "subsystem/x/*/* subsystem/y/*/* device/x/* device/y/*",
+    "memory": "subsystem/memory/*",
+    "let": "subsystem/let/*",
+    "initial condition": "subsystem/conditions/initial/*",
+    "terminal condition": "subsystem/conditions/terminal/*",
+    "error condition": "subsystem/conditions/error/*",
+    "function": "subsystem/functions/*",
+    "behaviour": "subsystem/behaviours/*",
+    "state": "subsystem/states/*",
+}
+_VALUES: dict[Role, str] = {
+    Role("type"): (
+        "file/types/* file/types/*/type file/types/*/fields/* file/parameters/* "
+        "device/x/* device/x/*/type device/y/* device/y/*/type subsystem/memory/*/type "
+        "subsystem/x/*/* subsystem/x/*/*/type subsystem/y/*/* subsystem/y/*/*/type"
+    ),
+    Role("signature"): "file/operators/*/signature",
+    Role("constant"): (
+        "file/constants/* file/constants/*/is file/plant/bind/*/noise file/plant/bind/*/noise/* "
+        "device/x/*/init device/y/*/init subsystem/x/*/*/init subsystem/y/*/*/init"
+    ),
+    Role("initial"): "subsystem/memory/*/init",
+    Role("full"): (
+        "subsystem/let/* subsystem/let/*/is subsystem/conditions/*/* subsystem/assume/*/that "
+        "subsystem/conditions/*/*/when subsystem/functions/*/* subsystem/functions/*/*/is"
+    ),
+    Role("argument"): "file/agents/*/with/* file/agent/with/* subsystem/with/*",
+    Role("path"): "file/use/* file/agents/*/use file/agent/use subsystem/use",
+    Role("task", "subsystem"): "file/task/cycle/of",
+    Role("task", "state"): "file/task/cycle/from file/task/cycle/to",
+    Role("task", "memory"): "file/task/watch/*",
+    Role("name", "device"): "subsystem/uses/*",
+    Role("name", "function"): "subsystem/behaviours/*/functions/*",
+    Role("name", "terminal condition"): "subsystem/behaviours/*/terminal",
+    Role("name", "error condition"): "subsystem/behaviours/*/error",
+    Role("name", "behaviour"): "subsystem/states/* subsystem/states/*/behaviour",
+    Role("name", "state"): (
+        "subsystem/initial_state subsystem/transitions/*/0 subsystem/transitions/*/from "
+        "subsystem/transitions/*/3 subsystem/transitions/*/to"
+    ),
+    Role("name", "initial condition"): "subsystem/transitions/*/2 subsystem/transitions/*/when",
+}
+
+T = TypeVar("T")
+_Table = dict[tuple[int, str], list[tuple[tuple[str, ...], T]]]
+
+
+def _table(patterns: dict[T, str]) -> _Table[T]:
+    """Patterns by their length and first two steps."""
+    table: _Table[T] = {}
+    for meaning, spelled in patterns.items():
+        for pattern in spelled.split():
+            steps = tuple(pattern.split("/"))
+            table.setdefault((len(steps), "/".join(steps[:2])), []).append((steps[2:], meaning))
+    return table
+
+
+def _found(table: _Table[T], region: str, rest: Route) -> T | None:
+    if not rest:
+        return None
+    for pattern, meaning in table.get((len(rest) + 1, f"{region}/{rest[0]}"), ()):
+        if all(want in ("*", str(step)) for want, step in zip(pattern, rest[1:], strict=True)):
+            return meaning
+    return None
+
+
+_DEFINED = _table(_FIXED)
+_ROLES = _table(_VALUES)
+
+
+# The names that an expression mentions, and what each of them is.
+
+
+NAME = re.compile(r"[^\W\d]\w*")
+_INPUT = re.compile(r"\bx\s*\.\s*(\w+)\s*\.\s*(\w+)")
+_LITERAL = re.compile(r"\d\s*\[[^\]]*\]|\"[^\"]*\"|'[^']*'")
+_VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
+_PLAIN: tuple[Kind, ...] = ("memory", "let", "parameter", "constant", "file")
+
+
+@dataclass(frozen=True, slots=True)
+class Mention:
+    """A name in a text: where it is and the kinds of symbol it may be, the likeliest first.
+
+    A name inside something else is qualified: `x.peer.element`, `Record.field`, `Enum.member`;
+    one of a variable carries the offset of its declaration. `type` is that of the value.
+    """
+
+    kinds: tuple[Kind, ...]
+    name: str
+    start: int
+    end: int
+    type: Type | None = None
+
+
+def mentions(expr: m.Expr, text: str) -> Iterator[Mention]:
+    """The names in a typed expression, each known for what it is."""
+    yield from _in_node(expr, text, {})
+
+
+def _in_node(expr: m.Expr, text: str, variables: dict[str, int]) -> Iterator[Mention]:
+    start, end = expr.span
+    plain = _PLAIN_NODES.get(type(expr))
+    match expr:
+        case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() if plain:
+            yield Mention(plain, expr.name, start, end, expr.type)
+        case m.Bound() if expr.name in variables:
+            declared = f"{expr.name}@{variables[expr.name]}"
+            yield Mention(("variable",), declared, start, end, expr.type)
+        case m.Member(type=Enum() as enum):
+            yield Mention(("member",), f"{enum.name}.{expr.name}", start, end, enum)
+        case m.Input():
+            yield from _input(expr, text)
+        case m.Call() if text.startswith(expr.operator, start):
+            yield Mention(("operator",), expr.operator, start, start + len(expr.operator))
+        case m.FieldOf(value=m.Node(type=Record() as record)):
+            name = f"{record.name}.{expr.name}"
+            yield Mention(("field",), name, end - len(expr.name), end, expr.type)
+        case m.Among(item=m.Node(type=Enum() as enum)):
+            yield from _members(expr, enum, text)
+        case m.Quantifier() if declared_at := _declaration(expr, text):
+            variables = {**variables, expr.variable: declared_at}
+            end = declared_at + len(expr.variable)
+            yield Mention(("variable",), f"{expr.variable}@{declared_at}", declared_at, end)
+    for child in m.children(expr):
+        yield from _in_node(child, text, variables)
+
+
+_PLAIN_NODES: dict[type, tuple[Kind, ...]] = {
+    m.MemoryRef: ("memory",),
+    m.LetRef: ("let",),
+    m.ConstantRef: ("parameter", "constant"),
+    m.FileRef: ("file",),
+}
+
+
+def _input(expr: m.Input, text: str) -> Iterator[Mention]:
+    found = _INPUT.match(text, expr.span[0])
+    if found:
+        yield Mention(("subsystem",), f"x.{expr.peer}", *found.span(1))
+        name = f"x.{expr.peer}.{expr.element}"
+        yield Mention(("element",), name, *found.span(2), expr.type)
+
+
+def _members(expr: m.Among, enum: Enum, text: str) -> Iterator[Mention]:
+    opening = text.find("{", expr.item.span[1], expr.span[1])
+    if opening >= 0:
+        for found in NAME.finditer(text, opening, expr.span[1]):
+            name = f"{enum.name}.{found.group()}"
+            yield Mention(("member",), name, *found.span(), enum)
+
+
+def _declaration(expr: m.Quantifier, text: str) -> int:
+    """Where a quantifier declares its variable; 0, where none can be, if that is not found."""
+    for found in _VARIABLE.finditer(text, expr.body.span[1], expr.over.span[0]):
+        if found.group(1) == expr.variable:
+            return found.start(1)
+    return 0
+
+
+def guesses(text: str) -> Iterator[Mention]:
+    """The names in a text that could not be typed, each with all that it might be."""
+    hidden = [found.span() for found in _LITERAL.finditer(text)]
+    variables = {found.group(1) for found in _VARIABLE.finditer(text)}
+    for found in _INPUT.finditer(text):
+        peer, element = found.groups()
+        yield Mention(("subsystem",), f"x.{peer}", *found.span(1))
+        yield Mention(("element",), f"x.{peer}.{element}", *found.span(2))
+    for found in NAME.finditer(text):
+        start, end = found.span()
+        name = found.group()
+        if name in RESERVED or name in variables or text[:start].rstrip().endswith("."):
+            continue
+        if any(first <= start < last for first, last in hidden):
+            continue
+        called = text[end:].lstrip().startswith("(")
+        yield Mention(("operator",) if called else _PLAIN, name, start, end)
+
+
+# The names that the texts of types and signatures mention.
+
+
+_HEAD = "def _"
+_FRAMES = {"pose": 2, "wrench": 1, "twist": 1, "spatial": 1}
+
+
+def type_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
+    """Types and frames in the text of a type; `types` tells the names of types from units."""
+    tree = _tree(text)
+    if tree is not None:
+        yield from _in_type(tree, types)
+
+
+def signature_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
+    """Types and frames in a signature, whose parts are annotations of Python."""
+    for node in _annotations(text):
+        for found in _in_type(node, types):
+            yield replace(found, start=found.start - len(_HEAD), end=found.end - len(_HEAD))
+
+
+def enum_members(text: str) -> Iterator[Mention]:
+    """The members that `enum[a, b]` declares."""
+    match _tree(text):
+        case ast.Subscript(value=ast.Name(id="enum"), slice=inner):
+            for node in _items(inner):
+                if isinstance(node, ast.Name):
+                    yield _mention("member", node)
+
+
+def _tree(text: str) -> ast.expr | None:
+    try:
+        return parse_syntax(text)
+    except ExprError:
+        return None
+
+
+def _annotations(text: str) -> list[ast.expr]:
+    # Columns are offsets in a text of one line and of one byte a character.
+    if not text.isascii() or any(char in text for char in "\n\r\0"):
+        return []
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            (function,) = ast.parse(f"{_HEAD}{text}: 0").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    if not isinstance(function, ast.FunctionDef):
+        return []
+    found = [argument.annotation for argument in function.args.args]
+    return [node for node in (*found, function.returns) if node is not None]
+
+
+def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[Mention]:
+    match node:
+        case ast.Name(id=name) if name in types:
+            yield _mention("type", node)
+        case ast.Subscript(value=ast.Name(id=name) as head, slice=inner):
+            items = _items(inner)
+            if name in types:
+                yield _mention("type", head)
+                yield from _frames(items)
+            elif name in _FRAMES:
+                yield from _frames(items[: _FRAMES[name]])
+            elif name in ("list", "nonempty", "optional", "partial", "vector"):
+                yield from _in_type(items[-1], types)
+
+
+def _items(node: ast.expr) -> list[ast.expr]:
+    return node.elts if isinstance(node, ast.Tuple) and node.elts else [node]
+
+
+def _frames(nodes: list[ast.expr]) -> Iterator[Mention]:
+    for node in nodes:
+        if isinstance(node, ast.Name):
+            yield _mention("frame", node)
+
+
+def _mention(kind: Kind, node: ast.Name) -> Mention:
+    return Mention((kind,), node.id, *span(node))

@@ -1,0 +1,163 @@
+"""The symbols that a file defines, and how a name finds one: from the text alone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from specc.model.types import Type
+from specc.source import Node, Place, Route, SourceFile
+from specc.tools.lsp.structure import Kind, defined_by, enum_members, is_device, split
+
+Key = tuple[str, Route]
+"""File and route of a definition."""
+
+
+@dataclass(eq=False, slots=True)
+class Symbol:
+    """Something with a name; `owner` is the subsystem or device that it belongs to."""
+
+    kind: Kind
+    name: str
+    place: Place
+    owner: Route
+    qualified: str
+    """Unique among its kind in its file or owner: `x.c.T_d`, `Object.label`, `Mode.u`."""
+    type: Type | None = None
+    ends: tuple[Symbol, ...] = ()
+    """All declarations of an element of a connection, this one included; empty for one."""
+    tied: tuple[Symbol, ...] = ()
+    """Others that have the same name because one is found by the name of the other."""
+
+    @property
+    def declarations(self) -> tuple[Symbol, ...]:
+        """The places that declare it: both ends of a connection."""
+        return self.ends or (self,)
+
+
+@dataclass(slots=True)
+class FileSymbols:
+    """The symbols of one file: of the file itself, and of each subsystem and device in it."""
+
+    uses: tuple[str, ...] = ()
+    top: dict[tuple[Kind, str], Symbol] = field(default_factory=dict)
+    inside: dict[Route, dict[tuple[Kind, str], Symbol]] = field(default_factory=dict)
+    by_route: dict[Route, Symbol] = field(default_factory=dict)
+
+
+def values(node: Node, route: Route = ()) -> Iterator[tuple[Route, Node | None, Node]]:
+    """Every value below a node: its route, the key that names it and the value itself."""
+    for step, value in node.values.items():
+        here = (*route, step)
+        yield here, node.keys.get(step), value
+        yield from values(value, here)
+
+
+def beside(path: str, relative: str) -> str:
+    """The path of a file that the file at `path` names."""
+    return os.path.normpath(os.path.join(os.path.dirname(path), relative))
+
+
+def collect(source: SourceFile) -> FileSymbols:
+    """The symbols that a file defines; none if it has no tree of values."""
+    found = FileSymbols()
+    if source.spans is None:
+        return found
+    for route, _, node in values(source.spans):
+        kind = defined_by(route)
+        if kind is not None:
+            _add(found, _symbol(kind, route, source.path), route)
+        if len(route) == 2 and route[0] == "use" and node.scalar:
+            found.uses = (*found.uses, beside(source.path, node.scalar))
+        if _is_type_text(route) and node.scalar:
+            _add_members(found, source.path, route, node.scalar)
+    return found
+
+
+def _symbol(kind: Kind, route: Route, path: str) -> Symbol:
+    owner, rest = split(route)
+    name = str(route[-1])
+    if kind in ("subsystem", "device"):
+        return Symbol(kind, "c" if name == "control" else name, Place(path, route, "key"), (), "")
+    qualified = name
+    if kind == "element":
+        qualified = ".".join(map(str, rest))
+    elif kind == "field":
+        qualified = f"{rest[1]}.{name}"
+    return Symbol(kind, name, Place(path, route, "key"), owner, qualified)
+
+
+def _add(found: FileSymbols, symbol: Symbol, route: Route) -> None:
+    found.by_route[route] = symbol
+    if symbol.kind in ("subsystem", "device"):
+        # Known by the place alone: an agent may be reused under several names.
+        return
+    names = found.inside.setdefault(symbol.owner, {}) if symbol.owner else found.top
+    names.setdefault((symbol.kind, symbol.qualified), symbol)
+
+
+def _is_type_text(route: Route) -> bool:
+    return route[:1] == ("types",) and (len(route) == 2 or route[2:] == ("type",))
+
+
+def _add_members(found: FileSymbols, path: str, route: Route, text: str) -> None:
+    for mention in enum_members(text):
+        place = Place(path, route, "value", mention.start, mention.end)
+        qualified = f"{route[1]}.{mention.name}"
+        symbol = Symbol("member", mention.name, place, (), qualified)
+        found.top.setdefault(("member", qualified), symbol)
+
+
+def lookup(
+    files: Mapping[str, FileSymbols], path: str, owner: Route, kinds: tuple[Kind, ...], name: str
+) -> Symbol | None:
+    """The symbol of a name where it is used: in its subsystem, its file, or a file in use."""
+    file = files.get(path)
+    if file is None:
+        return None
+    for kind in kinds:
+        inside = file.inside.get(owner, {}).get((kind, name))
+        found = inside or _in_files(files, path, (kind, name), ())
+        if found is not None:
+            return found
+    return None
+
+
+def _in_files(
+    files: Mapping[str, FileSymbols], path: str, key: tuple[Kind, str], seen: tuple[str, ...]
+) -> Symbol | None:
+    file = files.get(path)
+    if file is None or path in seen:
+        return None
+    if key in file.top:
+        return file.top[key]
+    below = (_in_files(files, used, key, (*seen, path)) for used in file.uses)
+    return next((found for found in below if found is not None), None)
+
+
+def in_force(files: Mapping[str, FileSymbols], path: str, owner: Route) -> Iterator[Symbol]:
+    """The symbols that a text in a subsystem of a file may name, innermost first."""
+    file = files.get(path)
+    if file is not None:
+        if owner and not is_device(owner):
+            yield from file.inside.get(owner, {}).values()
+        yield from _all_in_files(files, path, set())
+
+
+def _all_in_files(files: Mapping[str, FileSymbols], path: str, seen: set[str]) -> Iterator[Symbol]:
+    file = files.get(path)
+    if file is None or path in seen:
+        return
+    seen.add(path)
+    yield from file.top.values()
+    for used in file.uses:
+        yield from (s for s in _all_in_files(files, used, seen) if s.kind != "parameter")
+
+
+def node_at(source: SourceFile | None, route: Route) -> Node | None:
+    """The value at a route of a file."""
+    node = source.spans if source else None
+    for step in route:
+        node = node.values.get(step) if node else None
+    return node
