@@ -35,7 +35,8 @@ def load_system(
         raise UsageError(f"{directory} is not a generated system: it has no system.py")
     module = _import(package)
     if check_operators:
-        for part in [m for name, m in sys.modules.items() if name.startswith(f"{package.name}.")]:
+        inside = f"{module.__package__}."
+        for part in [m for name, m in sys.modules.items() if name.startswith(inside)]:
             examine(part)
     try:
         system = module.build(str(base))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,8 @@ import numpy as np
 import pytest
 from specc_runtime.contracts import WrongValue, as_vector, operator
 from specc_runtime.examination import WordBroken, examine, same
+from specc_runtime.faults import StepFailed
+from specc_runtime.loading import load_system
 
 KEPT = np.zeros(2)
 COUNT = itertools.count()
@@ -61,6 +64,19 @@ def test_an_operator_that_keeps_its_word_gives_what_it_gave() -> None:
 def test_an_operator_that_breaks_its_word_is_named(function: Callable[..., Any], said: str) -> None:
     with pytest.raises(WordBroken, match=said):
         examined(function)(np.array([1.0, 2.0]))
+
+
+def test_a_system_is_loaded_with_all_its_operators_examined(tmp_path: Path) -> None:
+    (tmp_path / "part.py").write_text(
+        "from tests.runtime.test_examination import as_vector, impure, operator\n"
+        'OP = operator("OP", impure, as_vector(2), "vector[2]")\n'
+    )
+    (tmp_path / "system.py").write_text(
+        "import numpy as np\nfrom . import part\ndef build(base):\n    part.OP(np.zeros(2))\n"
+    )
+    folder = tmp_path.rename(tmp_path.with_name("parts"))
+    with pytest.raises(StepFailed, match="operator OP gives two results"):
+        load_system(folder, check_operators=True)
 
 
 def test_results_are_still_checked_against_their_type() -> None:

@@ -36,9 +36,10 @@ def test_a_dropped_object_is_found_and_picked_again() -> None:
     assert set(taken.values()) == {2}
 
 
-def test_same_seed_same_records_with_and_without_worker() -> None:
+def test_same_seed_same_records_with_worker_and_with_operators_examined_without() -> None:
     _, threaded = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
-    _, inline = run(FLAGSHIP, "--seed", "0", "--cycles", "1", "--inline")
+    _, inline = run(FLAGSHIP, "--seed", "0", "--cycles", "1", "--inline", "--check-operators")
+    assert inline["faults"] == []
     assert threaded["records_sha256"] == inline["records_sha256"]
     assert threaded["cycles"] == inline["cycles"]
 
