@@ -7,9 +7,7 @@ import operator
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 from specc.example.situation import NO_VALUE, Meaning, Situation
 from specc.model import expr as m
@@ -21,14 +19,7 @@ from specc.model.types import Bool, Pose, Real, Spatial, Type, Vector
 
 def runnable(expr: m.Expr) -> m.Expr:
     """The expression with `a == b` of arrays as `near` with no tolerance, which can be run."""
-    changed: dict[str, Any] = {}
-    for name in expr.__match_args__:
-        part = getattr(expr, name)
-        if isinstance(part, m.Node):
-            changed[name] = runnable(part)  # type: ignore[arg-type]  # every Node is an Expr
-        elif isinstance(part, tuple):
-            changed[name] = tuple(runnable(p) if isinstance(p, m.Node) else p for p in part)  # type: ignore[arg-type]  # as above
-    same = replace(expr, **changed)
+    same = m.mapped(expr, runnable)
     if isinstance(same, m.Compare) and _is_array(same.left.type):
         return _near(same)
     return same

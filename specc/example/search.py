@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -128,7 +127,7 @@ class Conditions:
 
     def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Ways:
         items = self._meaning.value(expr.over, at)
-        bodies = [_substituted(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
+        bodies = [m.instance(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
         for body in bodies:
             if self._meaning.holds(body, at) is not wanted:
                 yield from self.ways(body, wanted, at)
@@ -189,23 +188,6 @@ def conjuncts(expr: m.Expr, wanted: bool, meaning: Meaning) -> list[tuple[m.Expr
 
 def _name(element: m.Input) -> tuple[str, str]:
     return element.peer, element.element
-
-
-def _substituted(expr: m.Expr, variable: str, item: m.Expr) -> m.Expr:
-    """An expression with the variable of a quantifier replaced."""
-    if isinstance(expr, m.Bound):
-        return item if expr.name == variable else expr
-    changed: dict[str, Any] = {}
-    for name in expr.__match_args__:
-        part = getattr(expr, name)
-        if isinstance(part, m.Node):
-            changed[name] = _substituted(part, variable, item)  # type: ignore[arg-type]  # every Node is an Expr
-        elif isinstance(part, tuple):
-            changed[name] = tuple(
-                _substituted(p, variable, item) if isinstance(p, m.Node) else p  # type: ignore[arg-type]  # as above
-                for p in part
-            )
-    return replace(expr, **changed)
 
 
 # Finding a situation that meets goals: repair what is not met, whatever mends most first.

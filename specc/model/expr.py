@@ -5,8 +5,9 @@ Every node has `type` and `span`, the offsets of its text inside the YAML scalar
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+import operator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -265,6 +266,31 @@ def walk(expr: Expr) -> Iterator[Expr]:
     yield expr
     for child in children(expr):
         yield from walk(child)
+
+
+def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
+    """`expr` with its direct subexpressions changed; the same object if none is another one."""
+    kind: Any = type(expr)
+    changed: dict[str, Any] = {}
+    for part in _parts(kind):
+        old = getattr(expr, part)
+        if isinstance(old, Node):
+            new: Any = change(old)  # type: ignore[arg-type]  # as above
+        elif isinstance(old, tuple) and any(isinstance(v, Node) for v in old):
+            new = tuple(change(v) for v in old)
+            new = old if all(map(operator.is_, new, old)) else new
+        else:
+            continue
+        if new is not old:
+            changed[part] = new
+    return replace(expr, **changed) if changed else expr
+
+
+def instance(body: Expr, variable: str, item: Expr) -> Expr:
+    """The body of a quantifier said of one item."""
+    if isinstance(body, Bound):
+        return item if body.name == variable else body
+    return mapped(body, lambda part: instance(part, variable, item))
 
 
 def has_unknown(expr: Expr) -> bool:

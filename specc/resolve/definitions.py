@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from specc.diagnostics import Related
 from specc.lang import ExprError, TypeNames
 from specc.limits import MAX_EXPRESSION_PARTS
-from specc.model.expr import ConstantRef, Expr, Node
+from specc.model.expr import ConstantRef, Expr, mapped
 from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Type
@@ -42,16 +42,7 @@ class _Inlining:
             self._count(expr)
         if isinstance(expr, ConstantRef):
             return self._value(expr)
-        changed: dict[str, Any] = {}
-        for name in expr.__match_args__:
-            part = getattr(expr, name)
-            if isinstance(part, tuple):
-                new: Any = tuple(map(self._in, part))
-            else:
-                new = self._in(part)
-            if new != part:
-                changed[name] = new
-        return replace(expr, **changed) if changed else expr
+        return mapped(expr, self.of)
 
     def _value(self, expr: ConstantRef) -> Expr:
         found = None if expr.name in self.kept else self.constants.get(expr.name)
@@ -61,9 +52,6 @@ class _Inlining:
         value = replace(self.of(found.value), span=expr.span)
         self.inside -= 1
         return value
-
-    def _in(self, part: Any) -> Any:
-        return self.of(part) if isinstance(part, Node) else part  # type: ignore[arg-type]  # every Node subclass is a member of Expr
 
     def _count(self, expr: Expr) -> None:
         self.parts += 1

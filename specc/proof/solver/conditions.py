@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from typing import Any
 
 import z3
 
 from specc.model.expr import (
     Among,
-    Bound,
     Builtin,
     Choice,
     Clock,
@@ -20,42 +18,16 @@ from specc.model.expr import (
     Fresh,
     Items,
     Logic,
-    Node,
     Number,
     Present,
     Quantifier,
     Unary,
     children,
+    instance,
 )
 from specc.model.types import Bool, Enum, Int, ListOf, Real, Spatial, Text, Vector
 from specc.proof.numbering import Numbering
 from specc.proof.solver.arithmetic import Arithmetic, compared
-
-# The body of a quantifier, said of one item.
-
-
-def substituted(expr: Expr, variable: str, item: Expr) -> Expr:
-    """`expr` with `item` in the place of the variable."""
-    if isinstance(expr, Bound):
-        return item if expr.name == variable else expr
-    changed: dict[str, Any] = {}
-    for name in expr.__match_args__:
-        part = getattr(expr, name)
-        if isinstance(part, tuple):
-            new: Any = tuple(_in(element, variable, item) for element in part)
-        else:
-            new = _in(part, variable, item)
-        if new != part:
-            changed[name] = new
-    return replace(expr, **changed) if changed else expr
-
-
-def _in(part: Any, variable: str, item: Expr) -> Any:
-    return substituted(part, variable, item) if isinstance(part, Node) else part  # type: ignore[arg-type]  # every Node subclass is a member of Expr
-
-
-# Conditions of the language as terms, whole and without abstraction.
-
 
 MOST_ITEMS = 64
 """Components of a vector that a quantifier is spelt out for."""
@@ -216,7 +188,7 @@ class Conditions(Arithmetic):
     def _of_item(self, expr: Quantifier, over: Expr, index: int) -> Any:
         assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
         item = Component(over, index, type=over.type.element)
-        return self.boolean(substituted(expr.body, expr.variable, item))
+        return self.boolean(instance(expr.body, expr.variable, item))
 
 
 def _joined(quantifier: Quantifier, parts: list[Any]) -> Any:

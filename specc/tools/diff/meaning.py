@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from specc.analysis.connections import Connections
-from specc.model.expr import ConstantRef, Expr, LetRef, Node
+from specc.model.expr import ConstantRef, Expr, LetRef, mapped
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector
 from specc.proof.decide import conjuncts, related
@@ -233,11 +233,4 @@ def _marked(expr: Expr, mark: str) -> Expr:
     """`expr` with the names of lets and constants marked."""
     if isinstance(expr, (LetRef, ConstantRef)):
         return replace(expr, name=mark + expr.name)
-    changes: dict[str, Any] = {}
-    for item in fields(expr):
-        value = getattr(expr, item.name)
-        if isinstance(value, Node):
-            changes[item.name] = _marked(value, mark)  # type: ignore[arg-type]  # nodes are of Expr
-        elif isinstance(value, tuple) and value and isinstance(value[0], Node):
-            changes[item.name] = tuple(_marked(part, mark) for part in value)
-    return replace(expr, **changes) if changes else expr
+    return mapped(expr, lambda part: _marked(part, mark))
