@@ -19,6 +19,7 @@ from time import perf_counter, process_time, thread_time
 from typing import Any, Literal, get_args
 
 from specc_runtime.application import open_judge, open_plant
+from specc_runtime.cells.irp6_picking import PickJudge
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion
 from specc_runtime.cycles import Cycles
@@ -29,7 +30,6 @@ from specc_runtime.plants.mujoco import noise
 from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.driving import Actuator
 from specc_runtime.plants.mujoco.plant import MujocoPlant
-from specc_runtime.plants.picking import PickJudge
 from specc_runtime.progress.bar import Lines
 from specc_runtime.records import RecordDigest
 from specc_runtime.runner import WorkerRunner

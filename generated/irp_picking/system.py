@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from os.path import join
 
-from specc_runtime.contracts import as_depth, as_real, as_rgb, as_vector
-from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
-from specc_runtime.plants.irp6 import (
+from specc_runtime.cells.irp6_picking.devices import (
     drive_torques,
     gripper_current,
     gripper_force,
@@ -17,6 +15,8 @@ from specc_runtime.plants.irp6 import (
     motor_positions,
     wrist_wrench,
 )
+from specc_runtime.contracts import as_depth, as_real, as_rgb, as_vector
+from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.system import (
     Connection,
     PlantInput,
@@ -152,8 +152,8 @@ def build(base: str) -> System:
             subsystem="irp.c",
             source="S9",
             target="S1",
-            scene="specc_runtime.plants.picking:PickingScene",
-            judge="specc_runtime.plants.picking:PickJudge",
+            scene="specc_runtime.cells.irp6_picking:PickingScene",
+            judge="specc_runtime.cells.irp6_picking:PickJudge",
             watch=("O_s",),
         ),
     )

@@ -1,11 +1,11 @@
 """A pick from known poses by a plain script, to try the plant without agents."""
 
 import numpy as np
+from specc_runtime.cells.irp6_picking import PickJudge
 from specc_runtime.operators import dynamics, gripper, kinematics, motors
 from specc_runtime.plants import irp6
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.mujoco import MujocoPlant
-from specc_runtime.plants.picking import PickJudge
 
 from tests.plants.worlds import PICKING
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from specc_runtime.cells.irp6_picking import PickingScene
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant, gl
-from specc_runtime.plants.picking import PickingScene
 
 from tests.plants.worlds import CONVEYOR, PICKING, model_file
 

@@ -5,10 +5,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from specc_runtime.cells.irp6_picking import PickingScene, PickJudge
+from specc_runtime.cells.irp6_picking.scene import GAP_M, REGION_M, TABLE_HEIGHT_M, lying_faces
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant
-from specc_runtime.plants.picking import PickingScene, PickJudge
-from specc_runtime.plants.picking.scene import GAP_M, REGION_M, TABLE_HEIGHT_M, lying_faces
 
 from tests.plants.scripted_pick import ACTUATORS, SENSORS, Script, above, pick
 from tests.plants.worlds import PICKING

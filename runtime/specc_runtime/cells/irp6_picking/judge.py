@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from specc_runtime.cells.irp6_picking.scene import OBJECTS, TABLE_HEIGHT_M
 from specc_runtime.operators.arrays import Array
-from specc_runtime.plants.picking.scene import OBJECTS, TABLE_HEIGHT_M
 
 if TYPE_CHECKING:
     from specc_runtime.plants.mujoco import GroundTruth, MujocoPlant

@@ -1,0 +1,1 @@
+"""What belongs to one robot cell: its devices, scene and judge."""
