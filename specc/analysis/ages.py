@@ -11,6 +11,7 @@ from specc.analysis.connections import base_tick
 from specc.analysis.facts import Facts
 from specc.analysis.graph import components
 from specc.analysis.sources import Measured, Node, Sent, Sources
+from specc.reachable import reachable
 
 # Values on their way through one repetition of the timeline.
 
@@ -200,15 +201,12 @@ class Ages:
         return self._periods[sent.sender.qualified_name]
 
     def _upstream(self, node: Node) -> Edges:
-        edges: Edges = {}
-        open_ = [node]
-        while open_:
-            here = open_.pop()
-            if here not in edges:
-                source = self.sources.of(here)
-                edges[here] = source.reads if isinstance(source, Sent) else ()
-                open_ += [n for n, _ in edges[here]]
-        return edges
+        nodes = reachable([node], lambda here: (above for above, _ in self._reads(here)))
+        return {here: self._reads(here) for here in nodes}
+
+    def _reads(self, node: Node) -> tuple[tuple[Node, bool], ...]:
+        source = self.sources.of(node)
+        return source.reads if isinstance(source, Sent) else ()
 
     def _order(self, edges: Edges) -> list[Node]:
         """Every node behind those that it is computed from; what makes a loop is taken out."""

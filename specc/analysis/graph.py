@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
+from specc.reachable import grouped, reachable
 
 # What a transition graph falls into. The only door to networkx, which is imported when asked.
 
@@ -48,16 +49,8 @@ def components(states: Sequence[str], edges: Iterable[tuple[str, str]]) -> tuple
 
 def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:
     """Whether `goal` can be reached from each of the states."""
-    sources: dict[str, list[str]] = {}
-    for source, target in edges:
-        sources.setdefault(target, []).append(source)
-    found, open_ = {goal}, [goal]
-    while open_:
-        for source in sources.get(open_.pop(), ()):
-            if source not in found:
-                found.add(source)
-                open_.append(source)
-    return states <= found
+    sources = grouped((target, source) for source, target in edges)
+    return states <= reachable([goal], lambda state: sources.get(state, ())).keys()
 
 
 # The transition graph of a machine without the rows that can never be taken.
@@ -91,13 +84,5 @@ def find_steps(subsystem: Subsystem, prove: Callable[[str, Cause], RowVerdict]) 
 
 def reached_from(start: str, steps: Iterable[Step]) -> frozenset[str]:
     """The states that the steps lead to from `start`, itself included."""
-    targets: dict[str, list[str]] = {}
-    for step in steps:
-        targets.setdefault(step.row.source, []).append(step.row.target)
-    reached, open_ = {start}, [start]
-    while open_:
-        for target in targets.get(open_.pop(), ()):
-            if target not in reached:
-                reached.add(target)
-                open_.append(target)
-    return frozenset(reached)
+    targets = grouped((step.row.source, step.row.target) for step in steps)
+    return frozenset(reachable([start], lambda state: targets.get(state, ())))

@@ -10,6 +10,7 @@ from specc.analysis.words import ending, listed
 from specc.diagnostics import Diagnostic, Related
 from specc.model.fsm import State
 from specc.model.system import Subsystem, System
+from specc.reachable import grouped, reachable
 
 # A state whose behaviour has a terminal condition can be ended by it.
 
@@ -68,15 +69,8 @@ def _findings(
 
 
 def _from(start: str, edges: list[tuple[str, str]]) -> set[str]:
-    targets: dict[str, list[str]] = {}
-    for source, target in edges:
-        targets.setdefault(source, []).append(target)
-    found, open_ = {start}, [start]
-    while open_:
-        new = [t for t in targets.get(open_.pop(), ()) if t not in found]
-        found.update(new)
-        open_ += new
-    return found
+    targets = grouped(edges)
+    return set(reachable([start], lambda state: targets.get(state, ())))
 
 
 def _not_reached(

@@ -19,26 +19,22 @@ from specc.lower.plan import ConstantPlan, NamedPlan
 from specc.lower.terms import Term
 from specc.model import expr as e
 from specc.model.system import Constant, Element, Subsystem, System
+from specc.reachable import grouped, reachable
 
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
 
 
 def computed(constants: dict[str, Constant]) -> frozenset[str]:
     """Constants whose value an operator or a file gives: known when the system is built."""
-    found: set[str] = set()
-    for name, constant in constants.items():
-        nodes = list(e.walk(constant.value))
-        if any(isinstance(node, (e.Call, e.FileRef)) for node in nodes):
-            found.add(name)
-    while True:
-        more = {
-            name
-            for name, constant in constants.items()
-            if any(isinstance(n, e.ConstantRef) and n.name in found for n in e.walk(constant.value))
-        }
-        if more <= found:
-            return frozenset(found)
-        found |= more
+    users = grouped(
+        (used, name) for name, c in constants.items() for used in e.constants_in(c.value)
+    )
+    outside = (
+        name
+        for name, constant in constants.items()
+        if any(isinstance(node, (e.Call, e.FileRef)) for node in e.walk(constant.value))
+    )
+    return frozenset(reachable(outside, lambda name: users.get(name, ())))
 
 
 def shared_name(value: e.Expr) -> str:

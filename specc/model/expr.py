@@ -268,6 +268,11 @@ def walk(expr: Expr) -> Iterator[Expr]:
         yield from walk(child)
 
 
+def constants_in(expr: Expr) -> list[str]:
+    """Names of the constants in an expression, as often as they stand there."""
+    return [node.name for node in walk(expr) if isinstance(node, ConstantRef)]
+
+
 def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """`expr` with its direct subexpressions changed; the same object if none is another one."""
     kind: Any = type(expr)

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from specc.lang import show
 from specc.model.expr import Expr
+from specc.reachable import reachable
 
 # What conditions ask about. Atoms of one variable are related; those of different ones are not.
 
@@ -276,13 +277,7 @@ class Formulas:
 
 def in_order(formulas: Iterable[Formula]) -> list[Formula]:
     """The formulas and all their parts, each once, parts first."""
-    found: set[Formula] = set()
-    open_ = list(formulas)
-    while open_:
-        formula = open_.pop()
-        if formula not in found:
-            found.add(formula)
-            open_ += formula.parts
+    found = reachable(formulas, lambda formula: formula.parts)
     return sorted(found, key=lambda formula: formula.index)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from specc.lang import Declared, Scope
-from specc.model.expr import FALSE, TRUE, Call, ConstantRef, Expr, FileRef, MemoryRef, walk
+from specc.model.expr import FALSE, TRUE, Call, Expr, FileRef, MemoryRef, constants_in, walk
 from specc.model.fsm import (
     Assignment,
     Axiom,
@@ -20,6 +20,7 @@ from specc.model.fsm import (
 from specc.model.system import Element, Memory, Port, Safe
 from specc.model.trace import Trace
 from specc.model.types import Bool, Type
+from specc.reachable import reachable
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
@@ -85,15 +86,13 @@ def _safe(
 def _may_fail(value: Expr, expressions: Expressions) -> bool:
     """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
     constants = expressions.definitions.constants
-    pending, seen = [value], set[str]()
-    while pending:
-        for node in walk(pending.pop()):
-            if isinstance(node, Call | FileRef | MemoryRef):
-                return True
-            if isinstance(node, ConstantRef) and node.name in constants and node.name not in seen:
-                seen.add(node.name)
-                pending.append(constants[node.name].value)
-    return False
+
+    def used(part: Expr) -> list[str]:
+        return [name for name in constants_in(part) if name in constants]
+
+    names = reachable(used(value), lambda name: used(constants[name].value))
+    parts = (value, *(constants[name].value for name in names))
+    return any(isinstance(node, Call | FileRef | MemoryRef) for p in parts for node in walk(p))
 
 
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
 from specc.lang import ExprError, parse_type
-from specc.model.expr import ConstantRef, Expr, walk
+from specc.model.expr import Expr, constants_in
 from specc.model.system import Constant
 from specc.model.types import Frame, Type
+from specc.reachable import reachable
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, inlined
 from specc.resolve.expressions import Expressions
@@ -130,10 +131,5 @@ def _outside(value: Expr, outer: Definitions, used: SpecFile) -> Expr:
     """
     if outer.given is not None or used.agent is not None:
         return inlined(value, outer.constants)
-    open_, met = [value], set()
-    while open_:
-        for node in walk(open_.pop()):
-            if isinstance(node, ConstantRef) and node.name not in met:
-                met.add(node.name)
-                open_.append(outer.constants[node.name].value)
-    return inlined(value, outer.constants) if met & used.parameters.keys() else value
+    met = reachable(constants_in(value), lambda name: constants_in(outer.constants[name].value))
+    return inlined(value, outer.constants) if met.keys() & used.parameters.keys() else value
