@@ -66,8 +66,8 @@ def readers_fast_enough(system: System, facts: Facts) -> Iterator[Diagnostic]:
                             f"`{subsystem.qualified_name}` can miss values of "
                             f"`x.{port.peer}.{element.name}`",
                             element.place,
-                            f"up to {_count(rate / subsystem.rate_hz)} values come between two "
-                            f"periods of {_ms(subsystem.rate_hz)}, and the last one is seen",
+                            f"up to {_most_values(rate / subsystem.rate_hz)} values come between "
+                            f"two periods of {_ms(subsystem.rate_hz)}, and the last one is seen",
                             (
                                 Related(place, f"sends one every {_ms(rate)}"),
                                 Related(below(subsystem.place, "rate"), "looks at this rate"),
