@@ -267,6 +267,13 @@ _DOUBLING = {
     "enum": ("x.c.mode", "{0} if {0} == u else v", "{0} == u"),
     "poses": ("x.c.pose", "{0} @ {0}", "near({0}, identity(), 1[m], 1[rad])"),
     "vectors": ("x.c.three", "[{0}[0] + {0}[1], {0}[1], {0}[2]]", "any(n > 3 for n in {0})"),
+    "constants": ("[1, 2, 3]", "{0} + {0}", "any(n > 3 for n in {0})"),
+    "memory": ("fixed", "{0} + {0}", "any(n > 3 for n in {0})"),
+    "bool in quantifiers": (
+        "x.c.lit",
+        "{0} and x.c.go > {1} or {0} and x.c.go < {1}",
+        "any({0} and m == u for m in x.c.modes)",
+    ),
     "quantifiers": ("x.c.lit", "any({0} and n > {1} for n in x.c.three)", "{0}"),
 }
 """Of a kind of value: the last let of a chain, a let by the one below, and a condition."""
@@ -277,6 +284,7 @@ _INPUTS: Spec = {
     "mode": {"type": "Mode", "init": "u"},
     "pose": {"type": "pose[F, F]", "init": "identity()"},
     "three": {"type": "vector[3]", "init": "[0, 0, 0]"},
+    "modes": {"type": "vector[2, Mode]", "init": "[u, v]"},
 }
 
 
@@ -292,6 +300,7 @@ def _doubled(kind: str, use: Callable[[Spec, str], None]) -> Callable[[int], Fil
             "size": {"signature": "(a: int) -> int", "python": "p:size"},
         }
         _m(spec)["x"]["c"] |= _INPUTS
+        _m(spec)["memory"]["fixed"] = {"type": "vector[3]", "init": "[0, 0, 0]"}
         _c(spec)["y"]["m"] |= {name: element["type"] for name, element in _INPUTS.items()}
         sent = {f"y.m.{name}": str(element["init"]) for name, element in _INPUTS.items()}
         _c(spec)["functions"]["go"] |= sent | {"y.m.lit": "k > 3"}

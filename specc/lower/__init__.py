@@ -2,7 +2,7 @@
 
 from specc.lower.flow import Proofs
 from specc.lower.plan import SystemPlan
-from specc.lower.sharing import TooLarge
 from specc.lower.system import lower
+from specc.lower.terms import TooLarge
 
 __all__ = ["Proofs", "SystemPlan", "TooLarge", "lower"]

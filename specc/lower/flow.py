@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from specc.lower.terms import NONE, Term, Terms, TermTable, in_order
+from specc.lower.terms import NONE, Term, Terms, TermTable, Visits, in_order
 from specc.model import expr as e
-from specc.model.expr import Truth
+from specc.model.expr import Logic, Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Type, Vector
+from specc.model.types import Type, Vector
 
 # What is evaluated in any case: what may be computed early, because it will be needed anyway.
 #
@@ -25,6 +25,8 @@ class Certain:
     def __init__(self, known: Terms = NONE) -> None:
         self._known = known
         self._found: dict[Term, Terms] = {}
+        self._tested: dict[tuple[Term, Terms, Terms], Terms] = {}
+        self._visits = Visits()
 
     def of(self, *terms: Term) -> Terms:
         """Terms that an evaluation of all `terms` evaluates in any case, themselves among them."""
@@ -57,6 +59,13 @@ class Certain:
     def _before(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
         if term in self._known:
             return if_true & if_false
+        case = (term, if_true, if_false)
+        if case not in self._tested:
+            self._visits.add()
+            self._tested[case] = self._before_test(*case)
+        return self._tested[case]
+
+    def _before_test(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
         itself = frozenset({term}) if term.is_kept else NONE
         match term.node:
             case e.Truth(value=value):
@@ -92,47 +101,6 @@ class Certain:
                 inside = (t for t in self._get(body) if not t.bound)
                 return self._get(over) | (frozenset(inside) if never_empty else NONE)
         return NONE.union(*map(self._get, term.args))
-
-
-# What a path through a work cycle has already found out shortens the conditions further on.
-
-
-Facts = dict[Term, bool]
-
-
-def learn(table: TermTable, facts: Facts, term: Term, outcome: bool) -> Facts:
-    """`facts`, and what follows when `term` came out as `outcome`. Nothing is guessed."""
-    known = dict(facts)
-    pending = [(term, outcome)]
-    while pending:
-        item, value = pending.pop()
-        known[item] = value
-        known[table.negation(item)] = not value
-        match item.node:
-            case e.Unary(op="not"):
-                pending.append((item.args[0], not value))
-            case e.Logic(op=op) if value is (op == "and"):
-                pending.extend((operand, value) for operand in item.args)
-            case e.Fresh(input=source) if value:
-                pending.append((table.of(e.Present(source, type=Bool())), True))
-            case e.Present(input=source) if not value:
-                known[table.of(e.Fresh(source, type=Bool()))] = False
-    return known
-
-
-def shortened(table: TermTable, term: Term, facts: Facts) -> Term:
-    """A term equal to `term` wherever `facts` hold."""
-    if term in facts:
-        return table.truth(facts[term])
-    match term.node:
-        case e.Unary(op="not") | e.Logic():
-            args = tuple(shortened(table, arg, facts) for arg in term.args)
-            return term if args == term.args else table.make(term.node, args)
-        case e.Choice():
-            test = shortened(table, term.args[0], facts)
-            same = test is term.args[0]
-            return term if same else table.make(term.node, (test, *term.args[1:]))
-    return term
 
 
 # The work cycle of a state as a tree: error condition, terminal condition, rows, behaviour.
@@ -296,34 +264,29 @@ class Flows:
     def of_state(self, state: str) -> Flow:
         """The work cycle of a state: error has priority over the terminal condition (2.4)."""
         behaviour = self._subsystem.state(state).behaviour
-        return self._check(state, {}, _conditions(behaviour))
+        return self._check(state, _conditions(behaviour))
 
-    def _check(
-        self, state: str, facts: Facts, conditions: tuple[tuple[Cause, Condition], ...]
-    ) -> Flow:
+    def _check(self, state: str, conditions: tuple[tuple[Cause, Condition], ...]) -> Flow:
         if not conditions:
             return Stay(self._enter(state, is_same_state=True))
         (cause, condition), *later = conditions
-        test = shortened(self._table, self._table.of(condition.when), facts)
-        if isinstance(test.node, Truth):
-            if test.node.value:
-                return self._rows(state, cause, facts)
-            return self._check(state, facts, tuple(later))
-        rows = self._rows(state, cause, learn(self._table, facts, test, True))
-        otherwise = self._check(state, learn(self._table, facts, test, False), tuple(later))
-        return Check(condition, test, rows, otherwise)
+        test = self._table.of(condition.when)
+        if not isinstance(test.node, Truth):
+            otherwise = self._check(state, tuple(later))
+            return Check(condition, test, self._rows(state, cause), otherwise)
+        return self._rows(state, cause) if test.node.value else self._check(state, tuple(later))
 
-    def _rows(self, state: str, cause: Cause, facts: Facts) -> Rows:
+    def _rows(self, state: str, cause: Cause) -> Rows:
         is_proved = self._proofs.is_proved(self._subsystem.qualified_name, state, cause)
         rows = []
         for index, transition in self._subsystem.rows(state, cause):
-            test = shortened(self._table, self._table.of(transition.condition.when), facts)
+            test = self._table.of(transition.condition.when)
             same = transition.target == state
             enter = self._enter(transition.target, index, is_entry=True, is_same_state=same)
             rows.append(Row(test, transition, enter))
-            if is_proved:
-                facts = learn(self._table, facts, test, False)
         is_proved = is_proved or (len(rows) == 1 and rows[0].test is self._table.truth(True))
+        if is_proved and rows and _is_rest(self._table, rows):
+            rows[-1] = replace(rows[-1], test=self._table.truth(True))
         if is_proved:
             rows = _possible(rows)
         return Rows(cause, tuple(rows), is_proved and bool(rows))
@@ -333,6 +296,17 @@ class Flows:
     ) -> Enter:
         behaviour = self._subsystem.state(state).behaviour
         return Enter(self.activities[behaviour.name], state, row, is_entry, is_same_state)
+
+
+def _is_rest(table: TermTable, rows: list[Row]) -> bool:
+    """Whether the last row, by its form, says that none of the others holds."""
+    *others, last = (row.test for row in rows)
+    parts = (part for test in others for part in (test, *_operands(test, "or")))
+    return set(map(table.negation, parts)).issuperset(_operands(last, "and"))
+
+
+def _operands(term: Term, op: str) -> tuple[Term, ...]:
+    return term.args if isinstance(term.node, Logic) and term.node.op == op else (term,)
 
 
 def _possible(rows: list[Row]) -> list[Row]:

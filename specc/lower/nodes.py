@@ -9,7 +9,7 @@ from specc.lower.finite import is_array
 from specc.lower.module import Module, shared_name
 from specc.lower.names import comment, literal
 from specc.lower.plan import ConstantPlan
-from specc.lower.terms import Term, TermTable
+from specc.lower.terms import Term, TermTable, Visits
 from specc.model import expr as e
 from specc.model.types import (
     Enum,
@@ -153,6 +153,7 @@ class Nodes:
         self.periods = "self._periods"
         self.is_settled = True
         """Whether memory that no function changes has its value for good."""
+        self.visits = Visits()
         self.bound: dict[str, str] = {}
         """Variables of quantifiers and what they are called in Python."""
 
@@ -213,6 +214,7 @@ class Nodes:
 
     def whole(self, term: Term) -> Spelled:
         """A term with all its operands, none of them kept in a local."""
+        self.visits.add()
         if isinstance(term.node, e.Quantifier):
             self.bound[term.node.variable] = self.module.local_names().new(term.node.variable)
         return self.spell(term, [self.whole(arg) for arg in term.args])

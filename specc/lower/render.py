@@ -9,7 +9,6 @@ from specc.lower.finite import is_array
 from specc.lower.module import Module
 from specc.lower.names import Names, literal
 from specc.lower.nodes import Nodes, Spelled
-from specc.lower.sharing import LARGEST, TooLarge
 from specc.lower.terms import NONE, Term, Terms, TermTable
 from specc.model import expr as e
 from specc.model.types import Enum, Pose, Vector
@@ -34,6 +33,8 @@ def _holds(term: Term, variable: str, member: str) -> bool | None:
     match term.node:
         case e.Truth(value=value):
             return value
+        case _ if not term.bound:
+            return None
         case e.Among(members=members) if _is_variable(term.args[0], variable):
             return member in members
         case e.Compare(op="==" | "!=" as op):
@@ -107,7 +108,6 @@ class Renderer:
         self.names: Names = module.local_names()
         self.locals: dict[Term, str] = {}
         self._may_assign = True
-        self._visits = 0
 
     def local(self, term: Term) -> str:
         """The local of a term: its let's name, else its operator's in small letters."""
@@ -122,9 +122,7 @@ class Renderer:
 
     def test(self, term: Term, seen: Seen) -> tuple[Spelled, Seen, Seen]:
         """A condition, and what is known when it holds and when it does not."""
-        self._visits += 1
-        if self._visits > LARGEST:
-            raise TooLarge
+        self.nodes.visits.add()
         if term in seen.always:
             return Spelled(self.local(term)), seen, seen
         if term in seen.perhaps:

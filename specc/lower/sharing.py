@@ -9,23 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from specc.lower.flow import Activity, Check, Enter, Flow, Stay
-from specc.lower.terms import NONE, Term, Terms, in_order
+from specc.lower.terms import NONE, Term, Terms, Visits, in_order
 from specc.model import expr as e
-
-LARGEST = 100_000
-"""Visits of terms in one method; lets that choose between lets can multiply beyond any use."""
-
-
-class TooLarge(Exception):
-    """The work cycle of a subsystem would become a method beyond reason."""
-
-    def __init__(self, subsystem: str = "") -> None:
-        self.subsystem = subsystem
-        whose = f" of `{subsystem}`" if subsystem else ""
-        super().__init__(
-            f"one period{whose} evaluates more than {LARGEST} terms, or terms too deep inside each "
-            "other; lets that choose between lets multiply, so make an operator of some"
-        )
 
 
 class Walk:
@@ -38,7 +23,7 @@ class Walk:
     def __init__(self) -> None:
         self.again: set[Term] = set()
         self.offers: list[tuple[Enter, Terms]] = []
-        self._visits = 0
+        self._visits = Visits()
 
     def flow(self, flow: Flow, before: Terms = NONE) -> None:
         """A work cycle, when the terms `before` have been evaluated."""
@@ -122,9 +107,7 @@ class Walk:
         return if_false, if_true
 
     def _is_known(self, term: Term, before: Terms) -> bool:
-        self._visits += 1
-        if self._visits > LARGEST:
-            raise TooLarge
+        self._visits.add()
         if term not in before:
             return False
         self.again.add(term)

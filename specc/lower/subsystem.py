@@ -15,8 +15,7 @@ from specc.lower.module import Module, elements
 from specc.lower.names import comment, docstring, in_docstring, literal
 from specc.lower.plan import AttributePlan, EquationsPlan, SubsystemPlan, TransitionPlan
 from specc.lower.render import Renderer, Seen
-from specc.lower.sharing import TooLarge
-from specc.lower.terms import TermTable
+from specc.lower.terms import TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.expr import Number
 from specc.model.fsm import Behaviour, Condition

@@ -20,6 +20,35 @@ Terms = frozenset["Term"]
 NONE: Terms = frozenset()
 
 
+LARGEST = 100_000
+"""Visits of terms in one method; lets that choose between lets can multiply beyond any use."""
+
+
+class TooLarge(Exception):
+    """The work cycle of a subsystem would become a method beyond reason."""
+
+    def __init__(self, subsystem: str = "") -> None:
+        self.subsystem = subsystem
+        whose = f" of `{subsystem}`" if subsystem else ""
+        super().__init__(
+            f"one period{whose} evaluates more than {LARGEST} terms, or terms too deep inside each "
+            "other; lets that choose between lets multiply, so make an operator of some"
+        )
+
+
+class Visits:
+    """Counts the terms that are visited for one method; raises `TooLarge`."""
+
+    def __init__(self) -> None:
+        self._count = 0
+
+    def add(self) -> None:
+        """One more."""
+        self._count += 1
+        if self._count > LARGEST:
+            raise TooLarge
+
+
 @dataclass(slots=True, eq=False)
 class Term:
     """A node of an expression; `node` says what it is, its own operands are replaced by `args`."""

@@ -44,11 +44,18 @@ def _is_read(work: Work, left: dict[Work, frozenset[str]]) -> bool:
 
 def _reads(term: Term, known: Terms) -> frozenset[str]:
     """Memory elements that a value still reads when the terms `known` have a local."""
-    if term in known or not term.memory:
-        return frozenset()
-    if not term.args:
-        return term.memory
-    return frozenset[str]().union(*(_reads(arg, known) for arg in term.args))
+    found: set[str] = set()
+    seen = set(known)
+    pending = [term]
+    while pending:
+        item = pending.pop()
+        if item in seen or not item.memory:
+            continue
+        seen.add(item)
+        pending.extend(item.args)
+        if not item.args:
+            found |= item.memory
+    return frozenset(found)
 
 
 # Methods of a subsystem, line by line: values, initial memory, behaviours, monitors.
