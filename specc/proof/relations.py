@@ -6,8 +6,8 @@ refute, variables that are computed from one thing may not be independent after 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from specc.model.expr import (
@@ -41,7 +41,7 @@ from specc.proof.formula import (
 from specc.proof.numbering import Numbering
 
 if TYPE_CHECKING:
-    from specc.proof.solver import Theory
+    from specc.proof.solver import Session, Theory
 
 Answered = tuple[Atom, bool]
 """A question, and whether the answer is yes."""
@@ -84,7 +84,21 @@ class Relations:
 
     def judge(self, atoms: Sequence[Atom]) -> Judge:
         """A judge of answers to the questions of the atoms, whatever they have in common."""
-        return Judge(self._numbering, atoms)
+        return Judge(partial(self._theory, atoms))
+
+    def _theory(self, atoms: Sequence[Atom], *, exact: bool) -> Theory:
+        session = self._session
+        from specc.proof.solver import Theory
+
+        return Theory(session, self._numbering, atoms, exact=exact)
+
+    @cached_property
+    def _session(self) -> Session:
+        try:
+            from specc.proof.solver import Session
+        except ImportError:
+            raise UnsureError("it takes the solver, which is not installed") from None
+        return Session()
 
     def things(self, formulas: Iterable[Formula]) -> set[object]:
         """The variables that formulas ask about, and what the answers depend on."""
@@ -145,8 +159,8 @@ class Relations:
 class Judge:
     """Tells which answers are impossible together; z3 is not imported before it is asked."""
 
-    def __init__(self, numbering: Numbering, atoms: Sequence[Atom]) -> None:
-        self._of = numbering, atoms
+    def __init__(self, theory: Callable[..., Theory]) -> None:
+        self._theory = theory
 
     @cached_property
     def exact(self) -> Theory:
@@ -158,13 +172,6 @@ class Judge:
         """Of floats, which all runs satisfy. Raises UnsureError like `exact`."""
         rounded = self._theory(exact=False)
         return rounded if rounded.rounds else self.exact
-
-    def _theory(self, *, exact: bool) -> Theory:
-        try:
-            from specc.proof.solver import Theory
-        except ImportError:
-            raise UnsureError("it takes the solver, which is not installed") from None
-        return Theory(*self._of, exact=exact)
 
 
 def _is_looked_into(expr: Expr) -> bool:

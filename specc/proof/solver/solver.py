@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +26,24 @@ MOST_STEPS = 400_000
 """Steps of the solver for one question; steps and not seconds, so that all machines agree."""
 
 
+class Session:
+    """A context of z3, which takes longer to make than most answers, and the steps spent in it.
+
+    Each subsystem has its own, so that an answer does not depend on questions about others.
+    """
+
+    def __init__(self) -> None:
+        self.context = z3.Context()
+        self._counted = 0
+
+    def steps(self, solver: Any) -> int:
+        """Steps since this was asked before."""
+        before = self._counted
+        with suppress(z3.Z3Exception):  # there are none yet
+            self._counted = solver.statistics().get_key_value(_STEPS)
+        return self._counted - before
+
+
 class Theory:
     """Answers to the questions of some atoms that are possible together.
 
@@ -34,6 +53,7 @@ class Theory:
 
     def __init__(
         self,
+        session: Session,
         numbering: Numbering,
         atoms: Sequence[Atom],
         *,
@@ -58,10 +78,8 @@ class Theory:
         self.rounds = rounding.matters
         facts = [*self._conditions.laws, *rounding.facts()]
         facts += [_arrival(atom.variable) for atom in atoms if _is_arrival(atom)]
-        # In a context of its own, so that an answer does not depend on earlier questions.
-        self.context = z3.Context()
+        self._session, self.context = session, session.context
         self._solver = z3.Solver(ctx=self.context)
-        self._counted = 0
         self._solver.set("rlimit", MOST_STEPS)
         # Python minds Ctrl-C itself; the solver would only say that it found no answer.
         self._solver.set("ctrl_c", False)
@@ -118,18 +136,11 @@ class Theory:
         if allowed < MOST_STEPS:
             self._solver.set("rlimit", max(allowed, 1))
         found = self._solver.check(*assumed)
-        spend("proof", self._steps())
+        spend("proof", self._session.steps(self._solver))
         if found == z3.unknown:
             within = "bounds" if allowed >= MOST_STEPS else "the steps that this run has left"
             raise UnsureError(f"the solver found no answer within {within}")
         return bool(found == z3.sat)
-
-    def _steps(self) -> int:
-        """Steps since this was asked before."""
-        before, statistics = self._counted, self._solver.statistics()
-        keys = statistics.keys()
-        self._counted = statistics.get_key_value(_STEPS) if _STEPS in keys else before
-        return self._counted - before
 
     def _term(self, atom: Atom) -> Any:
         variable = atom.variable
