@@ -17,9 +17,7 @@ from specc import pipeline
 from specc.diagnostics.render import json, text
 from specc.diagnostics.report import report, resolve
 
-LIMIT_S = 2.0
-"""CPU time that a file may take."""
-HANGING_S = 20
+HANGING_S = 300
 """Wall time after which a file is given up."""
 MEMORY_BYTES = 1 << 30
 """Address space of the process; a file that needs more fails with MemoryError."""
@@ -57,23 +55,19 @@ def tried(path: Path) -> Trial:
         return Trial(False, frozenset(), process_time() - begin, traceback.format_exc())
     seconds = process_time() - begin
     codes = frozenset(finding.diagnostic.code for finding in found.findings)
-    fault = f"{seconds:.1f} s of CPU time" if seconds > LIMIT_S else ""
-    if not built.result.ok and not codes:
-        fault = "refused without a finding"
+    fault = "" if built.result.ok or codes else "refused without a finding"
     return Trial(built.result.ok, codes, seconds, fault)
 
 
 def guarded(run: Callable[[], object]) -> Trial:
-    """How something fares that must not raise, within the same limits."""
+    """How something fares that must not raise."""
     begin = process_time()
     try:
         with _patience():
             run()
     except Exception:  # noqa: BLE001 - whatever it is, it is what is searched for
         return Trial(False, frozenset(), process_time() - begin, traceback.format_exc())
-    seconds = process_time() - begin
-    fault = f"{seconds:.1f} s of CPU time" if seconds > LIMIT_S else ""
-    return Trial(True, frozenset(), seconds, fault)
+    return Trial(True, frozenset(), process_time() - begin)
 
 
 @contextmanager

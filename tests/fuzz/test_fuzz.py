@@ -25,8 +25,9 @@ FILES = 300
 def test_files_are_accepted_or_refused_within_limits(seed: int, tmp_path: Path) -> None:
     script = ROOT / "bench/fuzz.py"
     paths = os.pathsep.join((str(ROOT), str(ROOT / "runtime")))
+    options = ["--seed", str(seed), "--keep", str(tmp_path), "--limit", "30"]
     done = subprocess.run(
-        [sys.executable, str(script), str(FILES), "--seed", str(seed), "--keep", str(tmp_path)],
+        [sys.executable, str(script), str(FILES), *options],
         capture_output=True,
         text=True,
         env={**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
