@@ -11,6 +11,9 @@ ScalarStyle = Literal["", "'", '"', "|", ">"]
 
 _ESCAPE = re.compile(r"\\(?:x.{2}|u.{4}|U.{8}|.)", re.DOTALL)
 _JOINED_LINES = re.compile(r"\\(?:\r\n|\r|\n)[ \t]*")
+_RUN = re.compile(r".{1,64}", re.DOTALL)
+"""Characters that a file probably spells as they are."""
+_MARKS = re.compile(r"[\\'\"]")
 _BLOCK_HEADER = re.compile(r"[|>][^\r\n]*(?:\r\n|\r|\n)")
 
 
@@ -21,11 +24,16 @@ def raw_offsets(value: str, raw: str, style: ScalarStyle) -> list[int]:
     line breaks lies where the first of it is written.
     """
     position = _opening(raw, style)
-    offsets = []
-    for char in value:
-        position = _find(char, raw, position, style)
-        offsets.append(min(position, len(raw)))
-        position += _width(raw, position, style)
+    offsets: list[int] = []
+    for run in _RUN.findall(value):
+        if raw.startswith(run, position) and not _MARKS.search(run):
+            offsets += range(position, position + len(run))
+            position += len(run)
+            continue
+        for char in run:
+            position = _find(char, raw, position, style)
+            offsets.append(min(position, len(raw)))
+            position += _width(raw, position, style)
     return [*offsets, min(position, len(raw))]
 
 

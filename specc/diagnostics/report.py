@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
 from specc.diagnostics.sides import settled
@@ -95,8 +96,13 @@ def report(findings: Iterable[Finding], checked: Iterable[str]) -> Report:
 
 def shown_path(path: str) -> str:
     """A path as people read it: relative to the working directory if it lies below it."""
+    return _shown_from(os.getcwd(), path)
+
+
+@lru_cache
+def _shown_from(folder: str, path: str) -> str:
     try:
-        relative = os.path.relpath(path)
+        relative = os.path.relpath(path, folder)
     except ValueError:
         return path
     return path if relative.startswith(os.pardir) else relative

@@ -41,8 +41,8 @@ def comments_in(text: str, scalars: Iterable[tuple[int, int]]) -> list[Comment]:
         if before >= 0 and mark.start() < spans[before][1]:
             end = spans[before][1]
         else:
-            line = text[_line_start(text, mark.start()) : mark.start()]
-            found.append(Comment(mark.start(), end, mark[0].rstrip(), not line.strip()))
+            alone = _is_alone(text, mark.start())
+            found.append(Comment(mark.start(), end, mark[0].rstrip(), alone))
         mark = _MARK.search(text, end)
     return found
 
@@ -55,8 +55,10 @@ def _content(text: str, start: int, end: int) -> int:
     return min(line_end.start() if line_end else start, end)
 
 
-def _line_start(text: str, offset: int) -> int:
-    return max(text.rfind("\n", 0, offset), text.rfind("\r", 0, offset)) + 1
+def _is_alone(text: str, offset: int) -> bool:
+    while offset > 0 and text[offset - 1] in " \t":
+        offset -= 1
+    return offset == 0 or text[offset - 1] in "\r\n"
 
 
 def _scalars(node: Node) -> Iterator[tuple[int, int]]:
