@@ -30,6 +30,8 @@ MAX_TYPE_PARTS = 2_000
 """Of a type with the types in it written out."""
 MAX_EXPRESSION_PARTS = 2_000
 """Of an expression with the constants of a description written out."""
+MAX_IGNORED = 20
+"""Codes of one comment that holds findings back."""
 MAX_SHOWN = 1_000
 """Findings that a report shows; the others are counted."""
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Iterable
 from typing import TypeVar
 
 T = TypeVar("T", bound=Hashable)
+S = TypeVar("S")
 
 
 def reachable(starts: Iterable[T], following: Callable[[T], Iterable[T]]) -> dict[T, None]:
@@ -20,9 +21,9 @@ def reachable(starts: Iterable[T], following: Callable[[T], Iterable[T]]) -> dic
     return found
 
 
-def grouped(pairs: Iterable[tuple[T, T]]) -> dict[T, list[T]]:
-    """The edges of a graph by where they begin."""
-    found: dict[T, list[T]] = {}
+def grouped(pairs: Iterable[tuple[T, S]]) -> dict[T, list[S]]:
+    """The second of each pair by the first, such as the edges of a graph by where they begin."""
+    found: dict[T, list[S]] = {}
     for one, other in pairs:
         found.setdefault(one, []).append(other)
     return found

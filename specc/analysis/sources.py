@@ -147,6 +147,7 @@ class Sources:
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
         self._flows: dict[str, Flow] = {}
+        self._running: dict[str, dict[str, State]] = {}
         self._found: dict[Node, Sent | Measured | None] = {}
 
     def of(self, node: Node) -> Sent | Measured | None:
@@ -179,20 +180,25 @@ class Sources:
         if found is None or found[0].qualified_name in self._facts.broken | self._facts.faulty:
             return None
         sender, peer = found
-        reached = self._facts.reached(sender)
-        states = [state for state in sender.states if state.name in reached]
+        running = self._runs(sender)
+        written = sender.written.get((peer, node.element), {})
+        silent = next((state for name, state in running.items() if name not in written), None)
         reads: set[tuple[Node, bool]] = set()
-        silent = None
-        for state in states:
-            values = [
-                a.value
-                for a in state.behaviour.assignments
-                if (a.peer, a.name) == (peer, node.element)
-            ]
-            silent = silent or (None if values else state)
-            for value in values:
+        for name in written.keys() & running.keys():
+            for value in written[name]:
                 reads |= set(self._nodes(sender, value_reads=self._flow(sender).reads(value)))
         return Sent(sender, tuple(sorted(reads)), silent)
+
+    def _runs(self, subsystem: Subsystem) -> dict[str, State]:
+        """The behaviours that run, each with the first state that it runs in."""
+        name = subsystem.qualified_name
+        if name not in self._running:
+            reached = self._facts.reached(subsystem)
+            first = self._running[name] = {}
+            for state in subsystem.states:
+                if state.name in reached:
+                    first.setdefault(state.behaviour.name, state)
+        return self._running[name]
 
     def _nodes(
         self, sender: Subsystem, value_reads: frozenset[Read]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import partial
 
 from specc.analysis import Facts
 from specc.analysis.graph import Component, all_lead_to, components
@@ -55,26 +56,49 @@ def _findings(
 ) -> Iterator[Diagnostic]:
     """Of the components of the unreached states, those that no other one leads to."""
     edges = [(row.source, row.target) for row in subsystem.transitions]
+    order = {name: index for index, name in enumerate(left)}
+    targets = grouped(edge for edge in edges if edge[1] in order)
+    entering = grouped(
+        (row.target, (index, row))
+        for index, row in enumerate(subsystem.transitions)
+        if row.source in reached
+    )
+    senders = _senders(subsystem)
     told: set[str] = set()
     for part in components(left, edges):
-        dead = [r for r in subsystem.transitions if r.target in part.states and r.source in reached]
+        ways_in = sorted(way for name in part.states for way in entering.get(name, ()))
+        dead = [row for _, row in ways_in]
         if (part.entered and not dead) or told.issuperset(part.states):
             continue
-        steps = [step for step in edges if step[1] not in reached]
-        behind = [n for n in left if n in _from(part.states[0], steps) - told]
+        following = partial(_untold, targets, told)
+        behind = sorted(reachable(part.states[:1], following), key=order.__getitem__)
         told.update(behind)
         lasting = facts.lasting(subsystem)
         never = [Related(row.place, _never_taken(lasting.excludes(row))) for row in dead]
-        yield _not_reached(subsystem, part.states, behind, never)
+        lost = _unsent(subsystem, behind, senders)
+        yield _not_reached(subsystem, part.states, behind, never, lost)
 
 
-def _from(start: str, edges: list[tuple[str, str]]) -> set[str]:
-    targets = grouped(edges)
-    return set(reachable([start], lambda state: targets.get(state, ())))
+def _untold(targets: dict[str, list[str]], told: set[str], state: str) -> list[str]:
+    return [target for target in targets.get(state, ()) if target not in told]
+
+
+def _senders(subsystem: Subsystem) -> dict[str, set[str]]:
+    """The states that send each element."""
+    found: dict[str, set[str]] = {}
+    for state in subsystem.states:
+        for item in state.behaviour.assignments:
+            if item.peer:
+                found.setdefault(item.target, set()).add(state.name)
+    return found
 
 
 def _not_reached(
-    subsystem: Subsystem, first: tuple[str, ...], group: list[str], dead: list[Related]
+    subsystem: Subsystem,
+    first: tuple[str, ...],
+    group: list[str],
+    dead: list[Related],
+    lost: Iterable[Related],
 ) -> Diagnostic:
     named = ", ".join(f"`{name}`" for name in group)
     through = f", `{first[0]}` would have to be entered first" if len(group) > 1 else ""
@@ -84,16 +108,18 @@ def _not_reached(
         f"`{subsystem.initial_state}`",
         subsystem.state(first[0]).place,
         f"never entered{through}",
-        (*dead, *_unsent(subsystem, group)),
+        (*dead, *lost),
         _way_in(first[0], dead),
     )
 
 
-def _unsent(subsystem: Subsystem, group: list[str]) -> Iterator[Related]:
+def _unsent(
+    subsystem: Subsystem, group: list[str], senders: dict[str, set[str]]
+) -> Iterator[Related]:
     """The elements that only these states send."""
-    sent = [(s.name, a) for s in subsystem.states for a in s.behaviour.assignments if a.peer]
-    others = {a.target for name, a in sent if name not in group}
-    lost = {a.target: a for name, a in sent if name in group and a.target not in others}
+    inside = set(group)
+    sent = (a for name in group for a in subsystem.state(name).behaviour.assignments if a.peer)
+    lost = {a.target: a for a in sent if senders[a.target] <= inside}
     return (Related(a.place, f"so `{a.target}` is never sent") for a in lost.values())
 
 

@@ -91,11 +91,10 @@ def _source(
     unsure = facts.broken | facts.faulty
     if sender is None or end is None or port.other_end in unsure:
         return None
-    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
-    writing = [
-        any((a.peer, a.name) == (end.peer, element) for a in b.assignments) for b in behaviours
-    ]
-    return None if all(writing) else (sender.rate_hz, below(sender.place, "rate"))
+    writing = sender.written.get((end.peer, element), {})
+    if all(state.behaviour.name in writing for state in sender.states):
+        return None
+    return sender.rate_hz, below(sender.place, "rate")
 
 
 def _most_values(ratio: Fraction) -> int:

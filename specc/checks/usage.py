@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Set
 
 from specc.analysis import Facts
 from specc.analysis.presence import expressions, inputs_read
@@ -11,6 +11,9 @@ from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
 from specc.model.system import Definition, Let, Memory, Subsystem, System
+from specc.reachable import reachable
+
+NONE: frozenset[str] = frozenset()
 
 # Which named parts of a subsystem serve it, directly or through others.
 
@@ -31,6 +34,8 @@ class Parts:
         # Nothing can name these in an expression, which is an error of its own.
         readable = [p for p in self.known.values() if isinstance(p, Let | Memory)]
         self._started |= {_label(part) for part in readable if part.name in RESERVED}
+        self._used = _closure(self._started, self.names)
+        self._order = {label: index for index, label in enumerate(self.known)}
 
     def unused(self) -> list[str]:
         """The parts that no other one names, in the order of their kinds and of the file."""
@@ -39,16 +44,8 @@ class Parts:
 
     def behind(self, label: str) -> list[str]:
         """The parts that serve no other purpose than an unused one."""
-        used, found = self._closure(self._started), self._closure(self.names[label])
-        return [other for other in self.known if other in found - used]
-
-    def _closure(self, start: Iterable[str]) -> set[str]:
-        found, open_ = set(start), list(start)
-        while open_:
-            new = self.names.get(open_.pop(), frozenset()) - found
-            found |= new
-            open_ += new
-        return found
+        found = _closure(self.names[label], self.names, self._used) & self._order.keys()
+        return sorted(found, key=self._order.__getitem__)
 
 
 def _parts(subsystem: Subsystem) -> Iterable[Part]:
@@ -104,11 +101,12 @@ def unused(system: System) -> Iterator[tuple[Definition, tuple[Definition, ...]]
     edges = _edges(system)
     used = _closure(_needed_by_agents(system), edges)
     idle = {d.label: d for d in system.definitions if d.label not in used}
+    order = {label: index for index, label in enumerate(idle)}
     inner = {label for one in idle for label in edges.get(one, ()) if label != one}
     for label, definition in idle.items():
         if label not in inner:
-            behind = _closure(edges.get(label, ()), edges)
-            yield definition, tuple(idle[other] for other in idle if other in behind)
+            behind = _closure(edges.get(label, NONE), edges, used) & idle.keys()
+            yield definition, tuple(idle[o] for o in sorted(behind, key=order.__getitem__))
 
 
 def _needed_by_agents(system: System) -> set[str]:
@@ -142,13 +140,9 @@ def _labels(expression: Expr) -> frozenset[str]:
     return frozenset(found)
 
 
-def _closure(start: Iterable[str], edges: dict[str, frozenset[str]]) -> set[str]:
-    found, open_ = set(start), list(start)
-    while open_:
-        new = edges.get(open_.pop(), frozenset()) - found
-        found |= new
-        open_ += new
-    return found
+def _closure(start: Set[str], edges: Mapping[str, Set[str]], without: Set[str] = NONE) -> Set[str]:
+    """What the start leads to, itself included, but not through what is left out."""
+    return reachable(start - without, lambda one: edges.get(one, NONE) - without).keys()
 
 
 # Every named part of a subsystem is used somewhere in it.

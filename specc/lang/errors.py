@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from specc.diagnostics.nearest import is_slip, surely_meant
 from specc.model.expr import (
@@ -93,6 +94,7 @@ class Scope:
         """The elements of the input buffer that is connected to a peer."""
         return {element: type for (p, element), type in self.inputs.items() if p == peer}
 
+    @cached_property
     def known_peers(self) -> list[str]:
         """Peers with an input buffer, in order."""
         return list(dict.fromkeys([*(peer for peer, _ in self.inputs), *self.peers]))

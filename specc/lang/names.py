@@ -124,8 +124,8 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
     if help and not near:
         return error
     way = _way_to_declare(scope, hint)
-    if (scope.known_peers() or scope.allow_clock) and not isinstance(hint, File):
-        peer = next(iter(scope.known_peers()), "peer")
+    if (scope.known_peers or scope.allow_clock) and not isinstance(hint, File):
+        peer = next(iter(scope.known_peers), "peer")
         way += (
             f"; a signal from elsewhere is an element of a buffer, e.g. `x.{peer}.{name}`: declare "
             "it under `x:` here and under `y:` of what sends it"
@@ -135,7 +135,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
 
 def _way_to_declare(scope: Scope, hint: Type | None) -> str:
     """Lets depend on memory, so that nothing names one where memory has no value yet."""
-    lets = scope.allow_memory and (scope.allow_clock or scope.known_peers())
+    lets = scope.allow_memory and (scope.allow_clock or scope.known_peers)
     match hint:
         case File():
             return "declare it under `files:`"
@@ -150,7 +150,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
     inputs = [f"x.{peer}.{element}" for peer, element in scope.inputs if element == name]
     if inputs:
         return f"an input is spelt {one_of(inputs)}"
-    if name in scope.known_peers():
+    if name in scope.known_peers:
         return f"an input is spelt `x.{name}.element`"
     close = nearest(name, scope.names())
     if close:
@@ -218,14 +218,14 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
             message = f"`{ctx.quote(node)}` is not an element of an input buffer"
             raise ctx.error(node, message, "it is spelt `x.peer.element`", "E0203")
     scope = ctx.scope
-    if not scope.allow_inputs or not scope.known_peers():
+    if not scope.allow_inputs or not scope.known_peers:
         message = f"`{ctx.quote(node)}` has no value here: there are no inputs"
         raise ctx.error(node, message, "refer to constants and operators only", "E0230")
     type = scope.inputs.get((peer, element))
     if type is not None:
         return Input(peer, element, type=type, span=span(node))
-    if peer not in scope.known_peers():
-        known = scope.known_peers()
+    if peer not in scope.known_peers:
+        known = scope.known_peers
         error = _unknown_part(node.value, "there is no input buffer of ", peer, known, "E0204")
         way = f"declare it under `x:` here and under `y:` at its other end, `{peer}`"
         raise error.not_there(f"`x.{peer}` is not there yet", way, peer, known)
@@ -249,7 +249,7 @@ def _suggestion(name: str, known: list[str]) -> str:
 
 
 def _whole_buffer(ctx: Context, node: ast.Attribute) -> ExprError:
-    known = ctx.scope.known_peers()
+    known = ctx.scope.known_peers
     if node.attr not in known:
         return _unknown_part(node, "there is no input buffer of ", node.attr, known, "E0204")
     listed = one_of(f"x.{node.attr}.{e}" for e in ctx.scope.elements(node.attr))

@@ -168,12 +168,21 @@ class Subsystem:
         return {state.name: state for state in self.states}
 
     @cached_property
-    def _rows(self) -> dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]]:
-        found: dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]] = {}
-        for index, row in enumerate(self.transitions):
-            key = (row.source, row.cause)
-            found[key] = (*found.get(key, ()), (index, row))
+    def written(self) -> dict[tuple[str, str], dict[str, list[Expr]]]:
+        """What behaviours of states assign, by peer ("" for memory), name and behaviour."""
+        found: dict[tuple[str, str], dict[str, list[Expr]]] = {}
+        for behaviour in {s.behaviour.name: s.behaviour for s in self.states}.values():
+            for item in behaviour.assignments:
+                by_name = found.setdefault((item.peer, item.name), {})
+                by_name.setdefault(behaviour.name, []).append(item.value)
         return found
+
+    @cached_property
+    def _rows(self) -> dict[tuple[str, Cause], tuple[tuple[int, Transition], ...]]:
+        found: dict[tuple[str, Cause], list[tuple[int, Transition]]] = {}
+        for index, row in enumerate(self.transitions):
+            found.setdefault((row.source, row.cause), []).append((index, row))
+        return {key: tuple(rows) for key, rows in found.items()}
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,14 @@ from functools import lru_cache
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, severity_of
 from specc.diagnostics.code import all_codes
+from specc.limits import MAX_IGNORED
 from specc.read.comments import Comment, comments_of
 from specc.source import Place, SourceFile
 
 _ADDRESSED = re.compile(r"#\s*specc:\s*(?P<words>.*)")
 _IGNORE = re.compile(r"ignore\s*\[(?P<codes>[^\]]*)\]\s*[:—-]?\s*(?P<reason>.*)")
 _LIKE_A_CODE = re.compile(r"\b[EWO]\d{4}\b")
+_LINE_BREAK = re.compile(r"\r\n|\r|\n")
 _CODE = re.compile(r"[^\s,]+")
 _FORM = "write `# specc: ignore[W0412] reason`"
 
@@ -48,8 +50,12 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
             if taken is None or _ADDRESSED.search(taken["reason"]):
                 findings.append(_not_understood(source, comment))
                 continue
+            codes = list(_CODE.finditer(taken["codes"]))
+            if len(codes) > MAX_IGNORED:
+                findings.append(_too_many(source, comment))
+                continue
             begin = comment.start + words.start("words") + taken.start("codes")
-            ignores += _entries(source, comment, taken, begin)
+            ignores += _entries(source, comment, taken["reason"], codes, begin)
     findings += [fault for entry in ignores if (fault := _fault(source, entry)) is not None]
     return [entry for entry in ignores if _fault(source, entry) is None], findings
 
@@ -68,14 +74,13 @@ def unused(source: SourceFile, entry: Ignore) -> Diagnostic:
 
 
 def _entries(
-    source: SourceFile, comment: Comment, taken: re.Match[str], begin: int
+    source: SourceFile, comment: Comment, reason: str, codes: list[re.Match[str]], begin: int
 ) -> Iterator[Ignore]:
     line = _line_meant(source, comment)
-    codes = list(_CODE.finditer(taken["codes"]))
     for number, code in enumerate(codes):
         place = Place(source.path, (), "text", begin + code.start(), begin + code.end())
         rest = tuple(other[0] for other in codes[:number] + codes[number + 1 :])
-        yield Ignore(code[0], line, place, comment, taken["reason"], rest)
+        yield Ignore(code[0], line, place, comment, reason, rest)
     if not codes:
         yield Ignore("", line, Place(source.path, (), "text", begin, begin), comment, "", ())
 
@@ -121,6 +126,11 @@ def _not_understood(source: SourceFile, comment: Comment) -> Diagnostic:
     return _finding(source, comment, "E0903", "this says nothing to specc", hint)
 
 
+def _too_many(source: SourceFile, comment: Comment) -> Diagnostic:
+    hint = f"a comment names at most {MAX_IGNORED} codes"
+    return _finding(source, comment, "E0903", "this names too many codes", hint)
+
+
 def _finding(
     source: SourceFile, comment: Comment, code: str, message: str, hint: str = _FORM
 ) -> Diagnostic:
@@ -140,5 +150,5 @@ def _whole(source: SourceFile, comment: Comment) -> Place:
         start -= 1
     end = comment.end
     if comment.alone:
-        end += len(re.match(r"\r\n|\r|\n|", text[end:])[0])  # type: ignore[index]  # matches ""
+        end = broken.end() if (broken := _LINE_BREAK.match(text, end)) else end
     return Place(source.path, (), "text", start, end)

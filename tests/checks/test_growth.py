@@ -24,8 +24,6 @@ SQUARES: dict[str, str] = {
     "enum members, with a row for each": "each answer to each question, as above",
     "faulty: rows that overlap": "pairs of rows; tables have an allowance",
     "terms of a condition": "each answer to each question, as above",
-    "elements that wait for a value": "each element in each state of its sender",
-    "faulty: parts that nothing uses": "each with what it alone uses",
     **dict.fromkeys(
         (
             "ignore comments of unknown codes",
