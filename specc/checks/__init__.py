@@ -38,6 +38,7 @@ CHECKS: tuple[Check, ...] = (
     # plant
     bindings.model_readable,
     bindings.bindings_known,
+    bindings.records_made,
     bindings.devices_simulated,
     bindings.devices_bound,
     bindings.bindings_fit,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from specc.analysis import Facts
 from specc.analysis.plant import wrong_kind
@@ -11,6 +11,7 @@ from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, 
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.system import Binding, System
+from specc.model.types import Type, records_in
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -70,6 +71,43 @@ def _suggestion(name: str, known: list[str]) -> str:
 
 def _quoted(names: list[str]) -> list[str]:
     return [f"`{name}`" for name in names]
+
+
+# Records that Python code makes have a class that it can import.
+
+
+def records_made(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """O0206, once for each record."""
+    makers: dict[str, list[Related]] = {}
+    for type_, given, maker in _made(system, facts):
+        for name in _classless(type_) - {name for one in given for name in _classless(one)}:
+            makers.setdefault(name, []).append(maker)
+    for name, (first, *others) in makers.items():
+        yield Diagnostic(
+            "O0206",
+            f"record `{name}` has no Python class, and Python code has to make one",
+            first.place,
+            first.message,
+            related=tuple(others[:_LISTED]),
+            help="add `python: package.module:Class`, a frozen dataclass or a `NamedTuple` with "
+            "these fields",
+        )
+
+
+def _made(system: System, facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
+    """Types of what Python code gives, beside those that it is given and may pass on."""
+    for operator in system.operators:
+        given = [type_ for _, type_ in operator.parameters]
+        if operator.python:
+            yield operator.result, given, Related(operator.place, f"gives `{operator.result}`")
+    for bound in facts.bindings:
+        if not bound.commanded:
+            type_ = bound.element.type
+            yield type_, (), Related(bound.binding.place, f"gives `{type_}`")
+
+
+def _classless(type_: Type) -> set[str]:
+    return {name for name, record in records_in(type_).items() if not record.python}
 
 
 # What is to be simulated has a plant behind its devices and a task to count.

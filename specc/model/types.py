@@ -201,6 +201,20 @@ Type = (
 )  # fmt: skip
 
 
+def records_in(type_: Type) -> dict[str, Record]:
+    """The records in a type, itself included, by their names."""
+    found: dict[str, Record] = {}
+    pending = [type_]
+    while pending:
+        match pending.pop():
+            case ListOf(element=inner) | OptionalOf(value=inner):
+                pending.append(inner)
+            case Record(name=name) as record if name not in found:
+                found[name] = record
+                pending.extend(inner for _, inner in record.fields)
+    return found
+
+
 def extent(type_: Type) -> tuple[int, int]:
     """Parts of a type with the types in it written out, and how many levels they make."""
     match type_:

@@ -11,7 +11,7 @@ frames: {B: base of the arm, E: "end-effector 🦾"}
 types:
   Mode: {type: "enum[go, halt]", title: what is commanded}
   Joints: vector[2, rad]
-  Grip: {fields: {width: "real[m]", force: "real[N]"}, title: state of the fingers}
+  Grip: {fields: {width: "real[m]", force: "real[N]"}, python: "arm:Grip", title: fingers}
 constants:
   limit: {is: "0.5[rad]", title: largest step}
 operators:

@@ -16,7 +16,6 @@ from specc.tools.lsp.symbols import values
 
 _LINE_BREAK = re.compile(r"\r\n|\r|\n")
 _HEAD = re.compile(r"((?:- +)*)(\"[^\"]*\"|'[^']*'|[^\s\"'\[\]{}#:,&*!|>%@`][^:#]*?)\s*:(?=\s|$)")
-_DASH = re.compile(r"(?:- +|-$)*")
 _LEAVES_OPEN = re.compile(r":\s+(?:[|>][+\-\d]*\s*(?:#.*)?|[\[{\"'].*)$")
 _PAIRS = {"]": "[", "}": "{"}
 
