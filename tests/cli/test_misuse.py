@@ -187,7 +187,7 @@ def test_text_that_is_no_specification(name: str, folder: Path) -> None:
 @pytest.mark.parametrize("command", ["build", "run"])
 def test_specification_with_errors_is_neither_built_nor_run(command: str, folder: Path) -> None:
     (folder / "gate.yaml").write_text(edit(SPEC, "y.E.v_s: v_n", "y.E.v_s: v_m"), encoding="utf-8")
-    assert_said(specc(folder, command, "gate.yaml"), REFUSED, ("E0201", "gate.yaml:28:", "1 error"))
+    assert_said(specc(folder, command, "gate.yaml"), REFUSED, ("E0201", "gate.yaml:29:", "1 error"))
     assert not (folder / "generated").exists()
 
 
