@@ -166,12 +166,18 @@ def plain(value: Any) -> Any:
     return value
 
 
+PRODUCTS = 1e-12
+"""How far products of poses may be apart: libraries add up in any order."""
+
+
 def same(a: Any, b: Any, tolerance: float = 0.0) -> bool:
     """Whether two plain values are equal but for the sign of zero; NaN is NaN.
 
-    `tolerance` is relative, absolute below 1.
+    `tolerance` is relative, absolute below 1; for poses it is at least `PRODUCTS`.
     """
     if isinstance(a, tuple) and isinstance(b, tuple):
+        if len(a) == 4 and all(isinstance(row, tuple) and len(row) == 4 for row in a):
+            tolerance = max(tolerance, PRODUCTS)
         return len(a) == len(b) and all(same(p, q, tolerance) for p, q in zip(a, b, strict=True))
     if isinstance(a, float) and isinstance(b, float):
         both_nan = math.isnan(a) and math.isnan(b)
