@@ -15,7 +15,7 @@ from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library, Loaded
 from specc.resolve.machine import MachineResolver, with_safe
-from specc.resolve.reuse import reuse
+from specc.resolve.reuse import Reused, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Route
@@ -28,6 +28,13 @@ class Setting:
     file: Loaded
     definitions: Definitions
     given: tuple[Constant, ...] = ()
+    using: tuple[str, ...] = ()
+    """Paths of the descriptions that led here."""
+
+    def of(self, used: Reused) -> Setting:
+        """The setting of a description that is used here."""
+        path = used.file.path
+        return Setting(used.file, used.definitions, used.given, (*self.using, path))
 
 
 @dataclass(slots=True)
@@ -71,9 +78,7 @@ class AgentResolver:
         return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
 
     def _reused(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
-        used = reuse(
-            definition.use or "", definition.arguments, where, at.file, at.definitions, self.library
-        )
+        used = self._reuse(definition, where, at)
         if used is None:
             return None
         inner = used.file.spec.agent
@@ -81,9 +86,13 @@ class AgentResolver:
             self._no_description("agent", where)
             return None
         self.instances.append(used.definitions)
-        inside = Setting(used.file, used.definitions, used.given)
-        agent = self.resolve(name, inner, used.file.top["agent"], inside)
+        agent = self.resolve(name, inner, used.file.top["agent"], at.of(used))
         return agent and replace(agent, place=where.key)
+
+    def _reuse(self, user: AgentDef | SubsystemDef, where: Where, at: Setting) -> Reused | None:
+        return reuse(
+            user.use or "", user.arguments, where, at.file, at.definitions, self.library, at.using
+        )
 
     def _virtual(
         self, agent: str, around: AgentDef, where: Where, at: Setting
@@ -115,37 +124,38 @@ class AgentResolver:
     ) -> Subsystem | None:
         """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
         before, withheld = len(self.findings.diagnostics), self.findings.withheld
-        described, inside, here = definition, at, where
-        if definition.use is not None:
-            used = reuse(
-                definition.use, definition.arguments, where, at.file, at.definitions, self.library
-            )
+        levels, inside = [(definition, where)], at
+        while levels[-1][0].use is not None:
+            described, here = levels[-1]
+            used = self._reuse(described, here, inside)
             if used is None or used.file.spec.subsystem is None:
                 if used is not None:
-                    self._no_description("subsystem", where)
+                    self._no_description("subsystem", here)
                 self.broken.add(f"{agent}.{name}")
                 return None
             self.instances.append(used.definitions)
-            described, here = used.file.spec.subsystem, used.file.top["subsystem"]
-            inside = Setting(used.file, used.definitions, used.given)
+            levels.append((used.file.spec.subsystem, used.file.top["subsystem"]))
+            inside = inside.of(used)
+        described, here = levels[-1]
         neighbours = Neighbours(name, kind, around, self.names, self.findings)
-        device_user, at_uses = (described, here) if definition.uses is None else (definition, where)
-        if definition.uses is None and described.uses is not None and kind != "control":
-            peers = peers_of_virtual(agent, name, kind, described, around)
+        device_user, at_uses = _first(levels, "uses")
+        if definition.uses is None and device_user.uses is not None and kind != "control":
+            peers = peers_of_virtual(agent, name, kind, device_user, around)
         devices = neighbours.missing_devices(device_user, at_uses)
         missing = neighbours.missing_peers(described, here, peers, devices)
         # An end that is not there yet may be anything, as one with errors may.
         absent = {peer: f"{agent}.{peer}" for peer in missing}
         self.broken |= set(absent.values())
         peers = {**peers, **absent}
-        rate = self._rate(definition, where, described, here)
+        rate = self._rate(*_first(levels, "rate"), where)
         resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
         if found := self.findings.diagnostics[before:]:
             inner = all(_only_inside(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
         elif self.findings.withheld > withheld:
             self.faulty.add(resolved.qualified_name)
-        return replace(resolved, title=definition.title or resolved.title, place=where.key)
+        title = next((level.title for level, _ in levels if level.title), "")
+        return replace(resolved, title=title, place=where.key)
 
     def _inside(
         self,
@@ -187,10 +197,8 @@ class AgentResolver:
             begun=definition.initial_state in definition.states,
         )
 
-    def _rate(
-        self, user: SubsystemDef, where: Where, described: SubsystemDef, here: Where
-    ) -> Fraction | None:
-        text, at = (user.rate, where) if user.rate is not None else (described.rate, here)
+    def _rate(self, definition: SubsystemDef, at: Where, where: Where) -> Fraction | None:
+        text = definition.rate
         if text is None:
             message = "the subsystem has no rate yet"
             self.findings.report("O0601", message, where.key, help="add e.g. `rate: 100 Hz`")
@@ -245,6 +253,11 @@ _INNER = frozenset(
     ("rate", "memory", "let", "conditions", "functions", "behaviours", "states", "initial_state")
 )
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
+
+
+def _first(levels: list[tuple[SubsystemDef, Where]], key: str) -> tuple[SubsystemDef, Where]:
+    """The level that says something for a key: users come before what they use."""
+    return next((level for level in levels if getattr(level[0], key) is not None), levels[-1])
 
 
 def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:

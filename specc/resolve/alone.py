@@ -72,9 +72,13 @@ def _described(
     """The agent of the file, or one that consists of the subsystem of the file."""
     spec, top = file.spec, file.top
     control = spec.agent.control if spec.agent else spec.subsystem
-    if spec.agent and control and control.use:
-        used = library.load(library.beside(file, control.use), top["agent"]["control"]["use"])
+    user, where = file, top["agent"]["control"] if spec.agent else top["subsystem"]
+    seen: set[str] = set()
+    while control and control.use and user.path not in seen:
+        seen.add(user.path)
+        used = library.load(library.beside(user, control.use), where["use"])
         control = used.spec.subsystem if used else None
+        user, where = (used, used.top["subsystem"]) if used else (user, where)
     peers = tuple(dict.fromkeys((*control.x, *control.y))) if control else ()
     resolver = AgentResolver(library, findings, ("", *peers))
     nobody = Agent("", "", "", (), (), top.key)

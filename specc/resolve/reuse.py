@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
 from specc.lang import ExprError, parse_type
+from specc.limits import MAX_DEPTH
 from specc.model.expr import Expr, constants_in
 from specc.model.system import Constant
 from specc.model.types import Frame, Type
@@ -34,9 +35,23 @@ def reuse(
     user: Loaded,
     outer: Definitions,
     library: Library,
+    using: tuple[str, ...],
 ) -> Reused | None:
-    """Load the file that `where` uses and bind its parameters to `arguments`."""
-    file = library.load(library.beside(user, relative), where["use"])
+    """Load the file that `where` uses and bind its parameters to `arguments`.
+
+    `using` are the paths of the descriptions that use each other and led here.
+    """
+    path = library.beside(user, relative)
+    if path in (user.path, *using):
+        library.findings.report(
+            "E0207", f"`{relative}` uses itself", where["use"].place, help=_APART
+        )
+        return None
+    if len(using) >= MAX_DEPTH:
+        message = f"files use files more than {MAX_DEPTH} levels deep"
+        library.findings.report("E0016", message, where["use"].place, help=_FLAT)
+        return None
+    file = library.load(path, where["use"])
     if file is None:
         return None
     binder = _Binder(arguments, where["with"], where["use"], outer, library.findings)
@@ -47,6 +62,10 @@ def reuse(
     if not binder.complete:
         return None
     return Reused(file, library.definitions(file, frames, given), given)
+
+
+_APART = "describe the part here, or use another file"
+_FLAT = "use the file that describes the part"
 
 
 @dataclass(slots=True)
