@@ -11,7 +11,7 @@ from specc.diagnostics.nearest import nearest
 from specc.lang.errors import RESERVED, ExprError, one_of
 from specc.lang.literals import unit_error
 from specc.lang.mismatch import frames_of
-from specc.lang.parse import parse_syntax, span
+from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.model import types as t
 from specc.model.types import Type
 from specc.model.units import Unit, UnitError, unit_of
@@ -280,6 +280,9 @@ class Signature(NamedTuple):
 
 def parse_signature(text: str, names: TypeNames) -> Signature:
     """The signature that a text spells; raises `ExprError` with offsets into it."""
+    if len(text) > LONGEST:
+        message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
+        raise _error(message, LONGEST, len(text))
     opening = len(text) - len(text.lstrip())
     closing = _closing(text, opening)
     arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
+from specc.limits import MAX_ASSUMPTIONS
 from specc.schema.base import (
     DurationText,
     ExprText,
@@ -167,4 +168,6 @@ class SubsystemDef(Traced):
     transitions: list[Annotated[TransitionDef, row_form(ROW_KEYS, Row)]] = Field(
         [], description="Transition table; a row is `[from, cause, when, to]`."
     )
-    assume: list[AxiomDef] = Field([], description="Assumptions that the proofs may use.")
+    assume: list[AxiomDef] = Field(
+        [], max_length=MAX_ASSUMPTIONS, description="Assumptions that the proofs may use."
+    )

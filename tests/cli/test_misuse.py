@@ -166,6 +166,16 @@ TEXTS = {
         REFUSED,
         ("E0303", "10000", "let"),
     ),
+    "long signature": Misuse(
+        edit(with_operator("p:op"), "(v: real[rad/s])", f"({'v: real, ' * 2000}v: real)"),
+        REFUSED,
+        ("E0307", "10000"),
+    ),
+    "many assumptions": Misuse(
+        "specc: 1\nsystem: s\nagents: {a: {control: {assume: [" + "{that: a}, " * 401 + "]}}}\n",
+        REFUSED,
+        ("E0104", "400 items"),
+    ),
     "alias bomb": Misuse(bomb(), REFUSED, ("E0017", "too many values", "100000")),
     "many values": Misuse(
         "specc: 1\nconstants: {a: [" + "1, " * 120_000 + "1]}\n",
