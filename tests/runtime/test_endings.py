@@ -44,13 +44,15 @@ SHORT = (
 
 
 @contextmanager
-def begun(package: Path, *arguments: str, **options: Any) -> Iterator[subprocess.Popen[str]]:
+def begun(
+    package: Path, *arguments: str, start: str = SHORT, **options: Any
+) -> Iterator[subprocess.Popen[str]]:
     """A run of the package in a process of its own, which does not outlive the test."""
     folder = package.parent
     path = os.pathsep.join((str(folder), str(ROOT / "runtime"), str(ROOT)))
     common = [str(package), "--base", str(folder), "--report", str(folder / "r.json")]
     with subprocess.Popen(
-        [sys.executable, "-c", SHORT, *common, "--renderer", "raycast", *arguments],
+        [sys.executable, "-c", start, *common, "--renderer", "raycast", *arguments],
         env={**os.environ, "PYTHONPATH": path},
         text=True,
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
@@ -96,6 +98,23 @@ def test_signals_after_the_first_change_nothing(tmp_path: Path) -> None:
         process.communicate(timeout=60)
     assert process.returncode == 143
     assert report(package)["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+
+
+def test_a_second_interrupt_waits_for_nothing(tmp_path: Path) -> None:
+    package = hinge(tmp_path, drive=HANGS.format("True"))
+    patient = SHORT.replace("GRACE_S = 0.5", "GRACE_S = 1000.0")
+    with begun(package, *ENDLESS, start=patient) as process:
+        until(process, "operator drive (hinge_parts:drive) in arm.j")
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.2)  # two pending signals of one kind are one
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    data = report(package)
+    (fault,) = data["faults"]
+    assert (fault["culprit"], data["interrupted"]) == ("operator drive (hinge_parts:drive)", True)
+    assert fault["message"].startswith("KeyboardInterrupt")
+    assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
 
 
 @pytest.mark.parametrize("hold", ["def hold(q):\n    while True:\n        pass"])
