@@ -165,8 +165,8 @@ def _driven_twice(sheet: Sheet) -> Iterator[Seed]:
             if one != other:
                 first = sheet.get((*other, "actuators"))[0]
                 node = sheet.at((*one, "actuators", 0))
-                places = [sheet.key(other).start]
-                yield seed(sheet.replaced(node, first), elsewhere=places)
+                taken = sheet.at((*other, "actuators", 0)).start
+                yield seed(sheet.replaced(node, first), elsewhere=[taken])
 
 
 def is_command(sheet: Sheet, binding: Route) -> bool:

@@ -227,15 +227,16 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
 
 def actuators_driven_once(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0508."""
-    first: dict[str, Binding] = {}
+    first: dict[str, Place] = {}
     for bound in facts.bindings:
         for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
+            place = below(bound.binding.place, "actuators", index)
             if name in first:
                 yield Diagnostic(
                     "E0508",
                     f"actuator `{name}` is driven twice",
-                    below(bound.binding.place, "actuators", index),
-                    related=(Related(first[name].place, "driven by this already"),),
+                    place,
+                    related=(Related(first[name], "driven by this already"),),
                     help="let one element of a device command it",
                 )
-            first.setdefault(name, bound.binding)
+            first.setdefault(name, place)

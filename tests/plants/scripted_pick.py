@@ -1,9 +1,8 @@
 """A pick from known poses by a plain script, to try the plant without agents."""
 
 import numpy as np
-from specc_runtime.cells.irp6_picking import PickJudge
+from specc_runtime.cells.irp6_picking import PickJudge, devices
 from specc_runtime.operators import dynamics, gripper, kinematics, motors
-from specc_runtime.plants import irp6
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.mujoco import MujocoPlant
 
@@ -16,15 +15,15 @@ TICK_S = 0.002
 
 SENSORS = (
     SensorBinding("q", joints=ARM),
-    SensorBinding("m", joints=ARM, through=irp6.motor_positions),
-    SensorBinding("F", sensors=("wrist_force", "wrist_torque"), through=irp6.wrist_wrench),
-    SensorBinding("d", joints=FINGERS, through=irp6.finger_distance),
-    SensorBinding("g", joints=FINGERS, through=irp6.gripper_motor_position),
-    SensorBinding("i_g", actuators=("gripper_motor",), through=irp6.gripper_current),
+    SensorBinding("m", joints=ARM, through=devices.motor_positions),
+    SensorBinding("F", sensors=("wrist_force", "wrist_torque"), through=devices.wrist_wrench),
+    SensorBinding("d", joints=FINGERS, through=devices.finger_distance),
+    SensorBinding("g", joints=FINGERS, through=devices.gripper_motor_position),
+    SensorBinding("i_g", actuators=("gripper_motor",), through=devices.gripper_current),
 )
 ACTUATORS = (
-    ActuatorBinding("c", MOTORS, ARM, through=irp6.drive_torques),
-    ActuatorBinding("c_g", ("gripper_motor",), through=irp6.gripper_force),
+    ActuatorBinding("c", MOTORS, ARM, through=devices.drive_torques),
+    ActuatorBinding("c_g", ("gripper_motor",), through=devices.gripper_force),
 )
 
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from specc_runtime.cells.irp6_picking import PickingScene, PickJudge
+from specc_runtime.cells.irp6_picking import PickingScene, PickJudge, devices
 from specc_runtime.operators import dynamics, irp6, motors
-from specc_runtime.plants import irp6 as devices
 from specc_runtime.plants.mujoco import MujocoPlant
 
 from tests.plants.scripted_pick import ACTUATORS, SENSORS, pick
