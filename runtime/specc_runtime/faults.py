@@ -214,7 +214,8 @@ def said(error: BaseException) -> str:
         return str(error)
     name = type(error).__name__
     try:
-        return f"{name}: {error}"
+        message = str(error)
+        return f"{name}: {message}" if message else name
     except BaseException as raised:  # noqa: BLE001  # a message must not hide the fault it tells of
         return f"{name}, whose message raises {type(raised).__name__}"
 
