@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -83,8 +84,15 @@ MEMORY = _types(
 )
 LETS = _types(T_c="pose[B, E]", ratio="real", distances="list[real[m]]", F_c="wrench[E]")
 CONSTANTS = _types(tolerance="real[m]", turn_limit="real[rad]", best="Reading", X_KB="pose[K, B]")
+
+
+def widen(d_m: float, ratio: float) -> float:
+    """A product that stays finite, as an operator that keeps its word."""
+    return max(-sys.float_info.max, min(d_m * ratio, sys.float_info.max))
+
+
 OPERATORS = {
-    "widen": lambda d_m, ratio: d_m * ratio,
+    "widen": widen,
     "far": lambda d_m: d_m > 1.0,
     "chain": compose,
     "lift": lambda X_EO: compose(translation(0.0, 0.0, 0.1), X_EO),

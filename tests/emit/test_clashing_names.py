@@ -297,7 +297,7 @@ def accepted(kind: str, names: tuple[str, ...], folder: Path) -> tuple[pipeline.
         refused |= said
 
 
-AT_ONCE = {"device": 150, "agent": 150, "subsystem": 150}
+AT_ONCE = {"device": 150, "agent": 150, "subsystem": 150, "parameter": 250}
 """How many names of a kind one file may hold, where the language limits them."""
 
 

@@ -57,6 +57,7 @@ from tests.strategies import (
     conditions,
     expressions,
     typed,
+    widen,
 )
 
 OUTPUTS = {("E", "u"): typed("real[m]"), ("E", "v"): typed("vector[6, rad]")} | {
@@ -127,7 +128,7 @@ def same(a: Any, b: Any) -> bool:
 
 
 OPERATORS: dict[str, Callable[..., Any]] = {
-    "widen": lambda d_m, ratio: d_m * ratio,
+    "widen": widen,
     "far": lambda d_m: d_m > 1.0,
     "chain": compose,
     "lift": lambda X: compose(_pose(TURNS[0], (0.0, 0.0, 0.5)), X),
