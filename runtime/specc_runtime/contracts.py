@@ -140,23 +140,21 @@ def as_partial(size: int) -> Contract:
 
 def as_pose(value: Any) -> np.ndarray[Any, Any]:
     """A homogeneous transform (4, 4): a rotation, a translation in metres, and 0 0 0 1."""
-    owned = _array(value, (4, 4))
-    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = owned.tolist()
-    if last != _LAST_ROW:
-        if not all(abs(n - m) <= _LAST_ROW_OFF for n, m in zip(last, _LAST_ROW, strict=True)):
-            raise Unfit(f"an array whose last row is {last}", "a pose, with the last row 0 0 0 1")
-        owned = _owned(np.vstack((owned[:3], _LAST_ROW)))
-    off = max(  # two columns of unit length at a right angle, and the third is their product
-        abs(a * a + d * d + g * g - 1.0),
-        abs(b * b + e * e + h * h - 1.0),
-        abs(a * b + d * e + g * h),
-        abs(d * h - e * g - c),
-        abs(b * g - a * h - f),
-        abs(a * e - b * d - i),
+    if type(value) is not np.ndarray or value.dtype is not _FLOAT64 or value.shape != (4, 4):
+        value = _array(value, (4, 4))
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = value.tolist()
+    off = _ORTHONORMAL
+    rotation = (  # two columns of unit length at a right angle, and the third is their product
+        -off < a * a + d * d + g * g - 1.0 < off
+        and -off < b * b + e * e + h * h - 1.0 < off
+        and -off < a * b + d * e + g * h < off
+        and -off < d * h - e * g - c < off
+        and -off < b * g - a * h - f < off
+        and -off < a * e - b * d - i < off
     )
-    if not off < _ORTHONORMAL:
-        raise Unfit("an array (4, 4) that holds no rotation", "a pose, a rigid transform (4, 4)")
-    return owned
+    if not rotation or last != _LAST_ROW or not math.isfinite(x + y + z):
+        value = _repaired(_array(value, (4, 4)), rotation)
+    return _owned(value)
 
 
 def as_rgb(height: int, width: int) -> Contract:
@@ -225,6 +223,16 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
         return build(value, accepted)
 
     return accept
+
+
+def _repaired(finite: np.ndarray[Any, Any], rotation: bool) -> np.ndarray[Any, Any]:
+    """A pose whose last row is exact; raises Unfit where it is no pose."""
+    last = finite[3].tolist()
+    if not all(abs(n - m) <= _LAST_ROW_OFF for n, m in zip(last, _LAST_ROW, strict=True)):
+        raise Unfit(f"an array whose last row is {last}", "a pose, with the last row 0 0 0 1")
+    if not rotation:
+        raise Unfit("an array (4, 4) that holds no rotation", "a pose, a rigid transform (4, 4)")
+    return np.vstack((finite[:3], _LAST_ROW))
 
 
 def _owned(value: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
