@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.subsystem import Equations, Subsystem, Transition
+from specc_runtime.subsystem import Subsystem, Transition
 
 PERIOD: Final = 0.05  # s, 20 Hz
 
@@ -67,19 +67,6 @@ class BeltC(Subsystem):
         "holding": ("drive_v_d", "gate_v"),
         "alarm": ("drive_v_d", "gate_v"),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=(
-            (),
-            (),
-            (),
-            (),
-            (),
-            (),
-            (),
-        ),
-    )
     axioms = ("not (fresh(x.gate.go) and fresh(x.gate.hold))",)
 
     def __init__(self, files: Mapping[str, str]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
 from specc_runtime.builtins import finite
-from specc_runtime.subsystem import Equations, Subsystem
+from specc_runtime.subsystem import Subsystem
 
 PERIOD: Final = 0.01  # s, 100 Hz
 RAMP: Final = 1.0  # rad/s**2, how fast that speed may change
@@ -55,11 +55,6 @@ class BeltDrive(Subsystem):
     sends: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "S0": ("c_v", "E_v_s"),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=(),
-    )
 
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""

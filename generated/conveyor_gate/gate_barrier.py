@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.subsystem import Equations, Subsystem
+from specc_runtime.subsystem import Subsystem
 
 PERIOD: Final = 0.01  # s, 100 Hz
 
@@ -51,11 +51,6 @@ class GateBarrier(Subsystem):
     sends: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "S0": ("c_a", "E_a_d"),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=(),
-    )
 
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.subsystem import Equations, Subsystem, Transition
+from specc_runtime.subsystem import Subsystem, Transition
 
 PERIOD: Final = 0.05  # s, 20 Hz
 PATIENCE: Final = 3.0  # s, within this the barrier reaches an end
@@ -68,19 +68,6 @@ class GateC(Subsystem):
         "passing": ("belt_go", "barrier_a_d"),
         "closing": ("belt_go", "barrier_a_d"),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=(
-            (),
-            (),
-            (),
-            (),
-            (),
-            (),
-            (),
-        ),
-    )
 
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final
 
-from specc_runtime.subsystem import Equations, Subsystem
+from specc_runtime.subsystem import Subsystem
 
 PERIOD: Final = 0.02  # s, 50 Hz
 SEEN: Final = 0.3  # m, a parcel is in the beam when the distance is below this
@@ -50,11 +50,6 @@ class GateEye(Subsystem):
     sends: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "S0": ("c_parcel",),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=(),
-    )
 
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""

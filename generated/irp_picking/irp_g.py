@@ -19,7 +19,7 @@ from specc_runtime.operators.gripper import (
     motor_to_distance,
 )
 from specc_runtime.operators.regulator import RegulatorState
-from specc_runtime.subsystem import Equations, Subsystem, Transition
+from specc_runtime.subsystem import Subsystem, Transition
 
 PERIOD: Final = 0.002  # s, 500 Hz
 
@@ -91,16 +91,6 @@ class IrpG(Subsystem):
         "S0": ("c_d_c", "c_c_c", "E_c_d"),
         "S1": ("c_d_c", "c_c_c", "E_c_d"),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=(
-            (),
-            (),
-            (),
-            (),
-        ),
-    )
 
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""

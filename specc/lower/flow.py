@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from specc.lower.terms import NONE, Term, Terms, TermTable, Visits, in_order
-from specc.model import expr as e
-from specc.model.expr import Logic, Truth
+from specc.lower.terms import NONE, Term, Terms, TermTable, in_order, unknown
+from specc.model.expr import Choice, Logic, Quantifier, Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
@@ -16,91 +15,33 @@ from specc.model.types import Type, Vector
 # What is evaluated in any case: what may be computed early, because it will be needed anyway.
 #
 # A term behind a guard (a later operand of `and` and `or`, a branch of a choice, the body of a
-# quantifier over a list) is not, unless all paths come to it.
+# quantifier over a list) is not, unless both branches of a choice come to it.
 
 
-class Certain:
-    """Answers for terms worth keeping. The values of the terms `known` are there already."""
+def surely(terms: Iterable[Term], known: Collection[Term]) -> Terms:
+    """Terms worth keeping that an evaluation of all `terms` evaluates in any case.
 
-    def __init__(self, known: Terms = NONE) -> None:
-        self._known = known
-        self._found: dict[Term, Terms] = {}
-        self._tested: dict[tuple[Term, Terms, Terms], Terms] = {}
-        self._visits = Visits()
-
-    def of(self, *terms: Term) -> Terms:
-        """Terms that an evaluation of all `terms` evaluates in any case, themselves among them."""
-        for term in in_order(self._missing(terms)):
-            itself = frozenset({term}) if term.is_kept else NONE
-            self._found[term] = itself | self._operands(term)
-        return NONE.union(*map(self._get, terms))
-
-    def before(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
-        """Terms evaluated in any case when `term` is tested and one of two things follows.
-
-        `if_true` and `if_false` are evaluated in any case after the test came out that way.
-        """
-        self.of(term)
-        return self._before(term, if_true, if_false)
-
-    def _missing(self, terms: tuple[Term, ...]) -> set[Term]:
-        missing: set[Term] = set()
-        pending = list(terms)
-        while pending:
-            term = pending.pop()
-            if term not in self._known and term not in self._found and term not in missing:
-                missing.add(term)
-                pending.extend(term.args)
-        return missing
-
-    def _get(self, term: Term) -> Terms:
-        return NONE if term in self._known else self._found[term]
-
-    def _before(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
-        if term in self._known:
-            return if_true & if_false
-        case = (term, if_true, if_false)
-        if case not in self._tested:
-            self._visits.add()
-            self._tested[case] = self._before_test(*case)
-        return self._tested[case]
-
-    def _before_test(self, term: Term, if_true: Terms, if_false: Terms) -> Terms:
+    The values of the terms `known` are there already.
+    """
+    terms = tuple(terms)
+    found = dict.fromkeys(known, NONE)
+    for term in in_order(unknown(terms, known)):
         itself = frozenset({term}) if term.is_kept else NONE
-        match term.node:
-            case e.Truth(value=value):
-                return if_true if value else if_false
-            case e.Unary(op="not"):
-                return itself | self._before(term.args[0], if_false, if_true)
-            case e.Logic(op=op):
-                for operand in reversed(term.args):
-                    outcome = self._before(operand, if_true, if_false)
-                    if_true, if_false = (outcome, if_false) if op == "and" else (if_true, outcome)
-                return itself | outcome
-            case e.Choice():
-                test, then, otherwise = term.args
-                after_then = self._before(then, if_true, if_false)
-                after_else = self._before(otherwise, if_true, if_false)
-                return itself | self._before(test, after_then, after_else)
-        return self._get(term) | (if_true & if_false)
+        found[term] = itself | _of_parts(term, [found[arg] for arg in term.args])
+    return NONE.union(*(found[term] for term in terms))
 
-    def _operands(self, term: Term) -> Terms:
-        match term.node:
-            case e.Logic(op=op):
-                after = NONE
-                for operand in reversed(term.args):
-                    outcomes = (after, NONE) if op == "and" else (NONE, after)
-                    after = self._before(operand, *outcomes)
-                return after
-            case e.Choice():
-                test, then, otherwise = term.args
-                return self._before(test, self._get(then), self._get(otherwise))
-            case e.Quantifier():
-                over, body = term.args
-                never_empty = isinstance(over.type, Vector) and over.type.size > 0
-                inside = (t for t in self._get(body) if not t.bound)
-                return self._get(over) | (frozenset(inside) if never_empty else NONE)
-        return NONE.union(*map(self._get, term.args))
+
+def _of_parts(term: Term, found: list[Terms]) -> Terms:
+    match term.node:
+        case Logic():
+            return found[0]
+        case Choice():
+            return found[0] | (found[1] & found[2])
+        case Quantifier():
+            over = term.args[0].type
+            never_empty = isinstance(over, Vector) and over.size > 0
+            return found[0] | frozenset(t for t in found[1] if never_empty and not t.bound)
+    return NONE.union(*found)
 
 
 # The work cycle of a state as a tree: error condition, terminal condition, rows, behaviour.
@@ -149,13 +90,26 @@ class Enter:
 
     @property
     def needed(self) -> tuple[Term, ...]:
-        """Arguments that the behaviour needs in any case and that have their value already."""
-        fixed = (t for t in self.taken if not (self.is_entry and t.reads_clock))
-        return tuple(t for t in fixed if t in self.activity.surely)
+        """Arguments that the behaviour needs in any case."""
+        return tuple(term for term in self.taken if term in self.activity.surely)
 
-    def surely(self, certain: Certain) -> Terms:
-        """Terms that are evaluated in any case before the behaviour runs."""
-        return certain.of(*self.needed)
+    @property
+    def fixed(self) -> tuple[Term, ...]:
+        """Those that have their value before the state is entered."""
+        return tuple(t for t in self.needed if not (self.is_entry and t.reads_clock))
+
+    def surely(self, known: Collection[Term]) -> Terms:
+        """Terms that are evaluated in any case before the state is entered."""
+        return surely(self.fixed, known)
+
+    def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
+        """All ways in which the period can end, and what may be evaluated on them."""
+        yield self, before
+
+    @property
+    def asked(self) -> tuple[Term, ...]:
+        """What is evaluated, as often as it stands somewhere."""
+        return self.taken
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,34 +132,36 @@ class Rows:
 
     @property
     def tested(self) -> tuple[Row, ...]:
-        """Proved rows that are tested: the last one only if some row compares rounded numbers."""
+        """Rows that are tested: the last proved one only if some row compares rounded numbers."""
+        if not self.is_proved:
+            return self.rows
         *most, last = self.rows
         certain = isinstance(last.test.node, Truth)
         rounded = any(row.test.rests_on_rounding for row in self.rows)
         return self.rows if rounded and not certain else tuple(most)
 
-    def surely(self, certain: Certain) -> Terms:
-        """Terms that are evaluated in any case from here on; a fault evaluates nothing more."""
+    def surely(self, known: Collection[Term], first: int = 0) -> Terms:
+        """Terms that are evaluated in any case from row `first` on; a fault evaluates nothing."""
         if not self.is_proved:
-            return certain.of(*(row.test for row in self.rows))
-        return self.surely_from(certain)[0]
+            return surely((row.test for row in self.rows), known)
+        found = self.rows[-1].enter.surely(known)
+        for row in reversed(self.rows[first:]):
+            if row in self.tested:
+                found = surely((row.test,), known) | (found & row.enter.surely(known))
+        return found
 
-    def surely_from(self, certain: Certain) -> list[Terms]:
-        """For every row of a proved cause, what is evaluated in any case once it is its turn."""
-        last = self.rows[-1]
-        after = last.enter.surely(certain)
-        if last in self.tested:
-            after = certain.before(last.test, after, after)
-        found = [after]
-        for row in reversed(self.rows[:-1]):
-            after = certain.before(row.test, row.enter.surely(certain), after)
-            found.append(after)
-        return found[::-1]
+    def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
+        """All ways in which the period can end, and what may be evaluated on them."""
+        tests = [row.test.perhaps for row in self.tested]
+        for index, row in enumerate(self.rows):
+            asked = tests[: index + 1] if self.is_proved else tests
+            yield row.enter, before.union(*asked)
 
     @property
-    def enters(self) -> Iterable[Enter]:
-        """All ways in which the period can end."""
-        return (row.enter for row in self.rows)
+    def asked(self) -> tuple[Term, ...]:
+        """What is evaluated, as often as it stands somewhere."""
+        taken = (term for row in self.rows for term in row.enter.taken)
+        return (*(row.test for row in self.tested), *taken)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,34 +173,24 @@ class Check:
     rows: Rows
     otherwise: Flow
 
-    def surely(self, certain: Certain) -> Terms:
+    def surely(self, known: Collection[Term]) -> Terms:
         """Terms that are evaluated in any case from here on."""
-        otherwise = self.otherwise.surely(certain)
-        return certain.before(self.test, self.rows.surely(certain), otherwise)
+        behind = self.rows.surely(known) & self.otherwise.surely(known)
+        return surely((self.test,), known) | behind
+
+    def enters(self, before: Terms = NONE) -> Iterator[tuple[Enter, Terms]]:
+        """All ways in which the period can end, and what may be evaluated on them."""
+        before |= self.test.perhaps
+        yield from self.rows.enters(before)
+        yield from self.otherwise.enters(before)
 
     @property
-    def enters(self) -> Iterable[Enter]:
-        """All ways in which the period can end."""
-        return (*self.rows.enters, *self.otherwise.enters)
+    def asked(self) -> tuple[Term, ...]:
+        """What is evaluated, as often as it stands somewhere."""
+        return (self.test, *self.rows.asked, *self.otherwise.asked)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stay:
-    """No condition ends the behaviour."""
-
-    enter: Enter
-
-    def surely(self, certain: Certain) -> Terms:
-        """Terms that are evaluated in any case from here on."""
-        return self.enter.surely(certain)
-
-    @property
-    def enters(self) -> Iterable[Enter]:
-        """All ways in which the period can end."""
-        return (self.enter,)
-
-
-Flow = Check | Rows | Stay
+Flow = Check | Rows | Enter
 
 
 class Flows:
@@ -268,7 +214,7 @@ class Flows:
 
     def _check(self, state: str, conditions: tuple[tuple[Cause, Condition], ...]) -> Flow:
         if not conditions:
-            return Stay(self._enter(state, is_same_state=True))
+            return self._enter(state, is_same_state=True)  # nothing ends the behaviour
         (cause, condition), *later = conditions
         test = self._table.of(condition.when)
         if not isinstance(test.node, Truth):
@@ -341,6 +287,6 @@ def _activity(
         for function in behaviour.functions
         for item in function.assignments
     ]
-    surely = Certain().of(*(work.value for work in works))
+    needed = surely((work.value for work in works), ())
     in_sequence = tuple(sorted(works, key=lambda work: not work.assignment.peer))
-    return Activity(behaviour, in_sequence, surely)
+    return Activity(behaviour, in_sequence, needed)

@@ -59,8 +59,8 @@ _VALUES = ("Depth", "Pose", "Rgb", "Spatial", "Vector")
 _IN_TYPES = ("Any", "Literal", "annotations", "dataclass")
 _IN_SUBSYSTEMS = (
     "Callable", "ClassVar", "Equations", "Final", "Inputs", "Mapping", "Memory", "Outputs",
-    "PERIOD", "SafeOutputs", "Samples", "Subsystem", "Transition", "holds", "memory", "nan", "row",
-    "self", "sqrt", "x", "y",
+    "PERIOD", "SafeOutputs", "Samples", "Subsystem", "Transition", "cache", "holds", "memory",
+    "nan", "row", "self", "sqrt", "x", "y",
     # functions of the language
     "argmax", "argmin", "finite", "identity", "inverse", "near", "near_pose", "norm", "pose",
     "position", "read_only", "some", "translation", "vector",

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from specc.lower.finite import is_array
 from specc.lower.module import Module, shared_name
-from specc.lower.names import comment, literal
+from specc.lower.names import Names, comment, literal
 from specc.lower.plan import ConstantPlan
-from specc.lower.terms import Term, TermTable, Visits
+from specc.lower.terms import LARGEST, Term, TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.types import (
     Enum,
@@ -142,31 +142,92 @@ PYTHON_FUNCTIONS = ("abs", "float", "len", "max", "min")
 
 
 class Nodes:
-    """Spells nodes for one method; `touched` has the buffers that it needs."""
+    """Spells terms for one method; `touched` has the buffers that it needs.
 
-    def __init__(self, module: Module, table: TermTable) -> None:
+    `hoists`: literal arrays become constants of the module, settled ones attributes.
+    """
+
+    def __init__(self, module: Module, table: TermTable, *, hoists: bool = True) -> None:
         self.module = module
         self.table = table
+        self.hoists = hoists
+        self.names: Names = module.local_names()
+        self.known: dict[Term, Spelled] = {}
+        """Terms that need not be computed here, and what stands for them."""
         self.touched: set[str] = set()
         self.hint = ""
         """What a literal array would be called that is a constant of the module."""
         self.periods = "self._periods"
         self.is_settled = True
         """Whether memory that no function changes has its value for good."""
-        self.visits = Visits()
-        self.bound: dict[str, str] = {}
+        self._visits = 0
+        self._bound: dict[str, str] = {}
         """Variables of quantifiers and what they are called in Python."""
 
-    def spell(self, term: Term, args: list[Spelled]) -> Spelled:
-        """Python for a node over its operands."""
+    def value(self, term: Term) -> Spelled:
+        """Python for a term."""
+        self._visits += 1
+        if self._visits > LARGEST:
+            raise TooLarge
+        if term in self.known:
+            return self.known[term]
+        if self.hoists and is_array(term.type):
+            if term.is_constant and not isinstance(term.node, e.ConstantRef):
+                return Spelled(self.array(term))
+            if term.is_settled and term.args and self.is_settled:
+                return Spelled(self.settled(term), PRIMARY)
         match term.node:
-            case e.Quantifier(kind="argmax" | "argmin" as kind, variable=variable):
-                spelled = pairs(self.bound[variable], args[0], args[1], term.args[0].type)
-                return call(self.module.builtin(kind), spelled)
-            case e.Logic() | e.Choice() | e.Quantifier() | e.Unary():
-                return self._condition(term, args)
-            case e.Among() | e.Compare() | e.IsNone():
-                return self._condition(term, args)
+            case e.Quantifier() as node:
+                return self._quantifier(node, term)
+            case e.Unary(op="not"):
+                return self._negation(term.args[0])
+        args = [self.value(arg) for arg in term.args]
+        if isinstance(term.node, (e.Logic, e.Choice, e.Compare, e.IsNone, e.Among)):
+            return self._condition(term, args)
+        return self._spelled(term, args)
+
+    def _quantifier(self, node: e.Quantifier, term: Term) -> Spelled:
+        over, outer = self.value(term.args[0]), dict(self._bound)
+        match node.body:
+            case e.Compare("==", e.Bound(node.variable), e.Member() as member) if (
+                node.kind == "any"
+            ):
+                return compare("in", self._leaf(member), over)
+        variable = self._bound[node.variable] = self.names.inner().new(node.variable)
+        body = self.value(term.args[1])
+        self._bound = outer
+        if node.kind in ("argmax", "argmin"):
+            spelled = pairs(variable, over, body, term.args[0].type)
+            return call(self.module.builtin(node.kind), spelled)
+        return quantifier(node.kind, variable, over, body, term.args[0].type)
+
+    def _negation(self, arg: Term) -> Spelled:
+        if arg not in self.known:
+            match arg.node:
+                case e.Among(members=members):
+                    item = arg.args[0]
+                    return among(self.value(item), members, item.type, negated=True)
+                case e.IsNone():
+                    return compare("is not", self.value(arg.args[0]), Spelled("None"))
+        return negation(self.value(arg))
+
+    @staticmethod
+    def _condition(term: Term, args: list[Spelled]) -> Spelled:
+        match term.node:
+            case e.Logic(op=op):
+                return logic(op, args)
+            case e.Compare(op=op):
+                return compare(op, *args)
+            case e.IsNone():
+                return compare("is", args[0], Spelled("None"))
+            case e.Among(members=members):
+                return among(args[0], members, term.args[0].type, negated=False)
+        return choice(*args)
+
+    def _spelled(self, term: Term, args: list[Spelled]) -> Spelled:
+        match term.node:
+            case e.Unary():
+                return sign(args[0])
             case e.Call(operator=operator):
                 return call(self.module.operator(operator), *args)
             case e.Builtin(name=name):
@@ -205,38 +266,13 @@ class Nodes:
 
     def settling(self) -> list[str]:
         """Statements that give those attributes their value."""
-        self.is_settled = False
+        nodes = Nodes(self.module, self.table, hoists=False)
+        nodes.touched = self.touched
         reason = ["# Put together once: no behaviour changes what these are made of."]
         return reason * bool(self.module.settled) + [
-            f"self.{name}: {self.module.annotations.of(term.type)} = {self.whole(term).text}"
+            f"self.{name}: {self.module.annotations.of(term.type)} = {nodes.value(term).text}"
             for term, name in self.module.settled.items()
         ]
-
-    def whole(self, term: Term) -> Spelled:
-        """A term with all its operands, none of them kept in a local."""
-        self.visits.add()
-        if isinstance(term.node, e.Quantifier):
-            self.bound[term.node.variable] = self.module.local_names().new(term.node.variable)
-        return self.spell(term, [self.whole(arg) for arg in term.args])
-
-    def _condition(self, term: Term, args: list[Spelled]) -> Spelled:
-        match term.node:
-            case e.Logic(op=op):
-                return logic(op, args)
-            case e.Choice():
-                return choice(*args)
-            case e.Unary(op=op):
-                return sign(args[0]) if op == "-" else negation(args[0])
-            case e.Compare(op=op):
-                return compare(op, *args)
-            case e.IsNone():
-                return compare("is", args[0], Spelled("None"))
-            case e.Among(members=members):
-                return among(args[0], members, term.args[0].type, negated=False)
-            case e.Quantifier(kind=kind, variable=variable):
-                over = term.args[0].type
-                return quantifier(kind, self.bound[variable], args[0], args[1], over)
-        raise TypeError(f"{term.node!r} is no condition")
 
     def _structure(self, term: Term, args: list[Spelled]) -> Spelled:
         match term.node:
@@ -281,7 +317,7 @@ class Nodes:
             case e.FileRef(name=name):
                 return self.module.file(name)
             case e.Bound(name=name):
-                return self.bound[name]
+                return self._bound[name]
         raise TypeError(f"no Python for {node!r}")
 
     def _input(self, node: e.Input | e.Fresh | e.Present) -> str:
@@ -317,7 +353,7 @@ class Nodes:
     def _define(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False
     ) -> None:
-        text = Nodes(self.module, self.table).whole(term).text
+        text = Nodes(self.module, self.table, hoists=False).value(term).text
         is_frozen = isinstance(term.node, (e.Items, e.ConstantRef)) or shared_name(term.node)
         if is_array(term.type) and not is_frozen:
             text = f"{self.module.builtin('read_only')}({text})"

@@ -90,7 +90,8 @@ class SubsystemPlan:
     initial_state: str
     transitions: tuple[TransitionPlan, ...]
     sends: tuple[tuple[str, str], ...]
-    equations: EquationsPlan
+    equations: EquationsPlan | None
+    """None if nothing has a number."""
     axioms: tuple[str, ...]
     uses_files: bool
     uses_clock: bool

@@ -7,8 +7,8 @@ from fractions import Fraction
 from specc.lower.annotations import TypeNames
 from specc.lower.module import Module
 from specc.lower.names import comment, docstring, in_docstring, literal
+from specc.lower.nodes import Nodes
 from specc.lower.plan import AttributePlan, DevicePlan, SafePlan
-from specc.lower.render import Renderer, Seen
 from specc.lower.terms import TermTable
 from specc.model.expr import Expr, Unknown
 from specc.model.system import Device, Element, Memory, Subsystem, System
@@ -68,15 +68,14 @@ def device_plan(
 def _safe(
     module: Module, table: TermTable, name: str, element: Element, value: Expr, doc: str
 ) -> SafePlan:
-    renderer = Renderer(module, table)
-    renderer.nodes.hint = name
-    spelled, _ = renderer.value(table.of(value), Seen())
+    nodes = Nodes(module, table)
+    nodes.hint = name
     return SafePlan(
         name=name,
         annotation=module.annotations.of(element.type),
         doc=doc,
-        value=spelled.text,
-        reads_samples="memory" in renderer.nodes.touched,
+        value=nodes.value(table.of(value)).text,
+        reads_samples="memory" in nodes.touched,
     )
 
 

@@ -13,8 +13,8 @@ from specc.lower.cycle import Methods
 from specc.lower.flow import Proofs
 from specc.lower.module import Module, elements
 from specc.lower.names import comment, docstring, in_docstring, literal
+from specc.lower.nodes import Nodes
 from specc.lower.plan import AttributePlan, EquationsPlan, SubsystemPlan, TransitionPlan
-from specc.lower.render import Renderer, Seen
 from specc.lower.terms import TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.expr import Number
@@ -56,28 +56,27 @@ class Equations:
             found[let.name] = _of(let.trace) | self._of_expr(let.value, found)
         return found
 
-    def plan(self) -> EquationsPlan:
-        """The tables that a generated class carries."""
-        subsystem = self._subsystem
-        checks = []
-        for state in subsystem.states:
-            causes = (("error", state.behaviour.error), ("terminal", state.behaviour.terminal))
-            numbers = ((literal(c), self._of_condition(condition)) for c, condition in causes)
-            found = [f"{cause}: {_literal(n)}" for cause, n in numbers if n]
-            if found:
-                checks.append((literal(state.name), f"{{{', '.join(found)}}}"))
-        behaviours = (
-            (state.name, _of(state.trace) | self._of_behaviour(state.behaviour))
-            for state in subsystem.states
-        )
+    def plan(self) -> EquationsPlan | None:
+        """The tables that a generated class carries; none if nothing has a number."""
+        states = self._subsystem.states
+        behaviours = [(s, _of(s.trace) | self._of_behaviour(s.behaviour)) for s in states]
+        checks = [(s, self._of_checks(s.behaviour)) for s in states]
+        rows = [
+            _of(row.trace) | self._of_condition(row.condition)
+            for row in self._subsystem.transitions
+        ]
+        if not any(numbers for _, numbers in (*behaviours, *checks)) and not any(rows):
+            return None
         return EquationsPlan(
-            behaviours=tuple((literal(name), _literal(n)) for name, n in behaviours if n),
-            checks=tuple(checks),
-            rows=tuple(
-                _literal(_of(row.trace) | self._of_condition(row.condition))
-                for row in subsystem.transitions
-            ),
+            behaviours=tuple((literal(s.name), _literal(n)) for s, n in behaviours if n),
+            checks=tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks if n),
+            rows=tuple(map(_literal, rows)),
         )
+
+    def _of_checks(self, behaviour: Behaviour) -> list[str]:
+        causes = (("error", behaviour.error), ("terminal", behaviour.terminal))
+        numbers = ((cause, self._of_condition(condition)) for cause, condition in causes)
+        return [f"{literal(cause)}: {_literal(n)}" for cause, n in numbers if n]
 
     def _of_condition(self, condition: Condition) -> Numbers:
         return _of(condition.trace) | self._of_expr(condition.when, self._lets)
@@ -263,9 +262,9 @@ def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> I
     """Statements that give elements with an initial value that value."""
     for peer, element in elements(subsystem, "x"):
         if element.init is not None:
-            renderer = Renderer(module, table)
-            renderer.nodes.hint = f"initial_{element.name}"
-            spelled, _ = renderer.value(table.of(element.init, element.type), Seen())
+            nodes = Nodes(module, table)
+            nodes.hint = f"initial_{element.name}"
+            spelled = nodes.value(table.of(element.init, element.type))
             name = module.inputs[peer, element.name]
             yield f"self.x.{name} = {spelled.text}"
             if ("present", peer, element.name) in module.flags:

@@ -7,7 +7,7 @@ computed once costs a look into a set, however deep the expressions are.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 
 from specc.lower import finite
@@ -15,13 +15,14 @@ from specc.lower.finite import is_array
 from specc.model import expr as e
 from specc.model.system import Let
 from specc.model.types import Bool, Enum, Int, Real, Type, Vector
+from specc.reachable import reachable
 
 Terms = frozenset["Term"]
 NONE: Terms = frozenset()
 
 
 LARGEST = 100_000
-"""Visits of terms in one method; lets that choose between lets can multiply beyond any use."""
+"""Terms that one method spells; lets that choose between lets can multiply beyond any use."""
 
 
 class TooLarge(Exception):
@@ -34,19 +35,6 @@ class TooLarge(Exception):
             f"one period{whose} evaluates more than {LARGEST} terms, or terms too deep inside each "
             "other; lets that choose between lets multiply, so make an operator of some"
         )
-
-
-class Visits:
-    """Counts the terms that are visited for one method; raises `TooLarge`."""
-
-    def __init__(self) -> None:
-        self._count = 0
-
-    def add(self) -> None:
-        """One more."""
-        self._count += 1
-        if self._count > LARGEST:
-            raise TooLarge
 
 
 @dataclass(slots=True, eq=False)
@@ -94,6 +82,14 @@ class Term:
     def keep(self) -> None:
         """Note that the value is worth a local variable."""
         self.perhaps |= {self}
+
+
+def unknown(terms: Iterable[Term], known: Collection[Term]) -> dict[Term, None]:
+    """Terms that an evaluation of `terms` may visit when the values of `known` are there."""
+    return reachable(
+        (term for term in terms if term not in known),
+        lambda term: (arg for arg in term.args if arg not in known),
+    )
 
 
 def in_order(terms: Iterable[Term]) -> list[Term]:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 
-from specc.lower.flow import Activity, Certain, Work
+from specc.lower.flow import Activity, Work, surely
 from specc.lower.module import Module
 from specc.lower.names import comment, traced
-from specc.lower.render import Renderer, Seen
-from specc.lower.terms import NONE, Term, Terms, TermTable, in_order
-from specc.model.expr import Truth
+from specc.lower.nodes import PRIMARY, Nodes, Spelled
+from specc.lower.terms import Term, Terms, TermTable, in_order, unknown
+from specc.model import expr as e
 from specc.model.fsm import Behaviour
 from specc.model.system import Memory
+from specc.model.types import Pose
 
 # Simultaneous assignment in sequence: in which order memory may change within a period.
 
 
-def memory_order(works: Iterable[Work], known: Terms) -> tuple[list[Work], list[Work]]:
+def memory_order(works: Iterable[Work], known: Collection[Term]) -> tuple[list[Work], list[Work]]:
     """Memory elements to compute beforehand, and the rest in an order in which they may change.
 
     Who needs an old value comes before who changes it. Only where elements need each other's old
@@ -42,20 +45,25 @@ def _is_read(work: Work, left: dict[Work, frozenset[str]]) -> bool:
     return any(name in reads for other, reads in left.items() if other is not work)
 
 
-def _reads(term: Term, known: Terms) -> frozenset[str]:
+def _reads(term: Term, known: Collection[Term]) -> frozenset[str]:
     """Memory elements that a value still reads when the terms `known` have a local."""
-    found: set[str] = set()
-    seen = set(known)
-    pending = [term]
-    while pending:
-        item = pending.pop()
-        if item in seen or not item.memory:
-            continue
-        seen.add(item)
-        pending.extend(item.args)
-        if not item.args:
-            found |= item.memory
-    return frozenset(found)
+    leaves = (part for part in unknown((term,), known) if not part.args)
+    return frozenset[str]().union(*(leaf.memory for leaf in leaves))
+
+
+# Which values get a local.
+
+
+def needed_again(asked: Iterable[Term]) -> Terms:
+    """Terms that call operators, or cost as much, and stand in several places of a method."""
+    places = Counter(asked)
+    for term in reversed(in_order(unknown(places, ()))):
+        times = 1 if term.is_kept else places[term]
+        for place, arg in enumerate(term.args):
+            in_loop = isinstance(term.node, e.Quantifier) and place
+            places[arg] += 2 if in_loop else min(times, 2)
+    again = (term for term in places if term.is_kept and places[term] > 1)
+    return frozenset(term for term in again if any(part.is_costly for part in term.perhaps))
 
 
 # Methods of a subsystem, line by line: values, initial memory, behaviours, monitors.
@@ -66,123 +74,135 @@ WIDTH = 88
 """Room for a statement and its comment in a method of a class."""
 
 
-class Writer(Renderer):
-    """Writes the body of one method."""
+class Writer:
+    """Writes the body of one method, which evaluates the terms `asked`.
 
-    def __init__(
-        self,
-        module: Module,
-        table: TermTable,
-        again: Terms,
-        partial: Terms,
-    ) -> None:
-        super().__init__(module, table, again, partial)
+    A value that is needed again has a local: it is assigned where it is evaluated in any case;
+    behind a guard a function computes it when it is first asked for.
+    """
+
+    def __init__(self, module: Module, table: TermTable, asked: Iterable[Term] = ()) -> None:
+        self.module = module
+        self.nodes = Nodes(module, table)
+        self.again = needed_again(asked)
         self._lines: list[str] = []
         self._depth = 0
-        self._given: Terms = NONE
+        self._locals: dict[str, dict[Term, str]] = {"": {}, "get_": {}}
 
     def body(self) -> tuple[str, ...]:
-        """What was written, with the locals that it starts from."""
-        buffers = [
-            f"{name} = self.{name}" for name in ("x", "y", "memory") if name in self.nodes.touched
-        ]
-        declared = [
-            f"{self.local(t)}: {self.module.annotations.of(t.type)} | None = None"
-            for t in in_order(self.partial)
-            if t in self.locals and t not in self._given
-        ]
-        return (*buffers, *declared, *self._lines)
+        """What was written, after the buffers that it needs."""
+        touched = [name for name in ("x", "y", "memory") if name in self.nodes.touched]
+        return (*(f"{name} = self.{name}" for name in touched), *self._lines)
 
     def write(self, line: str) -> None:
         """One more line."""
         self._lines.append(INDENT * self._depth + line)
 
-    def assign(self, terms: Iterable[Term], seen: Seen) -> Seen:
+    @contextmanager
+    def block(self, line: str) -> Iterator[None]:
+        """Lines under `line`; locals that get their value there have none behind it."""
+        self.write(line)
+        known = self.nodes.known
+        self.nodes.known = dict(known)
+        self._depth += 1
+        yield
+        self._depth -= 1
+        self.nodes.known = known
+
+    def local(self, term: Term, prefix: str = "") -> str:
+        """The local of a term: its let's name, else its operator's in small letters."""
+        names = self._locals[prefix]
+        if term not in names:
+            names[term] = self.nodes.names.new(
+                prefix + (term.let.name if term.let else _wanted(term))
+            )
+        return names[term]
+
+    def spelled(self, term: Term) -> str:
+        """A value in the statement that comes next; what it may need again stands before it."""
+        for part in in_order(unknown((term,), self.nodes.known)):
+            if part in self.again and part is not term:
+                self.defer(part)
+        return self.nodes.value(term).text
+
+    def defer(self, term: Term) -> None:
+        """A function for a term whose value may be needed."""
+        if term not in self.nodes.known:
+            name = self.local(term, "get_")
+            keep = self.module.imports.add("functools", "cache")
+            self.write(_noted(f"{name} = {keep}(lambda: {self.nodes.value(term).text})", term))
+            self.nodes.known[term] = Spelled(f"{name}()", PRIMARY)
+
+    def assign(self, terms: Iterable[Term]) -> None:
         """Locals for terms whose evaluation is due here, with those they are made of."""
         due = set(terms)
-        parts = Certain(seen.always).of(*due)
-        wanted = due | {part for part in parts if self._is_named(part)}
+        wanted = due | self._named_parts(due)
         hint = self.nodes.hint
-        for term in in_order(wanted - seen.always):
+        for term in in_order(wanted - self.nodes.known.keys()):
             name = self.nodes.hint = self.local(term)
-            is_partial = term in seen.perhaps
-            if is_partial:
-                self.partial.add(term)
-                self.write(f"if {name} is None:")
-            spelled, if_true, if_false = self._evaluated(term, seen)
-            line = f"{INDENT if is_partial else ''}{name} = {spelled.text}"
-            self.write(_noted(line, term))
-            seen = if_true.join(if_false).plus(term)
+            self.write(_noted(f"{name} = {self.spelled(term)}", term))
+            self.nodes.known[term] = Spelled(name)
         self.nodes.hint = hint
-        return seen
 
-    def _prepared(self, values: Iterable[Term], seen: Seen) -> Seen:
-        """Locals for what an evaluation of `values` needs in any case."""
-        parts = Certain(seen.always).of(*values)
-        return self.assign([part for part in parts if self._is_named(part)], seen)
-
-    def _is_named(self, term: Term) -> bool:
-        return term.let is not None or term in self.again
+    def _named_parts(self, terms: Iterable[Term]) -> set[Term]:
+        """What an evaluation of `terms` needs in any case and gets a local for."""
+        parts = surely(terms, self.nodes.known)
+        return {part for part in parts if part.let or part in self.again}
 
     def constant_conditions(self, behaviour: Behaviour) -> None:
         """Say where conditions come from that need no test."""
         for cause, condition in (("error", behaviour.error), ("terminal", behaviour.terminal)):
             test = self.nodes.table.of(condition.when).node
-            if isinstance(test, Truth) and condition.trace:
+            if isinstance(test, e.Truth) and condition.trace:
                 outcome = "always" if test.value else "never"
                 self.write(
                     f"# {comment(f'{cause} {outcome}: {condition.name}', str(condition.trace))}"
                 )
 
-    def initial(self, item: Memory, term: Term, seen: Seen) -> Seen:
+    def initial(self, item: Memory, term: Term) -> None:
         """The initial value of a memory element."""
         self.nodes.hint = f"initial_{item.name}"
-        seen = self._prepared((term,), seen)
-        spelled, seen = self.value(term, seen)
+        self.assign(self._named_parts((term,)))
+        value = self.spelled(term)
         self.nodes.touched.add("memory")
-        line = f"memory.{self.module.memory[item.name]} = {spelled.text}"
-        self.write(traced(line, item.trace))
-        return seen
+        self.write(traced(f"memory.{self.module.memory[item.name]} = {value}", item.trace))
 
     def monitors(self, violated: list[Term]) -> None:
         """Report axioms that do not hold, from the first period on that evaluates conditions."""
         self.nodes.periods = "(self._periods + 1)"
         if not violated:
             return
-        self.write("if self.state:")
-        self._depth += 1
-        for index, term in enumerate(violated):
-            self.nodes.hint = f"axiom_{index}"
-            spelled, _ = self.value(term, Seen())
-            self.write(f"if {spelled.text}:")
-            self.write(f"{INDENT}self.violated({index})")
-        self._depth -= 1
+        with self.block("if self.state:"):
+            for index, term in enumerate(violated):
+                self.nodes.hint = f"axiom_{index}"
+                with self.block(f"if {self.spelled(term)}:"):
+                    self.write(f"self.violated({index})")
 
-    def activity(self, activity: Activity, taken: tuple[Term, ...], seen: Seen) -> tuple[str, ...]:
+    def activity(self, activity: Activity, taken: tuple[Term, ...]) -> tuple[str, ...]:
         """Outputs, then memory: all values are computed before the first memory changes."""
-        for term in taken:
-            is_sure = term in activity.surely and not term.reads_clock
-            seen = seen.plus(term, always=is_sure)
-            if not is_sure:
-                self.partial.add(term)
-        self._given = frozenset(taken)
-        seen = self._prepared((work.value for work in activity.works), seen)
-        before, after = memory_order(activity.works, seen.always)
-        names = {work: self.names.new(f"next_{work.assignment.name}") for work in before}
+        parameters = tuple(self._parameter(term, activity) for term in taken)
+        self.assign(self._named_parts(work.value for work in activity.works))
+        values = [term for term, spelled in self.nodes.known.items() if spelled.rank != PRIMARY]
+        before, after = memory_order(activity.works, values)
+        names = {work: self.nodes.names.new(f"next_{work.assignment.name}") for work in before}
         outputs = [work for work in activity.works if work.assignment.peer]
         for work in (*outputs, *before, *after):
             self.nodes.hint = f"{work.function.name}_{work.assignment.name}"
-            spelled, seen = self.value(work.value, seen)
+            value = self.spelled(work.value)
             trace = work.assignment.trace or work.function.trace
-            target = names.get(work) or self.target(work)
-            self.write(traced(f"{target} = {spelled.text}", trace))
+            self.write(traced(f"{names.get(work) or self.target(work)} = {value}", trace))
         for work, name in names.items():
             self.write(f"{self.target(work)} = {name}")
-        return tuple(self._parameter(term, activity) for term in taken)
+        return parameters
 
     def _parameter(self, term: Term, activity: Activity) -> str:
-        optional = "" if term in activity.surely and not term.reads_clock else " | None"
-        return f"{self.local(term)}: {self.module.annotations.of(term.type)}{optional}"
+        annotation = self.module.annotations.of(term.type)
+        if term in activity.surely:
+            self.nodes.known[term] = Spelled(self.local(term))
+            return f"{self.local(term)}: {annotation}"
+        name = self.local(term, "get_")
+        self.nodes.known[term] = Spelled(f"{name}()", PRIMARY)
+        return f"{name}: Callable[[], {annotation}]"
 
     def target(self, work: Work) -> str:
         """What a value is assigned to."""
@@ -200,3 +220,18 @@ def _noted(line: str, term: Term) -> str:
         return line
     full = traced(line, term.let.trace, term.let.title)
     return full if len(full) <= WIDTH else traced(line, term.let.trace)
+
+
+def _wanted(term: Term) -> str:
+    match term.node:
+        case e.Call(operator=operator):
+            return operator.lower()
+        case e.Builtin(name="finite" | "float"):
+            return _wanted(term.args[0])
+        case e.Builtin(name=name):
+            return f"{name}_value"
+        case e.Binary() | e.Unary():
+            return "pose_value" if isinstance(term.type, Pose) else "value"
+        case e.Logic() | e.Quantifier():
+            return "holds"
+    return "value"

@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 from specc_runtime.builtins import near_pose, read_only, vector
 from specc_runtime.contracts import as_pose, operator
 from specc_runtime.operators.kinematics import direct_kinematics
-from specc_runtime.subsystem import Equations, Subsystem, Transition
+from specc_runtime.subsystem import Subsystem, Transition
 from specc_runtime.values import Pose, Vector
 
 from .types import Mode
@@ -67,11 +67,6 @@ class RobotC(Subsystem):
     sends: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "S0": ("press_a", "press_l"),
     }
-    equations = Equations(
-        behaviours={},
-        checks={},
-        rows=((),),
-    )
 
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""
