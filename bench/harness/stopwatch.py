@@ -13,21 +13,27 @@ Places = Mapping[str, Sequence[tuple[object, str]]]
 
 
 class Stopwatch:
-    """Exclusive time of sections, for each thread on its own."""
+    """Exclusive time of sections, for each thread on its own.
+
+    `seconds` is that of the sections in the thread that made the stopwatch, `beside` that in other
+    threads; `calls` counts both.
+    """
 
     def __init__(self, now_s: Callable[[], float]) -> None:
         """`now_s` is the clock."""
         self._now_s = now_s
+        self._home = threading.get_ident()
         self._local = threading.local()
         self.seconds: dict[str, float] = defaultdict(float)
-        """Of each section."""
+        self.beside: dict[str, float] = defaultdict(float)
         self.calls: dict[str, int] = defaultdict(int)
 
     def timed(self, section: str, function: Callable[..., Any]) -> Callable[..., Any]:
         """The function, with its time counted as that of the section."""
-        now_s, seconds, calls, local = self._now_s, self.seconds, self.calls, self._local
+        now_s, calls, local, home = self._now_s, self.calls, self._local, self._home
 
         def run(*arguments: Any, **named: Any) -> Any:
+            seconds = self.seconds if threading.get_ident() == home else self.beside
             outer, begin_s = getattr(local, "open", (None, 0.0))
             now = now_s()
             if outer is not None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from specc_runtime.latest import Latest
     from specc_runtime.loading import load_system
     from specc_runtime.options import UsageError
-    from specc_runtime.plant import NO_SAMPLE, Plant
+    from specc_runtime.plant import NO_SAMPLE, Deferred, Plant
     from specc_runtime.plants.errors import PlantError
     from specc_runtime.records import StepRecord
     from specc_runtime.system import System
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NO_SAMPLE",
+    "Deferred",
     "Executor",
     "Fault",
     "Judge",
@@ -45,7 +46,7 @@ _HOMES = {
     "latest": ("Latest",),
     "loading": ("load_system",),
     "options": ("UsageError",),
-    "plant": ("NO_SAMPLE", "Plant"),
+    "plant": ("NO_SAMPLE", "Deferred", "Plant"),
     "plants.errors": ("PlantError",),
     "records": ("StepRecord",),
     "system": ("System",),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
+from threading import Lock
 from typing import Any, Final, Protocol
 
 
@@ -14,6 +16,39 @@ class NoSample(Enum):
 
 NO_SAMPLE: Final = NoSample.NO_SAMPLE
 """What a plant gives for an element that is bound as sporadic and has no new value."""
+
+
+class Deferred:
+    """A sample of now whose value is computed later: when it is first asked for, by who asks.
+
+    What it is computed from has to be a copy, since the plant goes on meanwhile, and noise has to
+    come from a stream of the sample's own, since other samples may be computed before or never.
+    """
+
+    __slots__ = ("_compute", "_error", "_lock", "_value")
+
+    def __init__(self, compute: Callable[[], Any]) -> None:
+        """`compute` is called once, or never if nobody asks."""
+        self._compute: Callable[[], Any] | None = compute
+        self._error: BaseException | None = None
+        self._value: Any = None
+        self._lock = Lock()
+
+    def value(self) -> Any:
+        """The value; raises what `compute` raised, every time."""
+        with self._lock:
+            if self._compute is not None:
+                try:
+                    self._value = self._compute()
+                except BaseException as error:  # noqa: BLE001  # it is raised below, to all who ask
+                    self._error = error
+                self._compute = None
+        if self._error is not None:
+            raise self._error
+        return self._value
+
+    def __repr__(self) -> str:
+        return "<a sample that is computed when it is read>"
 
 
 class Plant(Protocol):
@@ -29,7 +64,8 @@ class Plant(Protocol):
     def sample(self, name: str) -> Any:
         """The value of an element that a device reports, now; `NO_SAMPLE` if none is new.
 
-        Called once at each time stamp of its readers, or at its rate.
+        Called once at each time stamp of its readers, or at its rate. What takes long to compute
+        may come as a `Deferred`, which each reader asks for its value at the begin of its step.
         """
 
     def actuate(self, name: str, value: Any) -> None:

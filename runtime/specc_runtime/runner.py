@@ -8,8 +8,9 @@ from concurrent.futures import Future
 from typing import Protocol
 
 from specc_runtime.clock import WallClock
-from specc_runtime.faults import AxiomViolated, Fault, StepAbandoned, StepFailed
+from specc_runtime.faults import AxiomViolated, DeviceFailed, Fault, StepAbandoned, StepFailed
 from specc_runtime.interruption import Abandoned
+from specc_runtime.sampling import compute_deferred
 from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.workers import Workers
 
@@ -18,7 +19,10 @@ Outcome = int | Fault
 
 
 class Runner(Protocol):
-    """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps."""
+    """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps.
+
+    A step begins with the deferred samples among its inputs `sensed`.
+    """
 
     subsystem: Subsystem
     busy_s: float
@@ -33,9 +37,16 @@ class Runner(Protocol):
 class InlineRunner:
     """Steps at once, in the thread of the executor."""
 
-    def __init__(self, subsystem: Subsystem, clear: Callable[[], None], clock: WallClock) -> None:
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        sensed: tuple[str, ...],
+        clear: Callable[[], None],
+        clock: WallClock,
+    ) -> None:
         self.subsystem = subsystem
         self.busy_s = 0.0
+        self._sensed = sensed
         self._clear = clear
         self._now_s = clock.now_s
         self._outcome: Outcome = -1
@@ -43,7 +54,7 @@ class InlineRunner:
     def start(self) -> None:
         """Step and lower the fresh flags."""
         begin_s = self._now_s()
-        self._outcome = outcome_of(self.subsystem)
+        self._outcome = outcome_of(self.subsystem, self._sensed)
         self.busy_s += self._now_s() - begin_s
         self._clear()
 
@@ -56,10 +67,16 @@ class WorkerRunner:
     """Steps in a pool, on a copy of the inputs, while the executor goes on."""
 
     def __init__(
-        self, subsystem: Subsystem, clear: Callable[[], None], clock: WallClock, pool: Workers
+        self,
+        subsystem: Subsystem,
+        sensed: tuple[str, ...],
+        clear: Callable[[], None],
+        clock: WallClock,
+        pool: Workers,
     ) -> None:
         self.subsystem = subsystem
         self.busy_s = 0.0
+        self._sensed = sensed
         self._inbox = subsystem.x
         self._clear = clear
         self._now_s = clock.now_s
@@ -78,15 +95,18 @@ class WorkerRunner:
 
     def _step(self) -> Outcome:
         begin_s = self._now_s()
-        outcome = outcome_of(self.subsystem)
+        outcome = outcome_of(self.subsystem, self._sensed)
         self.busy_s += self._now_s() - begin_s
         return outcome
 
 
-def outcome_of(subsystem: Subsystem) -> Outcome:
+def outcome_of(subsystem: Subsystem, sensed: tuple[str, ...]) -> Outcome:
     """One step; whatever goes wrong in it becomes a fault, with the broken axioms first."""
     try:
+        compute_deferred(subsystem.x, sensed)
         outcome: Outcome = subsystem.step()
+    except DeviceFailed as failed:
+        return failed
     except BaseException as error:  # noqa: BLE001  # whatever an operator raises ends the run as a fault
         outcome = _fault(subsystem, error)
     if not subsystem.violations:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from specc_runtime.faults import said, text_of
+from specc_runtime.faults import DeviceFailed, said, text_of
 from specc_runtime.plant import Plant
-from specc_runtime.sampling import Sensor
+from specc_runtime.sampling import Sensor, compute_deferred
 
 
 class SafeOutputs(ABC):
@@ -62,6 +63,8 @@ def leave_safe(
             sensor = sensors.get(f"{device.name}.{element}")
             if sensor is not None and sensor.count:
                 setattr(device.memory, attribute, sensor.value)
+                with suppress(DeviceFailed):  # what reads it fails then, and `otherwise` is sent
+                    compute_deferred(device.memory, (attribute,))
         for element in device.elements:
             name = f"{device.name}.{element}"
             last[name] = _sent(device, element, plant, last.get(name, LastOutput(None, "")))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from specc_runtime.buffers import Put
 from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
-from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System, whole_ticks
@@ -18,7 +19,10 @@ _ROUNDING = 1.0 + 1e-9  # times are multiples of a rounded tick
 
 
 class Sensor:
-    """The latest sample of a sensor, read-only, and how many there have been."""
+    """The latest sample of a sensor, read-only, and how many there have been.
+
+    A `Deferred` one stays so; it is checked when its value is computed.
+    """
 
     __slots__ = ("_binding", "_sample", "_taken_s", "count", "name", "value")
 
@@ -32,19 +36,28 @@ class Sensor:
 
     def update(self, time_s: float) -> None:
         """Take a sample, if there is one; raises `DeviceFailed`."""
-        try:
-            value = self._sample(self.name)
-        except (Fault, KeyboardInterrupt):
-            raise
-        except BaseException as error:  # whatever the device raises
-            raise DeviceFailed(self.name, error) from error
+        value = self._given(self._sample, self.name)
         if value is NO_SAMPLE:
             if why := self._refusal(time_s):
                 raise DeviceFailed(self.name, PlantError(why))
             return
-        self.value = self._accepted(value)
+        if type(value) is Deferred:
+            self.value = Deferred(partial(self._computed, value))
+        else:
+            self.value = self._accepted(value)
         self.count += 1
         self._taken_s = time_s
+
+    def _computed(self, sample: Deferred) -> Any:
+        return self._accepted(self._given(sample.value))
+
+    def _given(self, call: Callable[..., Any], *arguments: str) -> Any:
+        try:
+            return call(*arguments)
+        except (Fault, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # whatever the device raises
+            raise DeviceFailed(self.name, error) from error
 
     def _accepted(self, value: Any) -> Any:
         binding = self._binding
@@ -84,6 +97,14 @@ class Port:
         if sensor.count != self._seen:
             self._seen = sensor.count
             self._put(sensor.value)
+
+
+def compute_deferred(buffer: object, elements: tuple[str, ...]) -> None:
+    """Put values in the place of deferred samples in a buffer; raises `DeviceFailed`."""
+    for element in elements:
+        value = getattr(buffer, element, None)
+        if type(value) is Deferred:
+            setattr(buffer, element, value.value())
 
 
 def sensor_rates(system: System) -> dict[str, SensorRate]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections import defaultdict
 from typing import Any
 
@@ -21,6 +22,10 @@ from specc_runtime.workers import Workers
 WORKER_PERIOD_S = 0.05
 """Subsystems from this period on may compute in a worker thread."""
 
+SWITCH_S = 1e-4
+"""How long a worker may keep the interpreter while a control loop waits for it. Python's own 5 ms
+are more than two periods of such a loop."""
+
 Readers = dict[tuple[str, str], list[Put]]
 """(subsystem, output element) -> the setters of those who read it."""
 
@@ -29,7 +34,10 @@ def worker_pool(system: System) -> Workers | None:
     """Threads for the slow subsystems, one core left to the others; None if there are none."""
     slow = sum(s.subsystem.period_s >= WORKER_PERIOD_S for s in system.subsystems)
     threads = min(slow, max(1, (os.cpu_count() or 2) - 1))
-    return Workers(threads) if threads else None
+    if not threads:
+        return None
+    sys.setswitchinterval(min(sys.getswitchinterval(), SWITCH_S))
+    return Workers(threads)
 
 
 def tracks(
@@ -54,16 +62,20 @@ def tracks(
             for state, elements in subsystem.sends.items()
         }
         watch = system.task.watch if system.task and system.task.subsystem == name else ()
-        runner = _runner(subsystem, pool, clock)
-        built[name] = Track(scheduled, runner, send, _ports(system, subsystem, sensors), watch)
+        inputs = [i for i in (system.plant.inputs if system.plant else ()) if i.subsystem == name]
+        runner = _runner(subsystem, tuple(i.element for i in inputs), pool, clock)
+        ports = [Port(sensors[i.sensor], setter(subsystem.x, i.element)) for i in inputs]
+        built[name] = Track(scheduled, runner, send, tuple(ports), watch)
     return built
 
 
-def _runner(subsystem: Subsystem, pool: Workers | None, clock: WallClock) -> Runner:
+def _runner(
+    subsystem: Subsystem, sensed: tuple[str, ...], pool: Workers | None, clock: WallClock
+) -> Runner:
     clear = lower_flags(subsystem.x)
     if pool is None or subsystem.period_s < WORKER_PERIOD_S:
-        return InlineRunner(subsystem, clear, clock)
-    return WorkerRunner(subsystem, clear, clock, pool)
+        return InlineRunner(subsystem, sensed, clear, clock)
+    return WorkerRunner(subsystem, sensed, clear, clock, pool)
 
 
 def _readers(system: System, plant: Plant | None, commands: Commands) -> Readers:
@@ -92,12 +104,3 @@ def _command(plant: Plant, output: PlantOutput, commands: Commands) -> Put:
             raise DeviceFailed(actuator, error, {"command": value}) from error
 
     return put
-
-
-def _ports(system: System, subsystem: Subsystem, sensors: dict[str, Sensor]) -> tuple[Port, ...]:
-    inputs = system.plant.inputs if system.plant else ()
-    return tuple(
-        Port(sensors[item.sensor], setter(subsystem.x, item.element))
-        for item in inputs
-        if item.subsystem == subsystem.name
-    )

@@ -1,4 +1,4 @@
-"""Threads that steps are handed to. They never keep the process from ending: a step may hang."""
+"""Threads that calls are handed to. They never keep the process from ending: a call may hang."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Any
 class Workers:
     """So many daemon threads, which those of `concurrent.futures` cannot be."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, name: str = "specc-step") -> None:
         self._count = count
         self._calls: SimpleQueue[tuple[Future[Any], Callable[[], Any]] | None] = SimpleQueue()
         for number in range(count):
-            Thread(target=self._serve, name=f"specc-step_{number}", daemon=True).start()
+            Thread(target=self._serve, name=f"{name}_{number}", daemon=True).start()
 
     def submit(self, call: Callable[[], Any]) -> Future[Any]:
         """Have it called by one of the threads."""

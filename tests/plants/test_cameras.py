@@ -58,7 +58,7 @@ def scene(renderer, seed=3):
 @pytest.mark.parametrize("renderer", RENDERERS)
 def test_points_of_a_depth_image_lie_on_what_was_seen(renderer):
     """X = (u - cx) / fx Z, in the optical frame at the published pose, falls on the table."""
-    depth = scene(renderer).sample("depth")
+    depth = scene(renderer).sample("depth").value()
     assert depth.dtype == np.float32
     assert depth.shape == (480, 640)
     v, u = np.mgrid[0:480, 0:640]
@@ -84,12 +84,12 @@ def test_a_ball_appears_where_the_pinhole_has_it(renderer, tmp_path):
     X_WC[:3, :3] = plant._data.cam("eye").xmat.reshape(3, 3)
     X_WC[:3, 3] = plant._data.cam("eye").xpos
     right, up, backward, _ = np.linalg.inv(X_WC) @ (0.35, 0.05, 0.3, 1.0)
-    v, u = np.nonzero(plant.sample("depth"))
+    v, u = np.nonzero(plant.sample("depth").value())
     assert camera.cx + camera.fx * right / -backward == pytest.approx(u.mean(), abs=0.2)
     assert camera.cy - camera.fy * up / -backward == pytest.approx(v.mean(), abs=0.2)
-    nearest = plant.sample("depth")[plant.sample("depth") > 0].min()
+    nearest = plant.sample("depth").value()[plant.sample("depth").value() > 0].min()
     assert nearest == pytest.approx(-backward - 0.02, abs=1e-3)
-    red = plant.sample("rgb")[v, u]
+    red = plant.sample("rgb").value()[v, u]
     assert np.all(red[:, 0] > red[:, 1] + 20)
 
 
@@ -97,13 +97,15 @@ def test_a_ball_appears_where_the_pinhole_has_it(renderer, tmp_path):
 @pytest.mark.parametrize("seed", [0, 3])
 def test_both_renderers_see_the_same(seed):
     drawn, cast = scene("gl", seed), scene("raycast", seed)
-    depth_gl, depth_rays = drawn.sample("depth"), cast.sample("depth")
+    depth_gl, depth_rays = drawn.sample("depth").value(), cast.sample("depth").value()
     assert np.array_equal(depth_gl == 0, depth_rays == 0)
     error = np.abs(depth_gl - depth_rays)
     assert np.median(error) < 1e-6
     # OpenGL draws cylinders as prisms; their flanks and the edges of all things differ a little.
     assert np.mean(error > 1e-3) < 0.02
-    difference = np.abs(drawn.sample("rgb").astype(int) - cast.sample("rgb")).max(axis=2)
+    difference = np.abs(drawn.sample("rgb").value().astype(int) - cast.sample("rgb").value()).max(
+        axis=2
+    )
     assert difference.mean() < 0.5
     assert np.percentile(difference, 99) < 8
     table = np.abs(depth_rays - np.median(depth_rays)) < 0.12
@@ -112,7 +114,7 @@ def test_both_renderers_see_the_same(seed):
 
 def test_frames_of_rays_do_not_remember_where_things_were():
     plant = scene("raycast", 0)
-    before = plant.sample("depth")
+    before = plant.sample("depth").value()
     X = plant.truth.body_pose("sen")
     X[:3, 3] += (-0.05, -0.3, 0.1)
     plant.truth.move_body("sen", X)
@@ -121,10 +123,10 @@ def test_frames_of_rays_do_not_remember_where_things_were():
         fresh.truth.move_body(name, plant.truth.body_pose(name))
     for each in (plant, fresh):
         each.advance(0.002)
-    moved = plant.sample("depth")
+    moved = plant.sample("depth").value()
     assert np.mean(np.abs(moved - before) > 0.01) > 0.01
-    assert np.mean(np.abs(fresh.sample("depth") - moved) > 1e-5) < 1e-4
-    difference = fresh.sample("rgb").astype(int) - plant.sample("rgb")
+    assert np.mean(np.abs(fresh.sample("depth").value() - moved) > 1e-5) < 1e-4
+    difference = fresh.sample("rgb").value().astype(int) - plant.sample("rgb").value()
     assert np.mean(np.abs(difference) > 2) < 1e-4
 
 
@@ -132,7 +134,7 @@ def test_frames_of_rays_do_not_remember_where_things_were():
 def test_frames_are_the_same_in_every_run(renderer):
     one, other = scene(renderer), scene(renderer)
     for name in ("rgb", "depth", "noisy"):
-        assert np.array_equal(one.sample(name), other.sample(name))
+        assert np.array_equal(one.sample(name).value(), other.sample(name).value())
 
 
 @pytest.mark.parametrize("renderer", RENDERERS)
@@ -192,7 +194,9 @@ def test_a_camera_on_the_arm_moves_with_it(tmp_path):
     for height in (0.5, -0.3):
         plant.actuate("lift", height)
         plant.advance(1.0)
-        assert plant.sample("d")[240, 320] == pytest.approx(1.0 + plant.sample("x"), abs=1e-5)
+        assert plant.sample("d").value()[240, 320] == pytest.approx(
+            1.0 + plant.sample("x"), abs=1e-5
+        )
 
 
 def test_a_model_without_an_overview_gets_one_that_sees_it(tmp_path: Path) -> None:
@@ -205,3 +209,34 @@ def test_a_model_without_an_overview_gets_one_that_sees_it(tmp_path: Path) -> No
     red = (picture[..., 0] > 60) & (picture[..., 1] < 30)
     rows, columns = np.nonzero(red)
     assert 18 <= rows.mean() <= 30 and 26 <= columns.mean() <= 38
+
+
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_an_image_is_that_of_its_instant_whenever_it_is_drawn(renderer):
+    """Neither what the plant did since nor what else was drawn can be seen in it."""
+    names = ("rgb", "depth", "noisy")
+    prompt, late = scene(renderer), scene(renderer)
+    wanted, samples = [], []
+    for _ in range(3):
+        wanted.append([prompt.sample(name).value() for name in names])
+        samples.append([late.sample(name) for name in names])
+        for plant in (prompt, late):
+            X = plant.truth.body_pose("sen")
+            X[:3, 3] += (0.0, -0.02, 0.05)
+            plant.truth.move_body("sen", X)
+            plant.advance(0.1)
+    samples[0][2].value()  # noise of one sample does not shift that of others
+    for before, now in zip(wanted[::-1], samples[::-1], strict=True):
+        assert all(np.array_equal(a, b.value()) for a, b in zip(before, now, strict=True))
+    assert not np.array_equal(wanted[0][1], wanted[1][1])
+
+
+def test_what_draws_and_fails_is_the_fault_of_each_reader(monkeypatch):
+    monkeypatch.setattr(gl, "find_library", lambda name: None)
+    plant = MujocoPlant(PICKING, KINECT, renderer="gl")
+    samples = [plant.sample(name) for name in ("rgb", "depth")]
+    plant.advance(0.002)
+    for sample in samples:
+        with pytest.raises(PlantError, match="no OpenGL"):
+            sample.value()
+    plant.close()

@@ -6,13 +6,15 @@ import hashlib
 import math
 import random
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.contracts import as_int
+from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.records import StepRecord
 from specc_runtime.system import PlantInput, PlantOutput, PlantSpec, Task
@@ -165,7 +167,14 @@ def _with_plant(node: Node, rate_hz: float | None) -> OneSensorPlant:
     return plant
 
 
-def _run(node: Node, plant: OneSensorPlant, binding: SensorBinding) -> Run:
+def _run(
+    node: Node,
+    plant: OneSensorPlant,
+    binding: SensorBinding,
+    ticks: int = 24,
+    *,
+    inline: bool = True,
+) -> Run:
     node.x = type("X", (), {"__slots__": ("E_m", "fresh_E_m", "present_E_m")})()
     spec = PlantSpec(
         "",
@@ -174,7 +183,7 @@ def _run(node: Node, plant: OneSensorPlant, binding: SensorBinding) -> Run:
         (PlantInput("a.E.m", node.name, "E_m"),),
         (PlantOutput(node.name, "value", "a.E.c"),),
     )
-    return Run(system(node, plant=spec), 24, plant=plant)
+    return Run(system(node, plant=spec), ticks, inline=inline, plant=plant)
 
 
 class QuietPlant(OneSensorPlant):
@@ -255,6 +264,64 @@ def test_a_sample_that_has_to_be_there_is_a_fault_of_the_device(
     assert fault.device == "a.E.m" and fault.culprit == "device a.E.m"
     assert words in fault.message
     assert fault.time_s == pytest.approx(time_ticks * TICK_S)
+
+
+class Filming(OneSensorPlant):
+    """Defers every sample; `computed` has those that somebody asked for."""
+
+    def __init__(self, value: Callable[[int], object] = lambda taken: taken) -> None:
+        super().__init__()
+        self.computed: list[int] = []
+        self._value = value
+
+    def sample(self, name: str) -> Any:
+        taken = self.ticks
+
+        def compute() -> object:
+            time.sleep(0.002)
+            self.computed.append(taken)
+            return self._value(taken)
+
+        return Deferred(compute)
+
+
+FILMING = SensorBinding("a.E.m", rate_hz=1.0 / (5 * TICK_S), contract=as_int, declared="int")
+
+
+@pytest.mark.parametrize("inline", [True, False])
+def test_a_deferred_sample_is_that_of_its_instant_and_computed_once_if_it_is_read(
+    inline: bool,
+) -> None:
+    plant = Filming()
+    run = _run(Node("n", 25, (), lambda node: node.x.E_m), plant, FILMING, 101, inline=inline)
+    assert run.executor.faults == []
+    assert [dict(r.sent)["value"] for r in run.of("n")] == [0, 25, 50, 75, 100]
+    assert plant.computed == [0, 25, 50, 75, 100]
+
+
+def _broken(taken: int) -> object:
+    if taken == 50:
+        raise OSError("the shutter is stuck")
+    return taken
+
+
+@pytest.mark.parametrize("inline", [True, False])
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (_broken, "shutter"),
+        (lambda taken: "late" if taken == 50 else taken, "gave the text 'late'"),
+    ],
+)
+def test_a_deferred_sample_that_fails_is_a_fault_of_the_device(
+    value: Callable[[int], object], words: str, inline: bool
+) -> None:
+    run = _run(Node("n", 25, (), lambda node: 0), Filming(value), FILMING, 101, inline=inline)
+    (fault,) = run.executor.faults
+    assert fault.device == "a.E.m" and fault.culprit == "device a.E.m"
+    assert words in fault.message
+    assert (fault.subsystem, fault.stamp, fault.time_s) == ("n", 2, pytest.approx(50 * TICK_S))
+    assert len(run.of("n")) == 2
 
 
 def test_watched_memory_is_recorded_for_the_task_only() -> None:

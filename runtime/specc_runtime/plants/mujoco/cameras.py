@@ -1,18 +1,30 @@
-"""Cameras of a model: their geometry, and the choice of what draws their images."""
+"""Cameras of a model: their geometry, the choice of what draws their images, and where."""
 
+from collections.abc import Callable
+from copy import copy
 from math import radians, tan
-from typing import Any, Literal
+from threading import Lock
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.model import find
-from specc_runtime.plants.mujoco.view import Camera, Frame, Renderer
+from specc_runtime.plants.mujoco.view import Camera, Frame, Renderer, Shot
+from specc_runtime.workers import Workers
 
 RendererName = Literal["auto", "gl", "raycast"]
 _DEFAULT_SIZE = (640, 480)
+T = TypeVar("T")
 
 
 class Cameras:
-    """Frames of all cameras, each drawn at most once for one time; rendering starts when needed."""
+    """Shots of the plant and their frames, each drawn at most once.
+
+    OpenGL is bound to a thread. So one thread opens the renderer when it is first needed, draws for
+    all the others, and closes it.
+    """
 
     def __init__(self, model: Any, data: Any, renderer: RendererName) -> None:
         if renderer not in ("auto", "gl", "raycast"):
@@ -21,7 +33,9 @@ class Cameras:
         self._data = data
         self._wanted = renderer
         self._renderer: Renderer | None = None
-        self._frames: dict[int, tuple[float, Frame]] = {}
+        self._thread: Workers | None = None
+        self._starting = Lock()
+        self._shot: Shot | None = None
 
     def camera(self, name: str, width: int = 0, height: int = 0) -> Camera:
         """The camera of that name, at its own resolution or at another size in pixels.
@@ -31,26 +45,51 @@ class Cameras:
         """
         return _camera(self._model, find(self._model, "camera", name), width, height)
 
-    def frame(self, camera: Camera) -> Frame:
-        """Frame at the present time."""
-        time, frame = self._frames.get(camera.index, (None, None))
-        if frame is None or time != self._data.time:
-            frame = self.renderer().render(camera)
-            self._frames[camera.index] = (self._data.time, frame)
-        return frame
+    def shot(self) -> Shot:
+        """The present state, from which frames can be drawn at any time after."""
+        if self._shot is None or self._shot.state.time != self._data.time:
+            self._shot = Shot(copy(self._data))
+        return self._shot
 
-    def renderer(self) -> Renderer:
-        """The renderer in use; opens it the first time."""
-        if self._renderer is None:
-            self._renderer = _open(self._model, self._data, self._wanted)
-        return self._renderer
+    def frame(self, camera: Camera, shot: Shot) -> Frame:
+        """What a camera sees in a shot; waits until it is drawn."""
+
+        def draw() -> Frame:
+            if camera not in shot.frames:
+                shot.frames[camera] = self._opened().render(camera, shot.state)
+            return shot.frames[camera]
+
+        return self._drawn(draw)
+
+    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+        """What a camera for people sees now."""
+        return self._drawn(lambda: self._opened().picture(camera, self._data))
 
     def forget(self) -> None:
-        """Drop kept frames: the state has changed without time passing."""
-        self._frames.clear()
+        """Take a new shot: the state has changed without time passing."""
+        self._shot = None
 
     def close(self) -> None:
         """Close the renderer."""
+        if self._thread is not None:
+            self._drawn(self._close)
+            self._thread.close()
+            self._thread = None
+
+    def _drawn(self, call: Callable[[], T]) -> T:
+        """What a call gives in the thread that draws."""
+        with self._starting:
+            if self._thread is None:
+                self._thread = Workers(1, "specc-camera")
+        drawn: T = self._thread.submit(call).result()
+        return drawn
+
+    def _opened(self) -> Renderer:
+        if self._renderer is None:
+            self._renderer = _open(self._model, self._wanted)
+        return self._renderer
+
+    def _close(self) -> None:
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
@@ -75,15 +114,15 @@ def _camera(model: Any, index: int, width: int, height: int) -> Camera:
     return Camera(index, width, height, float(fx), float(fy), float(centre[0]), float(centre[1]))
 
 
-def _open(model: Any, data: Any, wanted: RendererName) -> Renderer:
+def _open(model: Any, wanted: RendererName) -> Renderer:
     if wanted != "raycast":
         from specc_runtime.plants.mujoco.gl import GlRenderer, GlUnavailableError
 
         try:
-            return GlRenderer(model, data)
+            return GlRenderer(model)
         except GlUnavailableError as error:
             if wanted == "gl":
                 raise PlantError(f"no OpenGL: {error}") from error
     from specc_runtime.plants.mujoco.raycast import RaycastRenderer
 
-    return RaycastRenderer(model, data)
+    return RaycastRenderer(model)

@@ -26,8 +26,8 @@ class GlRenderer:
     and depth then come from one pass. Pictures have shadows and the model's own multisampling.
     """
 
-    def __init__(self, model: Any, data: Any) -> None:
-        self._model, self._data = model, data
+    def __init__(self, model: Any) -> None:
+        self._model = model
         self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
         self._option = mujoco.MjvOption()
         self._option.sitegroup[:] = 0
@@ -36,32 +36,33 @@ class GlRenderer:
         self._samples = int(model.vis.quality.offsamples)
         self._contexts: dict[int, Any] = {}
 
-    def render(self, camera: Camera) -> Frame:
-        """See `cameras.Renderer`."""
-        rgb, window_depth = self._draw(camera, samples=0, decorated=False)
+    def render(self, camera: Camera, state: Any) -> Frame:
+        """See `view.Renderer`."""
+        rgb, window_depth = self._draw(camera, state, samples=0, decorated=False)
         return Frame(rgb, self._metres(window_depth))
 
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
-        """See `cameras.Renderer`."""
-        image: NDArray[np.uint8] = self._draw(camera, samples=self._samples, decorated=True)[0]
+    def picture(self, camera: Camera, state: Any) -> NDArray[np.uint8]:
+        """See `view.Renderer`."""
+        image: NDArray[np.uint8]
+        image, _ = self._draw(camera, state, samples=self._samples, decorated=True)
         return image
 
     def close(self) -> None:
-        """See `cameras.Renderer`."""
+        """See `view.Renderer`."""
         self._gl.make_current()
         for context in self._contexts.values():
             context.free()
         self._contexts.clear()
         self._gl.free()
 
-    def _draw(self, camera: Camera, samples: int, decorated: bool) -> tuple[Any, Any]:
+    def _draw(self, camera: Camera, state: Any, samples: int, decorated: bool) -> tuple[Any, Any]:
         self._gl.make_current()
         view = mujoco.MjvCamera()
         view.type = mujoco.mjtCamera.mjCAMERA_FIXED.value
         view.fixedcamid = camera.index
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(
-            self._model, self._data, self._option, None, view, everything, self._scene
+            self._model, state, self._option, None, view, everything, self._scene
         )
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW.value] = decorated
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION.value] = decorated

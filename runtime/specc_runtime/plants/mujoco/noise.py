@@ -1,4 +1,4 @@
-"""Noise of sensors. Every binding has a random stream of its own."""
+"""Noise of sensors. Every binding, and every image of a camera, has a random stream of its own."""
 
 import zlib
 from collections.abc import Sequence
@@ -12,12 +12,14 @@ KINECT_SIGMA_PER_M = 1.425e-3  # sigma = this * z^2
 KINECT_STEP_PER_M = 2.7e-3  # step of the reading = this * z^2
 
 
-def stream(seed: int, name: str) -> np.random.Generator:
-    """Random stream of the binding `name` in the run with that seed.
+def stream(seed: int, name: str, *sample: int) -> np.random.Generator:
+    """Random stream of the binding `name`, or of one sample of it, in the run with that seed.
 
-    It depends on nothing else, so neither the other bindings nor the order of sampling matter.
+    It depends on nothing else, so neither the other bindings nor the order of sampling matter. A
+    sample is named by its number since the beginning of the run.
     """
-    return np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode())]))
+    entropy = [seed, zlib.crc32(name.encode())]
+    return np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=sample))
 
 
 def standard_deviations(noise: Sequence[float], sizes: Sequence[int]) -> Array:

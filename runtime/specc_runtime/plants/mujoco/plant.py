@@ -63,7 +63,7 @@ class MujocoPlant:
     def reset(self, seed: int) -> None:
         """Back to time 0 at rest in the home configuration, without commands.
 
-        The noise of every sensor depends on the seed and the sensor's name only.
+        The noise of a sample depends on the seed, the sensor's name and the number of the sample.
         """
         mujoco.mj_resetData(self._model, self._data)
         self._data.qpos[:] = initial_positions(self._model)
@@ -75,7 +75,11 @@ class MujocoPlant:
             actuator.reset()
 
     def sample(self, name: str) -> Any:
-        """Value of a bound sensor now. Raises PlantError for an unknown name."""
+        """Value of a bound sensor now; images are `Deferred`.
+
+        Raises:
+            PlantError: unknown name.
+        """
         if name not in self._sensors:
             raise PlantError(f"no sensor is bound as '{name}'", known=tuple(self._sensors))
         return self._sensors[name].sample()
@@ -138,8 +142,7 @@ class MujocoPlant:
 
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""
-        view = self._cameras.camera(camera, width, height)
-        return self._cameras.renderer().picture(view)
+        return self._cameras.picture(self._cameras.camera(camera, width, height))
 
     def open_viewer(self) -> Viewer:
         """A window on the plant for people. Raises PlantError where there is no display."""

@@ -1,5 +1,6 @@
 """Camera images without a graphics system: MuJoCo's ray casting and a texture lookup."""
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,30 +37,34 @@ class RaycastRenderer:
     where moving geoms can be, and only against those.
     """
 
-    def __init__(self, model: Any, data: Any) -> None:
-        self._model, self._data = model, data
-        self._surfaces = Surfaces(model, data)
+    def __init__(self, model: Any) -> None:
+        self._model = model
+        self._surfaces = Surfaces(model)
         fixed = model.body_weldid[model.geom_bodyid] == 0
         self._moving = np.flatnonzero(~fixed & (model.geom_group < _SHOWN_GROUPS))
+        self._scenery = copy(model)
+        self._scenery.geom_group[self._moving] = _SHOWN_GROUPS  # out of sight
         self._still: dict[Camera, tuple[_View, Frame]] = {}
 
-    def render(self, camera: Camera) -> Frame:
-        """See `cameras.Renderer`."""
+    def render(self, camera: Camera, state: Any) -> Frame:
+        """See `view.Renderer`."""
         if not self._stands_still(camera):
-            view = self._view(camera)
-            return self._cast(view, np.arange(len(view.rays)), _empty(camera), static=True)
+            view = _view(camera, state)
+            return self._cast(self._model, state, view, _all(view), _empty(camera))
         if camera not in self._still:
-            view = self._view(camera)
-            self._still[camera] = view, self._cast_still(view)
+            view = _view(camera, state)
+            still = self._cast(self._scenery, state, view, _all(view), _empty(camera))
+            self._still[camera] = view, still
         view, still = self._still[camera]
-        return self._cast(view, self._pixels_of_moving(view), still, static=False)
+        pixels = self._pixels_of_moving(view, state)
+        return self._cast(self._model, state, view, pixels, still, static=False)
 
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
-        """See `cameras.Renderer`."""
-        return self.render(camera).rgb
+    def picture(self, camera: Camera, state: Any) -> NDArray[np.uint8]:
+        """See `view.Renderer`."""
+        return self.render(camera, state).rgb
 
     def close(self) -> None:
-        """See `cameras.Renderer`."""
+        """See `view.Renderer`."""
         self._still.clear()
 
     def _stands_still(self, camera: Camera) -> bool:
@@ -71,31 +76,22 @@ class RaycastRenderer:
         still = model.cam_mode[camera.index] == fixed and (model.light_mode == fixed).all()
         return bool(on_world and lit_from_world and still)
 
-    def _view(self, camera: Camera) -> _View:
-        axes = np.array(self._data.cam_xmat[camera.index]).reshape(3, 3)
-        u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-        right, up = (u - camera.cx) / camera.fx, (camera.cy - v) / camera.fy
-        rays = np.stack((right, up, -np.ones_like(right)), axis=-1).reshape(-1, 3)
-        origin = np.array(self._data.cam_xpos[camera.index])
-        return _View(camera, origin, axes, np.ascontiguousarray(rays @ axes.T))
-
-    def _cast_still(self, view: _View) -> Frame:
-        """What is seen when everything that can move is out of sight."""
-        groups = self._model.geom_group
-        own = groups[self._moving].copy()
-        groups[self._moving] = _SHOWN_GROUPS
-        try:
-            return self._cast(view, np.arange(len(view.rays)), _empty(view.camera), static=True)
-        finally:
-            groups[self._moving] = own
-
-    def _cast(self, view: _View, pixels: Any, behind: Frame, static: bool) -> Frame:
+    def _cast(
+        self,
+        model: Any,
+        state: Any,
+        view: _View,
+        pixels: NDArray[np.intp],
+        behind: Frame,
+        *,
+        static: bool = True,
+    ) -> Frame:
         """Frame of what the rays of some pixels hit, in front of another frame."""
         rays = view.rays[pixels]
         geom = np.empty(len(rays), np.int32)
         depth, normal = np.empty(len(rays)), np.empty((len(rays), 3))
         mujoco.mj_multiRay(
-            self._model, self._data, view.origin, rays.ravel(), _VISIBLE, static, -1,
+            model, state, view.origin, rays.ravel(), _VISIBLE, static, -1,
             geom, depth, normal.ravel(), len(rays), _FAR_M,
         )  # fmt: skip
         far = behind.depth.ravel()[pixels]
@@ -104,25 +100,25 @@ class RaycastRenderer:
         hits = Hits(geom[nearer], depth[nearer], normal[nearer], rays[nearer], view.origin, step)
         frame = Frame(behind.rgb.copy(), behind.depth.copy())
         drawn = pixels[nearer]
-        frame.rgb.reshape(-1, 3)[drawn] = self._surfaces.shade(hits, -view.axes[:, 2])
+        frame.rgb.reshape(-1, 3)[drawn] = self._surfaces.shade(state, hits, -view.axes[:, 2])
         frame.depth.ravel()[drawn] = hits.depth
         return frame
 
-    def _pixels_of_moving(self, view: _View) -> Any:
+    def _pixels_of_moving(self, view: _View, state: Any) -> NDArray[np.intp]:
         """Indices of the pixels inside the projected bounding boxes of geoms that can move."""
         camera = view.camera
         mask = np.zeros((camera.height, camera.width), bool)
-        for left, top, right, bottom in self._rectangles(view):
+        for left, top, right, bottom in self._rectangles(view, state):
             mask[top:bottom, left:right] = True
         return np.flatnonzero(mask)
 
-    def _rectangles(self, view: _View) -> NDArray[np.intp]:
+    def _rectangles(self, view: _View, state: Any) -> NDArray[np.intp]:
         """Rows (left, top, right, bottom), in pixels, that contain each moving geom."""
         boxes = self._model.geom_aabb[self._moving]
         corners = boxes[:, None, :3] + _CORNERS * boxes[:, None, 3:]
-        rotation = self._data.geom_xmat[self._moving].reshape(-1, 3, 3)
+        rotation = state.geom_xmat[self._moving].reshape(-1, 3, 3)
         world = np.einsum("gij,gkj->gki", rotation, corners)
-        world += self._data.geom_xpos[self._moving][:, None]
+        world += state.geom_xpos[self._moving][:, None]
         right, up, backward = np.moveaxis((world - view.origin) @ view.axes, -1, 0)
         camera, depth = view.camera, np.maximum(-backward, _NEAREST_M)
         u, v = camera.cx + camera.fx * right / depth, camera.cy - camera.fy * up / depth
@@ -136,6 +132,19 @@ class RaycastRenderer:
         hidden = (backward > -_NEAREST_M).all(axis=1)
         rectangles: NDArray[np.intp] = np.hstack((low, high))[~hidden].astype(np.intp)
         return rectangles
+
+
+def _view(camera: Camera, state: Any) -> _View:
+    axes = np.array(state.cam_xmat[camera.index]).reshape(3, 3)
+    u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+    right, up = (u - camera.cx) / camera.fx, (camera.cy - v) / camera.fy
+    rays = np.stack((right, up, -np.ones_like(right)), axis=-1).reshape(-1, 3)
+    origin = np.array(state.cam_xpos[camera.index])
+    return _View(camera, origin, axes, np.ascontiguousarray(rays @ axes.T))
+
+
+def _all(view: _View) -> NDArray[np.intp]:
+    return np.arange(len(view.rays))
 
 
 def _empty(camera: Camera) -> Frame:

@@ -8,11 +8,13 @@ import numpy as np
 
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.operators.arrays import Array
+from specc_runtime.plant import Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import noise
 from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.model import find, position_indices
+from specc_runtime.plants.mujoco.view import Camera
 
 _TICK_TOLERANCE = 1e-6  # of a period; times are sums of floating-point time steps
 
@@ -23,24 +25,33 @@ class Sensor:
     def __init__(self, model: Any, data: Any, cameras: Cameras, binding: SensorBinding) -> None:
         self._binding = binding
         self._data = data
+        self._take: Callable[[], Any]
         if binding.camera:
-            self._read = _image_reader(cameras, binding)
+            self._cameras = cameras
+            self._camera = _camera(cameras, binding)
+            self._take = self._take_image
         else:
             self._read = _number_reader(model, data, binding)
+            self._take = self._take_numbers
         self._sigma = _sigma(model, binding)
         self.reset(0)
 
     def reset(self, seed: int) -> None:
         """Restart the noise of this sensor for a run with that seed and forget the held value."""
+        self._seed = seed
         self._rng = noise.stream(seed, self._binding.name)
+        self._images = 0
         self._period: float | None = None
         self._value: Any = None
 
     def sample(self) -> Any:
-        """Value at this time; arrays are read-only. Asking twice at one time changes nothing."""
+        """Value at this time; arrays are read-only. Asking twice at one time changes nothing.
+
+        An image is `Deferred`: it is drawn, and its noise made, when it is read.
+        """
         period = self._present_period()
         if period != self._period:
-            self._period, self._value = period, self._measure()
+            self._period, self._value = period, self._take()
         return self._value
 
     def _present_period(self) -> float:
@@ -48,12 +59,29 @@ class Sensor:
         rate = self._binding.rate_hz
         return time if rate is None else floor(time * rate + _TICK_TOLERANCE)
 
-    def _measure(self) -> Any:
+    def _take_numbers(self) -> Any:
         raw = self._read()
         if self._sigma is not None:
             raw = raw + self._sigma * self._rng.standard_normal(raw.shape)
-        if self._binding.depth_noise == "kinect":
-            raw = noise.kinect_depth(raw, self._rng)
+        return self._value_of(raw)
+
+    def _take_image(self) -> Deferred:
+        shot, name = self._cameras.shot(), self._binding.name
+        seed, number = self._seed, self._images
+        self._images += 1
+
+        def develop() -> Any:
+            frame = self._cameras.frame(self._camera, shot)
+            if self._binding.image == "rgb":
+                return self._value_of(frame.rgb)
+            if self._binding.depth_noise == "kinect":
+                rng = noise.stream(seed, name, number)
+                return self._value_of(noise.kinect_depth(frame.depth, rng))
+            return self._value_of(frame.depth)
+
+        return Deferred(develop)
+
+    def _value_of(self, raw: Any) -> Any:
         through = self._binding.through
         if through is not None:
             try:
@@ -68,15 +96,12 @@ class Sensor:
         return value
 
 
-def _image_reader(cameras: Cameras, binding: SensorBinding) -> Callable[[], Any]:
+def _camera(cameras: Cameras, binding: SensorBinding) -> Camera:
     if binding.joints or binding.sensors or binding.actuators or binding.noise:
         raise PlantError(f"sensor '{binding.name}': a camera stands alone, without joints or noise")
     if binding.depth_noise != "none" and binding.image != "depth":
         raise PlantError(f"sensor '{binding.name}': depth noise on an image without depth")
-    camera = cameras.camera(binding.camera)
-    if binding.image == "rgb":
-        return lambda: cameras.frame(camera).rgb
-    return lambda: cameras.frame(camera).depth
+    return cameras.camera(binding.camera)
 
 
 def _number_reader(model: Any, data: Any, binding: SensorBinding) -> Callable[[], Array]:

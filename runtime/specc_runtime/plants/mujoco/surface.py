@@ -46,23 +46,23 @@ class _Skin:
 class Surfaces:
     """Looks of all geoms of a model. Highlights are left out; other lights count as directional."""
 
-    def __init__(self, model: Any, data: Any) -> None:
-        self._model, self._data = model, data
+    def __init__(self, model: Any) -> None:
+        self._model = model
         self._colours = np.array([_colour(model, g) for g in range(model.ngeom)], np.float32)
         self._glow = np.array([_emission(model, g) for g in range(model.ngeom)], np.float32)
         self._skins = {g: s for g in range(model.ngeom) if (s := _skin(model, g)) is not None}
 
-    def shade(self, hits: Hits, forward: Array) -> NDArray[np.uint8]:
-        """(n, 3) colours of hits, for a camera that looks along `forward`."""
-        colours = self._colours[hits.geom] * self._light(hits, forward)
+    def shade(self, state: Any, hits: Hits, forward: Array) -> NDArray[np.uint8]:
+        """(n, 3) colours of hits in a state, for a camera that looks along `forward`."""
+        colours = self._colours[hits.geom] * self._light(state, hits, forward)
         for geom, skin in self._skins.items():
             chosen = np.flatnonzero(hits.geom == geom)
             if chosen.size:
-                colours[chosen] *= self._texture(skin, geom, hits, chosen) / np.float32(255)
+                colours[chosen] *= self._texture(state, skin, geom, hits, chosen) / np.float32(255)
         shaded: NDArray[np.uint8] = np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
         return shaded
 
-    def _light(self, hits: Hits, forward: Array) -> NDArray[np.float32]:
+    def _light(self, state: Any, hits: Hits, forward: Array) -> NDArray[np.float32]:
         """(n, 3) light that surfaces send back: own glow, ambient and diffuse."""
         model = self._model
         head = model.vis.headlight
@@ -74,7 +74,7 @@ class Surfaces:
         for i in np.flatnonzero(model.light_active):
             ambient.append(model.light_ambient[i])
             diffuse.append(model.light_diffuse[i])
-            towards.append(-self._data.light_xdir[i])
+            towards.append(-state.light_xdir[i])
         light = np.repeat(self._glow[hits.geom][:, None], 3, axis=1)
         if towards:
             falling = np.maximum(hits.normal @ np.array(towards).T, 0).astype(np.float32)
@@ -82,12 +82,12 @@ class Surfaces:
             light += np.sum(ambient, axis=0, dtype=np.float32)
         return light
 
-    def _texture(self, skin: _Skin, geom: int, hits: Hits, chosen: Any) -> Image:
+    def _texture(self, state: Any, skin: _Skin, geom: int, hits: Hits, chosen: Any) -> Image:
         """(k, 3) texture colours, 0..255, at the chosen hits."""
-        rotation = self._data.geom_xmat[geom].reshape(3, 3)
+        rotation = state.geom_xmat[geom].reshape(3, 3)
         direction = hits.direction[chosen] @ rotation
         depth = hits.depth[chosen, None]
-        points = depth * direction + (hits.origin - self._data.geom_xpos[geom]) @ rotation
+        points = depth * direction + (hits.origin - state.geom_xpos[geom]) @ rotation
         triangle, barycentric = _locate(skin, points)
         corners = skin.uv[triangle]
         uv = np.einsum("nk,nkj->nj", barycentric, corners)

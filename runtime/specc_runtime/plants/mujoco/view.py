@@ -1,7 +1,7 @@
 """What a camera is and what it sees; renderers and those who use them meet here."""
 
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,13 +32,21 @@ class Frame:
     depth: NDArray[np.float32]
 
 
-class Renderer(Protocol):
-    """Draws what cameras see in the present state of the plant."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """The plant at one instant: a copy of its state, an MjData, and the frames drawn so far."""
 
-    def render(self, camera: Camera) -> Frame:
+    state: Any
+    frames: dict[Camera, Frame] = field(default_factory=dict)
+
+
+class Renderer(Protocol):
+    """Draws what cameras see in a state of the plant, an MjData. Made and used in one thread."""
+
+    def render(self, camera: Camera, state: Any) -> Frame:
         """Image and depth without decoration, as a sensor sees them."""
 
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+    def picture(self, camera: Camera, state: Any) -> NDArray[np.uint8]:
         """(h, w, 3) image as good-looking as this renderer can make it."""
 
     def close(self) -> None:
