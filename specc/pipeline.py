@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 from specc.diagnostics import Command, Diagnostic, stops, without_follow_ups
+from specc.frozen import frozen
 from specc.limits import one_run
 from specc.model.system import System
 from specc.policy import reach_of
@@ -20,7 +21,7 @@ from specc.source import Place, Sources
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Result:
     """What is known of a specification: its meaning, if it has one, and all findings."""
 
@@ -44,7 +45,7 @@ class Result:
         return self.system is not None and not stopped
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Build:
     """Generated files of a system, relative path -> text; empty if the specification has errors."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 from specc.diagnostics.report import Change, Repair
+from specc.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Repaired:
     """A text after repairs, those that were made, and those that could not be."""
 

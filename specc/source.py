@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Literal
 
 from specc.alignment import ScalarStyle, raw_offsets
+from specc.frozen import frozen
 
 Route = tuple[str | int, ...]
 """Keys and indices from the top of a file down to a value."""
@@ -23,7 +24,7 @@ COMMAND_LINE = "--set"
 """What stands for a file where a text was given on the command line."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Place:
     """What a diagnostic points at.
 
@@ -39,7 +40,7 @@ class Place:
     end: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Span:
     """A stretch of a file; lines and columns count characters from 1, the end is exclusive."""
 

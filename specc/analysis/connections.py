@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, lcm
 
 from specc.analysis.plant import Bound
+from specc.frozen import frozen
 from specc.model.fsm import Behaviour
 from specc.model.system import Device, Element, Port, Subsystem, System
 from specc.proof import InputName
@@ -35,7 +36,7 @@ LONGEST = 100_000
 """Base ticks after which the timeline has to repeat."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Clash:
     """A subsystem whose rate does not go with those of the others: `ticks` until they repeat."""
 
@@ -44,7 +45,7 @@ class Clash:
     ticks: Fraction
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Misfit:
     """A sensor whose rate does not go with those of `readers`; if none, with the base tick."""
 
@@ -138,7 +139,7 @@ def _goes(a: Fraction, b: Fraction) -> bool:
 # Who is at the other end of a buffer, and when what is sent there has arrived.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Arrivals:
     """When the elements of the input buffers of a subsystem have a value.
 

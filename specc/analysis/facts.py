@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from specc.analysis.plant import Bound, bound_elements
 from specc.analysis.presence import Presence, Readings, find_presence, names_any
 from specc.analysis.vague import Views, is_vague
 from specc.analysis.valueless import valueless
+from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
 from specc.model.expr import Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 # The shared queries about one system.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Decided:
     """The verdict about the rows of one state and cause."""
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
@@ -13,7 +13,7 @@ from specc.reachable import grouped, reachable
 # What a transition graph falls into. The only door to networkx, which is imported when asked.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Component:
     """States that lead to one another, in the order of the file.
 
@@ -59,7 +59,7 @@ def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[s
 CAUSES: tuple[Cause, ...] = ("terminal", "error")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Step:
     """A row that can be taken, and the inputs that have a value whenever it is."""
 

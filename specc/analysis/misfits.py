@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from specc.analysis.words import Text, text_of, texts
+from specc.frozen import frozen
 from specc.model.expr import (
     Binary,
     Bound,
@@ -40,7 +40,7 @@ _ANGLE_OF_ALL = math.pi * (1 - 1e-12)
 """No two orientations are further apart."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Misfit:
     """`expr` in a text cannot be meant because of its parts `because`; `number` is what they are.
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from specc.analysis.visits import Visits
+from specc.frozen import frozen
 from specc.model.expr import (
     Bound,
     Builtin,
@@ -31,7 +32,7 @@ from specc.model.system import Let, Subsystem
 from specc.model.types import Bool, Int, ListOf, OptionalOf
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Need:
     """A value that has to be there, in the text of `let` or, without one, of the expression itself.
 
@@ -56,7 +57,7 @@ def there(sure: Sure) -> Expr:
     return Compare("!=", length, Number(0, type=Int()), type=Bool())
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sources:
     """What the value of an expression depends on."""
 

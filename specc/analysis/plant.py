@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.system import Binding, Element, Plant, System
 from specc.model.types import Image, Real, Spatial, Type, Vector
@@ -17,7 +17,7 @@ from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN
 PlantKind = Literal["model", "python", ""]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bound:
     """A binding of an element that exists; `commanded` tells x of a device from y.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from specc.analysis.connections import Arrivals
 from specc.analysis.graph import Step
 from specc.analysis.visits import Visits
+from specc.frozen import frozen
 from specc.model.expr import (
     Choice,
     ConstantRef,
@@ -75,7 +76,7 @@ Names = frozenset[InputName]
 _NONE: Names = frozenset()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reading:
     """An input that is read, in the text of `let` or, without one, of the expression itself."""
 
@@ -171,7 +172,7 @@ class Readings:
 # lead there. A value that has arrived stays, so the sets only grow along a way.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Presence:
     """Inputs of a subsystem that surely have a value, by state."""
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from specc.analysis.graph import CAUSES, Step, find_steps
+from specc.frozen import frozen
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
@@ -59,7 +60,7 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
 # cause surely holds and no row possibly does; nothing ever applies where nothing possibly does.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class View:
     """A way to look at a machine with unknowns: what is taken to hold of them."""
 

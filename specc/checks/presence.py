@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.analysis.facts import Facts
 from specc.analysis.presence import Reading
 from specc.analysis.words import text_place
 from specc.diagnostics import Diagnostic, Related
+from specc.frozen import frozen
 from specc.model.fsm import Condition, State
 from specc.model.system import Subsystem, System
 from specc.proof import InputName
@@ -20,7 +21,7 @@ from specc.source import Place
 FIRST_PERIOD = "the first period"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Absence:
     """A reading by a part of a subsystem, whose text is at `key` of its place."""
 

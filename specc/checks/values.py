@@ -11,6 +11,7 @@ from specc.analysis.needs import Need, Needs, negation, with_items
 from specc.analysis.presence import expressions
 from specc.analysis.words import text_place
 from specc.diagnostics import Diagnostic, Related
+from specc.frozen import frozen
 from specc.lang import show
 from specc.model.expr import Expr, IsNone, Logic, MemoryRef, Sure, Truth, Unary, has_unknown, walk
 from specc.model.fsm import Cause, Condition, State, Transition
@@ -159,7 +160,7 @@ def _is_there(fact: Expr, type_: Type) -> bool:
 # What may be None or empty is tested before it is taken for a value or an item.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Use:
     """An expression in the text at `key` of a part, and what is known where it is evaluated."""
 

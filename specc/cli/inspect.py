@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from specc.cli.rewrite import refusal
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
+from specc.frozen import frozen
 from specc.limits import one_run
 from specc.policy import Judged, Overrides, forget, judge, settings_for
 from specc.source import Place, Sources, real_path
@@ -24,7 +25,7 @@ PARALLEL_FROM = 4
 """Below this number of files starting processes costs more than it saves."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Outcome:
     """What checking one specification gave; `read` are the real paths of all its files."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
+from specc.frozen import frozen
 from specc.model.system import Agent, Subsystem, System
 from specc.source import Place
 
@@ -72,7 +72,7 @@ _BY_KEY = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Step:
     """A step of the procedure; `next` says what to do for it, empty if it is done."""
 
@@ -81,7 +81,7 @@ class Step:
     next: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Progress:
     """The steps of the system, an agent or a subsystem."""
 

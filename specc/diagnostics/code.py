@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from textwrap import fill, indent
@@ -11,6 +10,7 @@ from typing import Literal
 
 from specc.diagnostics.diagnostic import Severity, severity_of
 from specc.diagnostics.render.visible import visible_lines
+from specc.frozen import frozen
 
 PAGES = Path(__file__).with_name("codes")
 
@@ -29,7 +29,7 @@ _PAGE = re.compile(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Code:
     """A page.
 

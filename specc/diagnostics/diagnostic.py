@@ -1,9 +1,10 @@
 """A finding as a value: what is wrong, where, and a way out; no lines, columns or colours."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
+from specc.frozen import frozen
 from specc.source import Place
 
 Severity = Literal["error", "warning", "open"]
@@ -13,7 +14,7 @@ _FOR_RUNS = frozenset(("O0501", "O0502"))
 _FOR_NOTHING = frozenset(("O0404", "O0503"))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Related:
     """A second place that a finding speaks of, with a few words on its part in it."""
 
@@ -21,7 +22,7 @@ class Related:
     message: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Edit:
     """New text for what stands at a place."""
 
@@ -29,7 +30,7 @@ class Edit:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fix:
     """The one safe repair of a finding: `title` says what it does, in the imperative."""
 
@@ -37,7 +38,7 @@ class Fix:
     edits: tuple[Edit, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Diagnostic:
     """A finding; `code` is an entry of the registry and `label` stands at the caret.
 

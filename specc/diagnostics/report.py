@@ -2,18 +2,19 @@
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
 from specc.diagnostics.sides import settled
+from specc.frozen import frozen
 from specc.limits import MAX_SHOWN
 from specc.source import Place, Sources, Span
 
 _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Spot:
     """A resolved place: its span, the text of its first line, and a message for it."""
 
@@ -22,7 +23,7 @@ class Spot:
     message: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Change:
     """New text for the characters of a file from offset `start` up to `end`, which are `span`."""
 
@@ -32,7 +33,7 @@ class Change:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Repair:
     """What mends a finding: changes within one file."""
 
@@ -45,7 +46,7 @@ class Repair:
         return self.changes[0].span.file
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Finding:
     """A diagnostic with the spots it speaks of; paths are relative to the working directory."""
 
@@ -55,7 +56,7 @@ class Finding:
     repair: Repair | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Report:
     """All findings about the files of one command; `ignored` counts those that are not shown."""
 

@@ -11,10 +11,11 @@ from __future__ import annotations
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import NamedTuple
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
+from specc.frozen import frozen
 from specc.source import Node, Place, Route, SourceFile, Sources
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
@@ -43,7 +44,7 @@ class _Slip(NamedTuple):
     right: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Definition:
     """A key that defines a name; `scope` is the route above which nothing refers to it.
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from specc.example.numbers import Patience
 from specc.example.situation import Fields, Meaning, Situation, Value, alike, first_value
+from specc.frozen import frozen
 from specc.lang.evaluate import compose, inverse, position
 from specc.model import expr as m
 from specc.model.types import ListOf, Vector
@@ -20,7 +21,7 @@ LONGEST = 100_000
 """Most periods that a scenario waits."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Freedom:
     """What a search may change.
 

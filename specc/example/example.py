@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.example.assign import Freedom
 from specc.example.numbers import Patience
 from specc.example.search import Goal, find
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value
+from specc.frozen import frozen
 from specc.lang import show
 from specc.model import expr as m
 from specc.model.types import (
@@ -247,7 +248,7 @@ def _pose(rows: Value) -> str:
 # Values that show a refutation, and how they are said.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Wanted:
     """What an example is asked for.
 
@@ -260,7 +261,7 @@ class Wanted:
     about: tuple[m.Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Example:
     """A situation that meets the goals, and the part of it that the witness is about."""
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Any
 
+from specc.frozen import frozen
 from specc.lang import Environment, evaluate
 from specc.lang.evaluate import compose, translation
 from specc.model.expr import Expr
@@ -197,7 +198,7 @@ Answer = tuple[str, tuple[Value, ...], Value]
 """An operator, its arguments and what it gives for them."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Situation:
     """One period of a subsystem.
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeVar
 
+from specc.frozen import frozen
 from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, origins
 from specc.lang.mismatch import fits, way_out
 from specc.lang.parse import span
@@ -51,7 +52,7 @@ T = TypeVar("T")
 _SHOWN = 40
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Context:
     """One expression being typed. `rules` has a rule for every kind of syntax in the language."""
 

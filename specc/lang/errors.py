@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from specc.diagnostics.nearest import is_slip, surely_meant
+from specc.frozen import frozen
 from specc.model.expr import (
     Binary,
     Builtin,
@@ -37,7 +38,7 @@ RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAM
 """Names of the language; a specification gives them to nothing of its own."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Declared:
     """Where a name is declared, and what it stands for if it is a `let` or a constant."""
 
@@ -118,7 +119,7 @@ def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
 # How an expression got its type: the declarations that gave it, for the reader of a mismatch.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Origin:
     """A place that gave a type, and what it says in words."""
 

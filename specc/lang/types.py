@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from specc.diagnostics.nearest import nearest
+from specc.frozen import frozen
 from specc.lang.errors import RESERVED, ExprError, one_of
 from specc.lang.literals import unit_error
 from specc.lang.mismatch import frames_of
@@ -89,7 +90,7 @@ def _about_types(error: ExprError) -> ExprError:
     return ExprError("this is not a type", error.start, error.end, help, "E0306")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Reader:
     names: TypeNames
 

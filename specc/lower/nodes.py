@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.lower.finite import is_array
 from specc.lower.module import Module, shared_name
 from specc.lower.names import Names, comment, literal
@@ -32,7 +32,7 @@ CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, POWER, PRIMARY, ATOM = range(
 _BINARY = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "@": PRODUCT}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Spelled:
     """Python text of an expression and how tightly it binds."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from specc.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConstantPlan:
     """A constant. `is_computed`: an operator or a file gives it, so the class holds it."""
 
@@ -16,7 +16,7 @@ class ConstantPlan:
     is_computed: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NamedPlan:
     """A name at the top of a module and its value: a contract, or an operator with its own."""
 
@@ -24,7 +24,7 @@ class NamedPlan:
     value: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class AttributePlan:
     """An attribute of a buffer or of the memory, or a field of a record."""
 
@@ -33,7 +33,7 @@ class AttributePlan:
     comment: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class MethodPlan:
     """A method; `lines` carry their indentation relative to its body."""
 
@@ -44,7 +44,7 @@ class MethodPlan:
     lines: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TransitionPlan:
     """A row of the transition table, as literals."""
 
@@ -55,7 +55,7 @@ class TransitionPlan:
     comment: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EquationsPlan:
     """Equation numbers by state, by state and cause, and by row, as literals."""
 
@@ -64,7 +64,7 @@ class EquationsPlan:
     rows: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SubsystemPlan:
     """templates/subsystem.py.j2: the module of one subsystem."""
 
@@ -100,7 +100,7 @@ class SubsystemPlan:
     methods: tuple[MethodPlan, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SafePlan:
     """A method that gives the safe value of an element."""
 
@@ -111,7 +111,7 @@ class SafePlan:
     reads_samples: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DevicePlan:
     """templates/device.py.j2: the module of a device with safe outputs."""
 
@@ -133,7 +133,7 @@ class DevicePlan:
     values: tuple[SafePlan, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RecordPlan:
     """A record of the specification without a class of its own."""
 
@@ -142,7 +142,7 @@ class RecordPlan:
     fields: tuple[AttributePlan, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LiteralPlan:
     """An enum."""
 
@@ -150,7 +150,7 @@ class LiteralPlan:
     value: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TypesPlan:
     """templates/types.py.j2: enums and records of the specification."""
 
@@ -161,7 +161,7 @@ class TypesPlan:
     records: tuple[RecordPlan, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ScheduledPlan:
     """A subsystem in the system: its class and how often it is due."""
 
@@ -169,7 +169,7 @@ class ScheduledPlan:
     ticks: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlantPlan:
     """What stands behind the devices: an argument that says so, if anything does.
 
@@ -186,7 +186,7 @@ class PlantPlan:
     """Classes of the devices with safe outputs."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class WholePlan:
     """templates/system.py.j2: how the subsystems form a system."""
 
@@ -204,7 +204,7 @@ class WholePlan:
     """Arguments of the task; none if the system has no task."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PackagePlan:
     """templates/package.py.j2: what the generated package is."""
 
@@ -215,7 +215,7 @@ class PackagePlan:
 FilePlan = PackagePlan | TypesPlan | SubsystemPlan | DevicePlan | WholePlan
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SystemPlan:
     """All generated files of a system: relative path -> plan."""
 

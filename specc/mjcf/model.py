@@ -10,6 +10,7 @@ import os
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
+from specc.frozen import frozen
 from specc.mjcf.assets import Assets
 from specc.read import ANYWHERE, Reach
 from specc.source import real_path
@@ -45,7 +46,7 @@ class ModelError(Exception):
     """A model file that cannot be used; the message says why."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Part:
     """A joint, sensor or actuator; a name is empty, and `geared` is None, where the file leaves it.
 

@@ -7,56 +7,58 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import KW_ONLY, field, fields, replace
 from functools import cache
 from typing import Any, Literal
 
+from specc.frozen import frozen
 from specc.model.types import Bool, Type
 
 Span = tuple[int, int]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen
 class Node:
+    _: KW_ONLY
     type: Type
     span: Span = field(default=(0, 0), compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Number(Node):
     """A literal in SI units. `value` is an int for type int, else a float."""
 
     value: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Truth(Node):
     value: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TextLiteral(Node):
     value: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Member(Node):
     """A member of an enum, as a value."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Unused(Node):
     """The paper's dash, spelt `_`: a component that the chosen mode does not use."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Nothing(Node):
     """`None`: what an optional value is when there is none."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Input(Node):
     """An element of an input buffer, `x.peer.element`."""
 
@@ -64,57 +66,57 @@ class Input(Node):
     element: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class MemoryRef(Node):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LetRef(Node):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConstantRef(Node):
     """A constant of the system, or a parameter of a reused description."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FileRef(Node):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bound(Node):
     """The variable of a quantifier."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Clock(Node):
     """`elapsed`: seconds since the state was entered; `entered`: its first period; `period`: s."""
 
     name: Literal["elapsed", "entered", "period"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fresh(Node):
     """The paper's predicate P: a value became visible since the previous time stamp."""
 
     input: Input
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Present(Node):
     """Whether the element has ever had a value."""
 
     input: Input
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Call(Node):
     """An operator applied to arguments."""
 
@@ -122,7 +124,7 @@ class Call(Node):
     args: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Builtin(Node):
     """A function of the language itself; the table is `specc.lang.builtins`."""
 
@@ -130,34 +132,34 @@ class Builtin(Node):
     args: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Unary(Node):
     op: Literal["-", "not"]
     operand: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Binary(Node):
     op: Literal["+", "-", "*", "/", "**", "@"]
     left: Expr
     right: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Compare(Node):
     op: Literal["<", "<=", ">", ">=", "==", "!="]
     left: Expr
     right: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class IsNone(Node):
     """`value is None`; an `is not` is a negated one."""
 
     value: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sure(Node):
     """An optional value where there has to be one, or a list where there has to be an item.
 
@@ -167,7 +169,7 @@ class Sure(Node):
     value: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Among(Node):
     """`item in {a, b}` over the members of an enum; a `not in` is a negated one."""
 
@@ -175,13 +177,13 @@ class Among(Node):
     members: frozenset[str]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Logic(Node):
     op: Literal["and", "or"]
     operands: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Choice(Node):
     """`then if test else otherwise`."""
 
@@ -190,20 +192,20 @@ class Choice(Node):
     otherwise: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Items(Node):
     """A literal vector, spatial vector or list, as its type says."""
 
     items: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FieldOf(Node):
     value: Expr
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Component(Node):
     """One component of a vector or spatial vector, `v[2]` or `v.z`."""
 
@@ -211,7 +213,7 @@ class Component(Node):
     index: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Quantifier(Node):
     """`all(body for variable in over)` or `any(...)`; `over` is a vector or a list.
 
@@ -224,7 +226,7 @@ class Quantifier(Node):
     body: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Unknown(Node):
     """What a text means that is missing or has an error in it: some value, nobody knows which.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.trace import Trace
 from specc.source import Place
@@ -13,7 +14,7 @@ ConditionKind = Literal["initial", "terminal", "error"]
 Cause = Literal["terminal", "error"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Condition:
     """A predicate. `always` and `never` are conditions too, with kind-less names."""
 
@@ -25,7 +26,7 @@ class Condition:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Assignment:
     """One target of a transition function. `peer` is "" for memory."""
 
@@ -40,7 +41,7 @@ class Assignment:
         return f"y.{self.peer}.{self.name}" if self.peer else self.name
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Function:
     """A transition function: all values are of time stamp i, all results take effect at i+1.
 
@@ -55,7 +56,7 @@ class Function:
     whole: bool = True
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Behaviour:
     """Transition functions, a terminal condition and an error condition (eq. 3).
 
@@ -77,7 +78,7 @@ class Behaviour:
         object.__setattr__(self, "assignments", found)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class State:
     name: str
     behaviour: Behaviour
@@ -86,7 +87,7 @@ class State:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Transition:
     """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`."""
 
@@ -98,7 +99,7 @@ class Transition:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Axiom:
     """What the designer asks the proofs to take for granted, with the reason."""
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
+from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
 from specc.model.trace import Trace
@@ -18,7 +19,7 @@ SubsystemKind = Literal["control", "virtual_effector", "virtual_receptor"]
 DeviceKind = Literal["real_effector", "real_receptor"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Operator:
     """A primitive function in Python. Frame variables in the types start with "?"."""
 
@@ -31,7 +32,7 @@ class Operator:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Constant:
     """A named value; it refers to nothing but other constants and operators."""
 
@@ -41,7 +42,7 @@ class Constant:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Safe:
     """What a device gets when a run ends: `value`, or `otherwise` if that fails.
 
@@ -53,7 +54,7 @@ class Safe:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Element:
     """One element of a communication buffer."""
 
@@ -69,7 +70,7 @@ class Element:
     """Of what a device accepts."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Port:
     """The part of a buffer that is connected to one peer."""
 
@@ -84,7 +85,7 @@ class Port:
         return next((e for e in self.elements if e.name == name), None)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Memory:
     name: str
     type: Type
@@ -94,7 +95,7 @@ class Memory:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Let:
     """A named subexpression, computed at most once a period."""
 
@@ -105,7 +106,7 @@ class Let:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Outside:
     """A name that a file gives to all expressions in it."""
 
@@ -185,7 +186,7 @@ class Subsystem:
         return {key: tuple(rows) for key, rows in found.items()}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Device:
     """A real effector or real receptor. `x` is what it accepts, `y` what it reports."""
 
@@ -211,7 +212,7 @@ class Device:
         return f"{self.agent}.{letter}.{self.name}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Agent:
     name: str
     kind: str
@@ -223,7 +224,7 @@ class Agent:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Binding:
     """What stands behind one element of a device in the plant."""
 
@@ -246,7 +247,7 @@ class Binding:
     max_gap_s: Fraction | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Plant:
     """What stands behind the devices: the MJCF file `model`, or what `python` makes."""
 
@@ -256,7 +257,7 @@ class Plant:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Task:
     """What `specc run` counts and judges; it never influences an agent."""
 
@@ -270,7 +271,7 @@ class Task:
     place: Place
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Definition:
     """A type, file, constant or operator of the main file.
 
@@ -288,7 +289,7 @@ class Definition:
         return f"{self.kind} {self.name}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class System:
     name: str
     title: str

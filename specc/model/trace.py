@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from specc.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Trace:
     """Equation numbers, tables and figures; empty where a part has none."""
 

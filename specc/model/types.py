@@ -6,26 +6,27 @@ which stands for any frame (see `specc.lang.unify`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from specc.frozen import frozen
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 
 Frame = str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bool:
     def __str__(self) -> str:
         return "bool"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Int:
     def __str__(self) -> str:
         return "int"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Real:
     unit: Unit = DIMENSIONLESS
 
@@ -33,13 +34,13 @@ class Real:
         return "real" if self.unit == DIMENSIONLESS else f"real[{self.unit}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Text:
     def __str__(self) -> str:
         return "text"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class File:
     """A file of the specification, named under `files:`."""
 
@@ -47,7 +48,7 @@ class File:
         return "file"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Enum:
     name: str
     members: tuple[str, ...]
@@ -56,7 +57,7 @@ class Enum:
         return self.name or f"enum[{', '.join(self.members)}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Vector:
     """`size` elements that are all reals of one unit, integers, booleans or of one enum."""
 
@@ -68,7 +69,7 @@ class Vector:
         return f"vector[{self.size}]" if str(inner) == "1" else f"vector[{self.size}, {inner}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Spatial:
     """Six components: three along the axes of `frame`, then three about them."""
 
@@ -92,7 +93,7 @@ SPATIAL_KINDS = {
 _SPATIAL_NAMES = {units: name for name, units in SPATIAL_KINDS.items()}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pose:
     """Pose of `child` in `parent`, X_parent_child; the paper's left-superscript parent."""
 
@@ -103,7 +104,7 @@ class Pose:
         return f"pose[{self.parent.lstrip('?')}, {self.child.lstrip('?')}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Image:
     """`channels` is 3 for RGB (bytes) and 1 for a depth map (metres)."""
 
@@ -115,7 +116,7 @@ class Image:
         return f"image[{self.height}, {self.width}, {self.channels}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ListOf:
     """Items of one type; a list that is `nonempty` has at least one."""
 
@@ -126,7 +127,7 @@ class ListOf:
         return f"{'nonempty' if self.nonempty else 'list'}[{self.element}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OptionalOf:
     """A value of a type, or None."""
 
@@ -136,7 +137,7 @@ class OptionalOf:
         return f"optional[{self.value}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PartialOf:
     """A vector of reals or a spatial vector; some of its components may be missing, spelt `_`."""
 
@@ -146,7 +147,7 @@ class PartialOf:
         return f"partial[{self.value}]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Record:
     """Named fields. `python` is the class of its values, `module:Class`, or "" to generate one."""
 
@@ -174,7 +175,7 @@ class Record:
         return _applied(self.name, self.frames)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Opaque:
     """A value that only operators look into; `python` is its class, `module:Class`."""
 

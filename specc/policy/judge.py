@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.policy.ignores import Ignore, ignores_of, unused
 from specc.policy.settings import Settings
 from specc.source import Place, SourceFile, Sources
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Judged:
     """Findings that are left; `used` are the places of the codes in comments that held some back.
 

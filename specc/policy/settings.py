@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.diagnostics.code import all_codes
+from specc.frozen import frozen
 from specc.read import Reach
 from specc.source import Place, SourceFile
 
@@ -40,7 +40,7 @@ _AT = re.compile(r" \(at line (?P<line>\d+), column (?P<column>\d+)\)")
 _SECTION = re.compile(r"^[ \t]*\[tool\.specc\][^\n]*$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Settings:
     """What a project asks for.
 
@@ -72,7 +72,7 @@ class Settings:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Overrides:
     """What the command line says; None where it says nothing."""
 
@@ -92,7 +92,7 @@ class Overrides:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Found:
     """Settings with findings about the file that has them."""
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from specc.frozen import frozen
 from specc.lang import show
 from specc.model.expr import Expr
 from specc.reachable import reachable
@@ -21,7 +22,7 @@ Number = int
 """A value number: equal for expressions that have the same value (see `specc.proof.numbering`)."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Flag:
     """A truth value about which nothing else is known; its only question is None."""
 
@@ -32,7 +33,7 @@ class Flag:
         return [(False,) * len(tests), (True,) * len(tests)]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EnumItem:
     """One member of an enum; a question is a set of members."""
 
@@ -50,7 +51,7 @@ class EnumItem:
         return _distinct([tuple(m in test for test in tests) for m in self.members])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Label:
     """A text; a question is a text that it may be equal to."""
 
@@ -61,7 +62,7 @@ class Label:
         return [(False,) * len(tests)] + [tuple(a == b for a in tests) for b in tests]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Arrival:
     """An element of an input buffer: without a value, with an old one, or fresh."""
 
@@ -81,7 +82,7 @@ Bound = tuple[str, float]
 """One of <, <= and ==, and the constant to compare with."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Quantity:
     """A number; a question compares it with a constant."""
 
@@ -137,7 +138,7 @@ def _holds_at(op: str, value: float, threshold: float) -> bool:
     return value < threshold or (value == threshold and op == "<=")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Apart:
     """How far two poses are from each other; a question has a distance and an angle."""
 
@@ -152,7 +153,7 @@ class Apart:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Collection:
     """Items of a vector or list; a question is a formula, asked of any item.
 
@@ -175,7 +176,7 @@ def _distinct(answers: list[Answers]) -> list[Answers]:
 # Propositional formulas over atoms, shared: two equal formulas of one factory are one object.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Atom:
     """A question about the value of a variable; `expr` is how the specification asks it.
 

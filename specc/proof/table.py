@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from specc.frozen import frozen
 from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import Answers, Atom, Collection, Formula, Variable, atoms_of, in_order
 from specc.proof.relations import Answered, Judge, UnsureError
@@ -26,7 +26,7 @@ class TooLargeError(Exception):
     """The formulas have too many combinations; the message says how many of what."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Column:
     """The answers to the atoms of a variable; consecutive ones are `stride` combinations apart."""
 

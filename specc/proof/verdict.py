@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from specc.frozen import frozen
 from specc.model.expr import Expr, Fresh
 from specc.model.fsm import Transition
 
@@ -21,7 +22,7 @@ Answers = tuple[tuple[Expr, bool], ...]
 """The same as expressions with their truth values."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Witness:
     """Situations in which not exactly one of several conditions holds.
 
@@ -52,7 +53,7 @@ class Witness:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Decision:
     """Whether exactly one of several conditions holds in a context.
 
@@ -79,7 +80,7 @@ class Decision:
         return not (self.gap or self.overlap or self.unknown)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RowVerdict:
     """A decision about the rows of one state and cause; its indices are those of `rows`."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from specc.frozen import frozen
 from specc.model.expr import Among, Compare, Expr, Logic, Member, Unary
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
@@ -21,7 +22,7 @@ _OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="
 _BOOL = Bool()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Literal:
     """An answer as an expression, with the combinations in which it is given."""
 

@@ -3,15 +3,15 @@
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.source import Node, SourceFile
 
 _MARK = re.compile(r"(?:^|(?<=[ \t]))#[^\r\n]*", re.MULTILINE)
 _LINE_END = re.compile(r"\r|\n|$")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Comment:
     """A comment with its `#`, by offsets into the text.
 

@@ -6,10 +6,11 @@ import os
 import re
 import stat
 import unicodedata
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.limits import MAX_BYTES
 from specc.read.compose import compose
 from specc.read.reach import claims_to_be_one
@@ -122,7 +123,7 @@ def _refusal(code: str, path: str, message: str, hint: str) -> UnreadableFileErr
 # Reading a specification file: its data, its text with places, and what is wrong with it.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Document:
     """A file that was read.
 

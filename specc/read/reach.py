@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.limits import MAX_ENTRIES
 from specc.source import Place
 
 _CLAIM = re.compile(r"""(?:^|[\r{,])\ufeff?[ \t]*(["']?)specc\1[ \t]*:""", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reach:
     """Folders, by their real paths, of which the first is the project; without any, everything."""
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from specc.frozen import frozen
 from specc.model.system import Agent, Operator, System
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver, Setting
@@ -25,7 +26,7 @@ _NOT_A_SYSTEM = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Resolved:
     """The system, and the qualified names of subsystems and devices with errors in them.
 

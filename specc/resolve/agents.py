@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers, resolve_elements
 from specc.resolve.context import Findings, Where, trace_of
@@ -21,7 +22,7 @@ from specc.schema.subsystem import SubsystemDef
 from specc.source import Route
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Setting:
     """The file that describes a part, the names in force there and the parameters given to it."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
+from specc.frozen import frozen
 from specc.lang import ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
@@ -19,7 +20,7 @@ from specc.source import Place, Route
 # What every part of resolving shares: a cursor into the files and the list of findings.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Where:
     """A value in a file: its route and what the YAML has there."""
 
@@ -59,7 +60,7 @@ FOLLOW_UP = ""
 """Code of an error that is only that something has an error, which is reported at its place."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Meaning:
     """What a text in a file was taken for, in its scope; `expr` is None if it has an error."""
 

@@ -8,6 +8,7 @@ from itertools import islice
 from typing import Any, TypeVar
 
 from specc.diagnostics import Related
+from specc.frozen import frozen
 from specc.lang import ExprError, TypeNames
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model.expr import ConstantRef, Expr, mapped
@@ -67,7 +68,7 @@ Thing = TypeVar("Thing")
 MakeType = Callable[[tuple[Frame, ...]], Type]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Earlier(Mapping[str, Thing]):
     """A view of the first `count` constants; each constant sees others before it."""
 

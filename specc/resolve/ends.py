@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.model.system import Definition, SubsystemKind
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
@@ -100,7 +100,7 @@ def peers_of_control(agent: str, around: AgentDef, agents: Collection[str]) -> d
     return peers
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Neighbours:
     """Who may be at the other ends of the buffers of a subsystem: `around` it is its agent."""
 

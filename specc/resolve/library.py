@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from specc.diagnostics import nearest
+from specc.frozen import frozen
 from specc.lang import (
     RESERVED,
     TYPE_WORDS,
@@ -29,7 +30,7 @@ from specc.schema import SpecFile
 from specc.schema.files import TypeDef
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Loaded:
     """A file that has the right shape."""
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from specc.diagnostics import nearest
+from specc.frozen import frozen
 from specc.lang import ExprError, parse_type
 from specc.limits import MAX_DEPTH
 from specc.model.expr import Expr, constants_in
@@ -19,7 +20,7 @@ from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reused:
     """A described part: the file, the definitions in force in it and its value parameters."""
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.analysis import Facts
 from specc.example.search import Goal
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value
+from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.fsm import Cause
 from specc.model.system import Subsystem
@@ -17,7 +18,7 @@ from specc.scenario.script import Step
 # The work cycle by the book: what a subsystem does in one period (section 2.3).
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ending:
     """How a state ends: the cause, and the rows that apply, by their index in the table."""
 
@@ -192,7 +193,7 @@ class Inputs:
 # A run as far as it has been driven.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Seen:
     """A period after the first: the state, what was seen in it, and the row taken, if any."""
 
@@ -201,7 +202,7 @@ class Seen:
     row: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Run:
     """What has been seen so far.
 

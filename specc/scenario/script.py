@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from specc.example.situation import Answer, Situation, Value
+from specc.frozen import frozen
 from specc.model.fsm import Transition
 from specc.proof import InputName
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Step:
     """One period, or several ones that are alike.
 
@@ -30,7 +30,7 @@ class Step:
     periods: int = 1
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Placed:
     """What is put in place before the last step because no run was found that leads there.
 
@@ -42,7 +42,7 @@ class Placed:
     periods: int | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Script:
     """A run: steps, what is put in place, and the last step, which is to fail."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from specc.analysis import Decided, Facts
 from specc.analysis.vague import surely
@@ -13,6 +13,7 @@ from specc.checks import presence
 from specc.emit import filled
 from specc.example.numbers import runnable
 from specc.example.search import Goal
+from specc.frozen import frozen
 from specc.lower import lower
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition, Transition
@@ -121,7 +122,7 @@ CODES = ("E0601", "E0602", "E0603", "E0701", "E0702", "E0703", "E0704")
 """Codes of findings that a run can show."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Refutation:
     """A finding that a run can show.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
 
 from specc.emit import printed
 from specc.example.situation import Value, spelled
+from specc.frozen import frozen
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.scenario.script import Placed, Script, Step
@@ -24,7 +24,7 @@ _HELPERS = ("Fields", "Token", "Trial", "translation")
 _WIDTH = 92
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CallPlan:
     """A statement of the test, with lines of comment before it."""
 
@@ -33,7 +33,7 @@ class CallPlan:
     comment: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ScenarioPlan:
     """What the template of a scenario prints."""
 

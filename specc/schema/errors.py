@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
+from specc.frozen import frozen
 from specc.schema.base import PYTHON_PATH
 from specc.schema.location import Location, keys_of, locate, needed_keys_of
 from specc.source import Place, Route
@@ -161,7 +162,7 @@ _NUMBERED = ("eq", "table", "fig")
 _VERSION: Route = ("specc",)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Error:
     type: str
     where: Location

@@ -4,18 +4,18 @@ Pydantic mixes inventions into a location: the names of union members, validator
 Walking the location along the model tells them from keys of the file.
 """
 
-from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel, RootModel, Tag
 
+from specc.frozen import frozen
 from specc.source import Route
 
 _KEY_MARK = "[key]"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Location:
     """Where an error is.
 

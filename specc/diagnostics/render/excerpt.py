@@ -1,8 +1,7 @@
 """The line of a file around a spot, cut to a bearable width, and the columns to underline."""
 
-from dataclasses import dataclass
-
 from specc.diagnostics.render.visible import visible, width
+from specc.frozen import frozen
 from specc.source import Span
 
 MAX_COLUMNS = 100
@@ -11,7 +10,7 @@ _CUT = "..."
 _NEAR = 4 * MAX_COLUMNS
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Excerpt:
     """Text of a line as shown, and where and how far to underline it, in terminal columns."""
 

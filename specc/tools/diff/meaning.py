@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from specc.analysis.connections import Connections
+from specc.frozen import frozen
 from specc.model.expr import ConstantRef, Expr, LetRef, mapped
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector
@@ -101,7 +102,7 @@ _MARKS = ("old'", "new'")
 """Before the names of lets and constants, so that both versions fit into one translation."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Version:
     """A subsystem in its system."""
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Generic, Literal, Protocol, TypeVar
 
+from specc.frozen import frozen
 from specc.model.trace import Trace
 from specc.proof.verdict import Facts
 
@@ -26,7 +27,7 @@ class Described(Protocol):
         """Where it comes from."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Verdict:
     """How two conditions relate: facts under which only one holds, or why that is not known."""
 
@@ -36,7 +37,7 @@ class Verdict:
     unknown: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Difference:
     """One change.
 
@@ -60,7 +61,7 @@ class Difference:
     """Whether agents, or what is known of them, behave differently."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Comparison:
     """All changes between two systems, in an order that does not depend on their files."""
 
@@ -147,7 +148,7 @@ class Book:
         self.changes.append(change)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pairs(Generic[Thing]):
     """Things of two systems by their names, in alphabetical order."""
 

@@ -5,13 +5,15 @@ Keys that people choose (names of types, states, buffers, ...) keep their order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from specc.frozen import frozen
 
 _TRACE = ("eq", "table", "fig")
 _LAST = (*_TRACE, "title")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Kind:
     """A kind of mapping: its keys in order, and the kinds of the values below them.
 

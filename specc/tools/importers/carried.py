@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.read.document import UnreadableFileError, load_text
 from specc.source import Place, SourceFile, Sources
 from specc.tools.importers.markup import Element, MarkupError, parse_markup
@@ -18,7 +19,7 @@ from specc.tools.importers.writing import Data, to_yaml
 _WIDTH = 98
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Imported:
     """The text of a specification, empty where an error kept it from being made."""
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Literal
+
+from specc.frozen import frozen
 
 _DEEPEST = 50
 _LONGEST = 4000
@@ -29,14 +30,14 @@ class LogicError(Exception):
         self.end = end
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Truth:
     """`TRUE` or `FALSE`."""
 
     value: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Atom:
     """A name, or a text without `and`, `or` and `not` in it; `start` is its offset."""
 
@@ -44,14 +45,14 @@ class Atom:
     start: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Not:
     """`not operand`."""
 
     operand: Logic
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Join:
     """Two or more operands, joined by `and` or by `or`."""
 
@@ -137,7 +138,7 @@ def render(logic: Logic, name: Callable[[str], str]) -> str:
     return f" {logic.op} ".join(parts)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Token:
     kind: str
     text: str

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain, count
 
 from specc.analysis import Decided
 from specc.diagnostics import Diagnostic, Fix
 from specc.diagnostics.report import repair
 from specc.diagnostics.sides import settled
+from specc.frozen import frozen
 from specc.lang import show
 from specc.read import read_text
 from specc.source import Node, Place, Route, SourceFile
@@ -26,7 +26,7 @@ from specc.tools.lsp.symbols import node_at
 _NO_ROW_APPLIES, _NO_ROW, _NO_ROW_YET = "E0601", "E0603", "O0605"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Insertion:
     """New text for a stretch of a file, in offsets of the text that was analysed."""
 
@@ -36,7 +36,7 @@ class Insertion:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Action:
     """What can be done about a finding; `preferred` if it is the one safe way."""
 

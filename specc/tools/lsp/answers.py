@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.source import Place, Sources
 from specc.tools.lsp.completion import Completion, complete
 from specc.tools.lsp.describe import cause_at, code_at, describe_part, describe_symbol
@@ -22,7 +22,7 @@ from specc.tools.lsp.symbols import beside, values
 _UNUSED_IGNORE = "W0901"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stretch:
     """A part of the present text of a file, in offsets."""
 
@@ -31,7 +31,7 @@ class Stretch:
     end: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Note:
     """A diagnostic where it is in the texts that were analysed."""
 
@@ -40,7 +40,7 @@ class Note:
     related: tuple[tuple[Stretch, str], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Hover:
     """Markdown about a stretch."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.lang import ExprError, ExprErrors, Scope
 from specc.lang.errors import BUILTIN_NAMES, CLOCK_NAMES
 from specc.lang.typing import expression
@@ -66,7 +66,7 @@ TYPE_WORDS = {
 """The types of the language, with how those that take something are spelt."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Item:
     """A proposal; `word` is what it goes on from, where that is not the word at the cursor."""
 
@@ -223,7 +223,7 @@ _FIXED = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Completion:
     """An item, how many characters before the cursor it replaces, and what follows it."""
 

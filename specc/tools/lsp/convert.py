@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from lsprotocol import types as lsp
 
+from specc.frozen import frozen
 from specc.source import SourceFile
 from specc.tools.lsp.actions import Action
 from specc.tools.lsp.answers import Hover, Note, Stretch
@@ -38,7 +39,7 @@ class Position:
     character: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Columns:
     """Converts offsets and positions in the encoding that was agreed on."""
 
@@ -122,7 +123,7 @@ _SYMBOLS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Texts:
     """The present texts, the way the client counts in them, and the URIs of paths."""
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from specc.frozen import frozen
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Meaning
@@ -19,7 +20,7 @@ from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force,
 _DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Occurrence:
     """A stretch of a file, in offsets, that names a symbol."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from specc.diagnostics import Diagnostic
+from specc.frozen import frozen
 from specc.read import Document, read_text
 from specc.schema import ROW_KEYS, shape
 from specc.source import Place, SourceFile
@@ -18,7 +18,7 @@ from specc.source import Place, SourceFile
 # there are errors, and everything else in its place (`specc.tools.lsp.mending`).
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Shift:
     """The stretch in which two texts differ: `old_end` and `new_end` are behind it."""
 

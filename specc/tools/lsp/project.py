@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit
+from specc.frozen import frozen
 from specc.model.system import System
 from specc.pipeline import check_spec
 from specc.policy import judge, reach_of, settings_for
@@ -113,7 +114,7 @@ class Analysis:
         return build_index(self.loader.sources, self.system, self.loader.findings.meanings)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class View:
     """The latest understood state of a file beside its present text."""
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 
+from specc.frozen import frozen
 from specc.model.system import Device, Element, Subsystem, System
 from specc.model.types import Enum, Type
 from specc.resolve.context import Meaning
@@ -167,7 +168,7 @@ def _task(links: Links, system: System) -> None:
 _PART = re.compile(r"[^.]+")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reference:
     """A place that names a symbol. A guess comes from a text that could not be typed."""
 

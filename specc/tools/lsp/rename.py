@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.lang import RESERVED
 from specc.model.units import UNITS
 from specc.tools.lsp.completion import TYPE_WORDS
@@ -142,7 +142,7 @@ _SPELLED_APART = frozenset(("member", "field", "agent", "subsystem", "device"))
 """Kinds that a text which could not be typed may name without anybody knowing."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Edit:
     """A stretch of a file, in offsets, that gets another name."""
 

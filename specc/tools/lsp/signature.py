@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from specc.frozen import frozen
 from specc.pipeline import json_schema
 from specc.schema import ROW_KEYS
 from specc.source import Route
@@ -131,7 +131,7 @@ _BUILT_IN: dict[str, tuple[str, str, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Signature:
     """How a call is written; `active` counts the argument at the cursor from 0."""
 

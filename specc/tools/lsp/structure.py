@@ -6,9 +6,10 @@ import ast
 import re
 import warnings
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, TypeVar
 
+from specc.frozen import frozen
 from specc.lang import RESERVED, ExprError
 from specc.lang.parse import parse_syntax, span
 from specc.model import expr as m
@@ -35,7 +36,7 @@ _VIRTUAL = ("virtual_effectors", "virtual_receptors")
 _REAL = ("real_effectors", "real_receptors")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Role:
     """What a value is; a name is one of a symbol of `kind` in the subsystem around it."""
 
@@ -181,7 +182,7 @@ _VARIABLE = re.compile(r"\bfor\s+(\w+)\s+in\b")
 _PLAIN: tuple[Kind, ...] = ("memory", "let", "parameter", "constant", "file")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Mention:
     """A name in a text: where it is and the kinds of symbol it may be, the likeliest first.
 

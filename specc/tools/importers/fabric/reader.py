@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
+from specc.frozen import frozen
 from specc.tools.importers.carried import Notes
 from specc.tools.importers.logic import FALSE, Atom, Logic, LogicError, atoms, join, parse_logic
 from specc.tools.importers.markup import Element
@@ -17,7 +18,7 @@ from specc.tools.importers.markup import Element
 OK, IN_ERROR = "CURRENT_BEHAVIOR_OK", "IN_ERROR"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Buffer:
     """A buffer of the subsystem; `side` is `top` or `bottom`."""
 
@@ -28,7 +29,7 @@ class Buffer:
     element: Element
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Behaviour:
     """What runs in a state; conditions are over predicates."""
 
@@ -39,7 +40,7 @@ class Behaviour:
     element: Element
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Arc:
     """A `<next_state>`."""
 
@@ -48,7 +49,7 @@ class Arc:
     element: Element
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class State:
     """All behaviours of a state run together; a condition of any of them ends it."""
 
@@ -59,7 +60,7 @@ class State:
     element: Element
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Definition:
     """One subsystem; its name is not in the file, so it comes from the path."""
 

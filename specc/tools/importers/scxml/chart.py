@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.source import Place
 from specc.tools.importers.carried import Notes
 from specc.tools.importers.logic import TRUE, Atom, Logic, LogicError, parse_logic
@@ -17,7 +17,7 @@ _FLATTEN = "flatten the chart: one state for every combination that can be activ
 _NESTING = ("state", "parallel", "history", "initial", "final")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Transition:
     """A transition; no `events` means that it needs none, no `target` that the state stays."""
 
@@ -27,7 +27,7 @@ class Transition:
     element: Element
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class State:
     """A state; a final one has no transitions."""
 
@@ -36,7 +36,7 @@ class State:
     element: Element
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Chart:
     """States in document order."""
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
+from specc.frozen import frozen
 from specc.tools.importers.logic import FALSE, TRUE, Atom, Logic, join, negation, render
 from specc.tools.importers.scxml.chart import State, Transition
 from specc.tools.importers.writing import Names
@@ -75,7 +75,7 @@ EVENTS = "\0"
 """Begins the text of an atom that asks for events; their names follow."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Row:
     """Under which condition a transition is taken, as text; "" if earlier ones always are."""
 
