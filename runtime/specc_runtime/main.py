@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from specc_runtime.extras import remedy
-from specc_runtime.options import parse
+from specc_runtime.options import Options, parse
 from specc_runtime.telling import say
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -18,16 +18,21 @@ BROKEN_PIPE = 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a generated system; see `--help`.
+    """Run a generated system; see `--help` and `run`."""
+    try:
+        options = parse(arguments)
+    except SystemExit as done:
+        return int(done.code or 0)
+    return run(options)
+
+
+def run(options: Options) -> int:
+    """Run a generated system as asked, in this process.
 
     Exit code 0: done, all cycles fulfilled; 1: not fulfilled, or a fault; 2: wrong usage, or a file
     that cannot be read or written, the film and standard output among them; 130: interrupted, 143:
     by SIGTERM; 141: nobody reads the output any more.
     """
-    try:
-        options = parse(arguments)
-    except SystemExit as done:
-        return int(done.code or 0)
     # Threads in BLAS cost more than they bring for small arrays, and it reads this when loaded.
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")

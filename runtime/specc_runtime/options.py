@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 RendererName = Literal["auto", "gl", "raycast"]
 
@@ -38,7 +38,7 @@ class Options:
     inline: bool = False
     quiet: bool = False
     check_operators: bool = False
-    built_with: Sequence[tuple[str, str]] = ()
+    built_with: Mapping[str, str] = field(default_factory=dict)
     """Constants and the texts of their values that the code was built with instead of its own."""
 
 
@@ -50,6 +50,14 @@ def parse(arguments: Sequence[str] | None) -> Options:
     add = parser.add_argument
     add("directory", metavar="DIR", type=Path, help="the generated package")
     add("--base", metavar="SPECDIR", type=Path, default=Path(), help="where the spec's files are")
+    add_arguments(parser)
+    add("--quiet", action="store_true", help="no progress, no summary")
+    return chosen(parser.parse_args(arguments))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Let a parser know what can be asked of a run, whoever builds the package."""
+    add = parser.add_argument
     add("--seed", metavar="N", type=_whole_number, default=0, help="of the random numbers")
     add("--cycles", metavar="N", type=_count, help="cycles of the task")
     add("--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated seconds")
@@ -67,21 +75,14 @@ def parse(arguments: Sequence[str] | None) -> Options:
     add("--renderer", choices=("auto", "gl", "raycast"), default="auto", help="of the cameras")
     add("--inline", action="store_true", help="no worker threads; the records are the same")
     add("--check-operators", action="store_true", help="call each operator twice and compare")
-    add(
-        "--built-with",
-        metavar="NAME=VALUE",
-        type=_named,
-        action="append",
-        default=[],
-        help="a constant that the package was built with, for the report",
+
+
+def chosen(found: argparse.Namespace, **others: Any) -> Options:
+    """The options that a parser found, with `others` that it does not know."""
+    names = {part.name for part in fields(Options)}
+    return Options(
+        **{name: value for name, value in vars(found).items() if name in names}, **others
     )
-    add("--quiet", action="store_true", help="no progress, no summary")
-    return Options(**vars(parser.parse_args(arguments)))
-
-
-def _named(text: str) -> tuple[str, str]:
-    name, _, value = text.partition("=")
-    return name, value
 
 
 def _whole_number(text: str) -> int:

@@ -92,7 +92,7 @@ def run(options: Namespace) -> int:
         findings += resolve(output.write(directory, built.files), Sources())
         if findings and (code := _publish(report(findings, [options.spec]), "text")):
             return code
-        return launch(_runtime_arguments(directory, options))
+        return launch(directory, options)
 
 
 def fmt(options: Namespace) -> int:
@@ -191,20 +191,6 @@ def lsp(options: Namespace) -> int:
         streams.say("specc: pygls is not installed; `pip install 'specc[editor]'`")
         return 2
     return serve()
-
-
-def _runtime_arguments(directory: Path, options: Namespace) -> list[str]:
-    arguments = [str(directory), "--base", os.path.dirname(options.spec) or "."]
-    for name in (
-        "seed", "cycles", "duration", "cycle-limit", "report", "video", "camera", "renderer",
-    ):  # fmt: skip
-        value = getattr(options, name.replace("-", "_"))
-        if value is not None:
-            arguments += [f"--{name}", str(value)]
-    asked = [name for name in ("viewer", "inline", "check_operators") if getattr(options, name)]
-    for name, text in options.set.items():
-        arguments += ["--built-with", f"{name}={text}"]
-    return arguments + [f"--{name.replace('_', '-')}" for name in asked]
 
 
 def _overrides(options: Namespace) -> Overrides:

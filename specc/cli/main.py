@@ -6,10 +6,11 @@ fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of
 """
 
 import argparse
-import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any
 
 from specc import __version__
 from specc.cli import interruption, streams
@@ -98,7 +99,9 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"specc {__version__}")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(
+        dest="command", metavar="COMMAND", required=True, parser_class=_Command
+    )
 
     validate = commands.add_parser("validate", help="report what is wrong with specifications")
     validate.add_argument(
@@ -119,7 +122,7 @@ def _parser() -> argparse.ArgumentParser:
 
     run = commands.add_parser("run", help="simulate a specification")
     _add_policy(run)
-    _add_run(run)
+    run.late = _add_run
 
     fmt = commands.add_parser("fmt", help="put specifications into the canonical layout")
     fmt.add_argument("files", metavar="FILE", nargs="+", help="file, directory or pattern")
@@ -183,7 +186,6 @@ def _add_policy(parser: argparse.ArgumentParser) -> None:
 
 def _add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("spec", metavar="SPEC")
-    parser.add_argument("--seed", metavar="N", type=_whole_number, help="of the random numbers")
     parser.add_argument(
         "--set",
         metavar="NAME=VALUE",
@@ -191,23 +193,22 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         default={},
         help="take this value for a constant; may be repeated",
     )
-    parser.add_argument("--cycles", metavar="N", type=_count, help="cycles of the task")
-    parser.add_argument("--duration", metavar="S", type=_seconds, help="simulated seconds")
-    parser.add_argument(
-        "--cycle-limit",
-        metavar="S",
-        type=_seconds,
-        help="simulated seconds after which a cycle is given up (default: 120)",
-    )
-    parser.add_argument("--camera", metavar="NAME", help="of the film (default: overview)")
-    parser.add_argument("--report", metavar="FILE.json", help="write what happened")
-    parser.add_argument("--viewer", action="store_true", help="show the simulation")
-    parser.add_argument("--video", metavar="FILE.mp4", help="record the simulation")
-    parser.add_argument("--renderer", choices=("auto", "gl", "raycast"))
-    parser.add_argument("--inline", action="store_true", help="compute in one process")
-    parser.add_argument(
-        "--check-operators", action="store_true", help="call each operator twice and compare"
-    )
+    try:
+        import_module("specc_runtime.options").add_arguments(parser)
+    except ModuleNotFoundError:
+        parser.error("the runtime (package specc_runtime) is not installed")
+
+
+class _Command(argparse.ArgumentParser):
+    """A command whose options are known only once it is chosen."""
+
+    late: Callable[[argparse.ArgumentParser], None] | None = None
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        if late := self.late:
+            self.late = None
+            late(self)
+        return super().parse_known_args(args, namespace)
 
 
 class _Values(argparse.Action):
@@ -245,26 +246,3 @@ def _warnings(text: str) -> tuple[str, ...]:
         if not code.startswith("W"):
             raise argparse.ArgumentTypeError(f"{code} is no warning and cannot be ignored")
     return codes
-
-
-def _whole_number(text: str) -> int:
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number, 0 or more")
-    return int(text)
-
-
-def _count(text: str) -> int:
-    number = _whole_number(text)
-    if number == 0:
-        raise argparse.ArgumentTypeError("at least 1 is needed")
-    return number
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not (math.isfinite(seconds) and seconds > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number of seconds")
-    return seconds

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import traceback
+from argparse import Namespace
 from collections.abc import Iterator
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from specc.checks.bindings import without_plant
-from specc.cli import streams
 from specc.diagnostics import Diagnostic
 from specc.source import Place
 
@@ -38,24 +40,20 @@ def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
 # Running generated code in this process, without importing the runtime before it is needed.
 
 
-_RUNTIME = "specc_runtime"
-
-
-def launch(arguments: list[str]) -> int:
-    """Exit code of a run of generated code; `arguments` are those of the runtime's command.
+def launch(directory: Path, found: Namespace) -> int:
+    """Exit code of a run of the code in `directory`; `found` is what was asked on the command line.
 
     Raises:
         SystemExit: the runtime ended the process by itself.
     """
+    options = import_module("specc_runtime.options").chosen(
+        found,
+        directory=directory,
+        base=Path(os.path.dirname(found.spec)),
+        built_with=found.set,
+    )
     try:
-        runtime = import_module(f"{_RUNTIME}.main")
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != _RUNTIME:
-            raise
-        streams.say("specc: the runtime (package specc_runtime) is not installed")
-        return 2
-    try:
-        return int(runtime.main(arguments) or 0)
+        return int(import_module("specc_runtime.main").run(options) or 0)
     except Exception:  # noqa: BLE001 - operators are the user's own: their traceback mends them
         traceback.print_exc()
         return 1

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from specc_runtime.options import Options
 
 from specc.cli import main
 
@@ -12,15 +13,14 @@ pytestmark = pytest.mark.usefixtures("pipeline")
 
 
 class Runtime(ModuleType):
-    """Stands for `specc_runtime.main`; notes its arguments and the files it was given."""
+    """Stands for `specc_runtime.main`; notes its options and the files it was given."""
 
     outcome: int | BaseException | None = 0
+    options: Options
 
-    def main(self, arguments: list[str]) -> int | None:
-        self.arguments = arguments
-        directory = Path(arguments[0])
-        self.directory = directory
-        self.files = {path.name for path in directory.rglob("*.py")}
+    def run(self, options: Options) -> int | None:
+        self.options = options
+        self.files = {path.name for path in options.directory.rglob("*.py")}
         if isinstance(self.outcome, BaseException):
             raise self.outcome
         return self.outcome
@@ -29,7 +29,6 @@ class Runtime(ModuleType):
 @pytest.fixture
 def runtime(monkeypatch: pytest.MonkeyPatch) -> Runtime:
     module = Runtime("specc_runtime.main")
-    monkeypatch.setitem(sys.modules, "specc_runtime", ModuleType("specc_runtime"))
     monkeypatch.setitem(sys.modules, "specc_runtime.main", module)
     return module
 
@@ -39,24 +38,31 @@ def test_the_runtime_gets_the_code_the_base_and_the_options(
 ) -> None:
     (workspace / "specs").mkdir()
     (workspace / "good.yaml").rename(workspace / "specs/good.yaml")
-    options = ["--seed", "7", "--cycles", "2", "--report", "r.json", "--video", "v.mp4"]
-    options += ["--renderer", "gl", "--viewer", "--inline"]
-    assert main(["run", "specs/good.yaml", *options]) == 0
-    directory, base, path, *rest = runtime.arguments
-    assert Path(directory).parts[-2:] == ("generated", "good")
-    assert (base, path) == ("--base", "specs")
-    given = [rest[rest.index(name) + 1] for name in ("--seed", "--cycles", "--report", "--video")]
-    assert given == ["7", "2", "r.json", "v.mp4"]
-    assert set(rest) >= {"--renderer", "gl", "--viewer", "--inline"}
+    asked = ["--seed", "7", "--cycles", "2", "--report", "r.json", "--video", "v.mp4"]
+    asked += ["--renderer", "gl", "--viewer", "--inline"]
+    assert main(["run", "specs/good.yaml", *asked]) == 0
+    directory = runtime.options.directory
+    assert directory.parts[-2:] == ("generated", "good")
+    assert runtime.options == Options(
+        directory,
+        Path("specs"),
+        seed=7,
+        cycles=2,
+        report=Path("r.json"),
+        video=Path("v.mp4"),
+        renderer="gl",
+        viewer=True,
+        inline=True,
+    )
     assert runtime.files == {"__init__.py", "c.py"}
-    assert not runtime.directory.exists()
+    assert not directory.exists()
 
 
 def test_options_that_are_not_given_are_left_to_the_runtime(
     workspace: Path, runtime: Runtime, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", "good.yaml", "--duration", "1.5"]) == 0
-    assert runtime.arguments[1:] == ["--base", ".", "--duration", "1.5"]
+    assert runtime.options == Options(runtime.options.directory, duration_s=1.5)
     assert capsys.readouterr().err == ""
 
 
@@ -73,7 +79,7 @@ def test_an_exit_of_the_runtime_passes(workspace: Path, runtime: Runtime) -> Non
     with pytest.raises(SystemExit) as stop:
         main(["run", "good.yaml"])
     assert stop.value.code == 2
-    assert not runtime.directory.exists()
+    assert not runtime.options.directory.exists()
 
 
 def test_an_exception_of_an_operator_is_shown_in_full(
@@ -87,14 +93,14 @@ def test_an_exception_of_an_operator_is_shown_in_full(
 def test_an_interrupt_ends_the_run(workspace: Path, runtime: Runtime) -> None:
     runtime.outcome = KeyboardInterrupt()
     assert main(["run", "good.yaml"]) == 130
-    assert not runtime.directory.exists()
+    assert not runtime.options.directory.exists()
 
 
 def test_a_wrong_spec_is_not_run(
     workspace: Path, runtime: Runtime, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", "wrong.yaml"]) == 1
-    assert not hasattr(runtime, "arguments")
+    assert not hasattr(runtime, "options")
     assert "error[E0101]" in capsys.readouterr().err
 
 
@@ -103,13 +109,15 @@ def test_warnings_are_shown_before_the_run(
 ) -> None:
     assert main(["run", "odd.yaml"]) == 0
     assert "warning[W0001]" in capsys.readouterr().err
-    assert runtime.arguments
+    assert runtime.options
 
 
 def test_a_missing_runtime_is_said_so(
     workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "specc_runtime", None)
-    monkeypatch.setitem(sys.modules, "specc_runtime.main", None)
-    assert main(["run", "good.yaml"]) == 2
+    monkeypatch.setitem(sys.modules, "specc_runtime.options", None)
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "good.yaml"])
+    assert stop.value.code == 2
     assert "not installed" in capsys.readouterr().err
