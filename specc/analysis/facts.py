@@ -77,6 +77,7 @@ class Facts:
         self._steps: dict[str, tuple[Step, ...]] = {}
         self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
+        self._all_decided: dict[str, tuple[Decided, ...]] = {}
         self._dead_ends: dict[str, tuple[State, ...]] = {}
         self._fresh: dict[str, frozenset[InputName]] = {}
         self._ways: dict[str, bool] = {}
@@ -128,12 +129,16 @@ class Facts:
         for subsystem in self.consistent_subsystems:
             yield from self._decided(subsystem)
 
-    def _decided(self, subsystem: Subsystem) -> Iterator[Decided]:
-        for state in subsystem.states:
-            for cause in CAUSES:
-                verdict = self._certain(subsystem, state, cause)
-                if verdict is not None:
-                    yield Decided(subsystem, state, cause, verdict)
+    def _decided(self, subsystem: Subsystem) -> tuple[Decided, ...]:
+        name = subsystem.qualified_name
+        if name not in self._all_decided:
+            self._all_decided[name] = tuple(
+                Decided(subsystem, state, cause, verdict)
+                for state in subsystem.states
+                for cause in CAUSES
+                if (verdict := self._certain(subsystem, state, cause)) is not None
+            )
+        return self._all_decided[name]
 
     def _certain(self, subsystem: Subsystem, state: State, cause: Cause) -> RowVerdict | None:
         """The verdict that does not depend on anything unknown; None if there is none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 from specc.analysis.graph import CAUSES
@@ -21,7 +22,7 @@ from specc.model.expr import (
     children,
     has_unknown,
 )
-from specc.model.fsm import Cause, Condition, State, Transition
+from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
@@ -50,6 +51,18 @@ class Late(NamedTuple):
     timed: bool
 
 
+class _Ending(NamedTuple):
+    """The time at which a state surely ends, if it has not before.
+
+    `by` says whether the error ends it then, and whether the terminal condition does; `in_time` of
+    each cause that it ends the state by that time.
+    """
+
+    over_s: Fraction
+    by: tuple[bool, bool]
+    in_time: dict[Cause, list[Expr]]
+
+
 class Lasting:
     """Asks about the states of one subsystem that has no unknowns."""
 
@@ -60,6 +73,8 @@ class Lasting:
         self._parameters = {constant.name for constant in subsystem.constants}
         self._lets = {item.name: item.value for item in subsystem.lets}
         self._needs = Needs(subsystem)
+        self._times_of: dict[int, set[float]] = {}
+        self._endings: dict[tuple[int, int], _Ending | None] = {}
 
     def never_ends(self, state: State, cause: Cause) -> bool:
         """Whether time makes a condition that ends a state false for ever before it can hold."""
@@ -70,31 +85,26 @@ class Lasting:
     def late(self, state: State) -> Iterator[Late]:
         """The conditions that time makes false for ever in a state before they can hold."""
         behaviour = state.behaviour
-        rows = [row for _, row in self._rows(state)]
-        ends = (behaviour.error, behaviour.terminal)
-        asked = [*ends, *(row.condition for row in rows)]
-        if not any(self._times(condition.when) for condition in asked):
+        conditions = [behaviour.error, behaviour.terminal]
+        asked = [*conditions, *(row.condition for _, row in self._rows(state))]
+        if not any(map(self._times_in, asked)):
             return
-        if any(names_any(condition.when, self._parameters) for condition in ends):
+        ending = self._ending(behaviour)
+        if ending is None:
             return
-        over = self._over(state)
-        if over is None:
-            return
-        over_s, ended_by = over
-        timed = any(self._times(condition.when) for condition in ended_by)
-        by_then = Compare("<=", _ELAPSED, _seconds(over_s), type=Bool())
-        for cause, condition in zip(CAUSES[::-1], ends, strict=True):
+        ended_by = tuple(compress(conditions, ending.by))
+        end = ending.over_s, ended_by, any(map(self._times_in, ended_by))
+        for cause, condition in zip(CAUSES[::-1], conditions, strict=True):
             verdict = self._facts.verdict(self._subsystem, state.name, cause)
             if not verdict.decision.possible:
                 continue
-            context = [*ended(state, cause), by_then]
+            context = ending.in_time[cause]
             if self._prover.satisfiable(context) is False:
-                yield Late(state, condition, None, over_s, ended_by, timed)
+                yield Late(state, condition, None, *end)
                 continue
             for row, possible in zip(verdict.rows, verdict.decision.satisfiable, strict=True):
-                when = row.condition.when
-                if possible and self._prover.satisfiable([*context, when]) is False:
-                    yield Late(state, row.condition, row, over_s, ended_by, timed)
+                if possible and self._prover.satisfiable([*context, row.condition.when]) is False:
+                    yield Late(state, row.condition, row, *end)
 
     def excludes(self, row: Transition) -> bool:
         """Whether what is said of time is why a row is never taken, if it is never taken."""
@@ -114,17 +124,28 @@ class Lasting:
             for _, row in self._subsystem.rows(state.name, cause):
                 yield cause, row
 
-    def _over(self, state: State) -> tuple[Fraction, tuple[Condition, ...]] | None:
-        """The time at which a state surely ends, if it has not before, and what ends it then."""
-        error, terminal = state.behaviour.error, state.behaviour.terminal
+    def _ending(self, behaviour: Behaviour) -> _Ending | None:
+        """How states end that end by the same conditions, if no parameter decides it."""
+        ends = behaviour.error, behaviour.terminal
+        key = id(ends[0].when), id(ends[1].when)
+        if key not in self._endings:
+            known = not any(names_any(condition.when, self._parameters) for condition in ends)
+            self._endings[key] = self._found(*ends) if known else None
+        return self._endings[key]
+
+    def _found(self, error: Condition, terminal: Condition) -> _Ending | None:
         either = Logic("or", (error.when, terminal.when), type=Bool())
         for time_s in self._candidates(either):
             now = Compare("==", _ELAPSED, _seconds(time_s), type=Bool())
             if self._prover.implies([now], either):
-                for condition in (error, terminal):
-                    if self._prover.implies([now], condition.when):
-                        return time_s, (condition,)
-                return time_s, (error, terminal)
+                alone = self._prover.implies([now], error.when)
+                other = not alone and self._prover.implies([now], terminal.when)
+                by_then = Compare("<=", _ELAPSED, _seconds(time_s), type=Bool())
+                return _Ending(
+                    time_s,
+                    (not other, not alone),
+                    {cause: [*_ended(error, terminal, cause), by_then] for cause in CAUSES},
+                )
         return None
 
     def _candidates(self, ends: Expr) -> list[Fraction]:
@@ -136,10 +157,16 @@ class Lasting:
             counts |= {nearest - 1, nearest, nearest + 1}
         return [count * period_s for count in sorted(counts) if count > 0]
 
-    def _times(self, expr: Expr, seen: frozenset[str] = frozenset()) -> set[float]:
+    def _times_in(self, condition: Condition) -> set[float]:
+        key = id(condition.when)
+        if key not in self._times_of:
+            self._times_of[key] = self._times(condition.when)
+        return self._times_of[key]
+
+    def _times(self, expr: Expr) -> set[float]:
         """The times that `elapsed` is compared with, in seconds."""
         found: set[float] = set()
-        open_, met = [expr], set(seen)
+        open_, met = [expr], set[str]()
         numbering = self._prover.numbering
         while open_:
             node = open_.pop()
@@ -169,5 +196,9 @@ def _seconds(time_s: Fraction) -> Number:
 
 def ended(state: State, cause: Cause) -> list[Expr]:
     """When a state ends by a cause: an error goes before."""
-    error, terminal = state.behaviour.error.when, state.behaviour.terminal.when
-    return [error] if cause == "error" else [terminal, Unary("not", error, type=Bool())]
+    return _ended(state.behaviour.error, state.behaviour.terminal, cause)
+
+
+def _ended(error: Condition, terminal: Condition, cause: Cause) -> list[Expr]:
+    not_error = Unary("not", error.when, type=Bool())
+    return [error.when] if cause == "error" else [terminal.when, not_error]

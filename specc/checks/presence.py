@@ -136,9 +136,13 @@ def presence_in_conditions(system: System, facts: Facts) -> Iterator[Diagnostic]
 def absences_in_conditions(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
     """Inputs that conditions read although they may have no value."""
     readings = facts.readings(subsystem)
+    known: dict[object, list[Reading]] = {}
     for state in subsystem.states:
         for condition, present in _asked(subsystem, state, facts):
-            for reading in readings.unguarded(condition.when, present):
+            key = id(condition.when), present
+            if key not in known:
+                known[key] = list(readings.unguarded(condition.when, present))
+            for reading in known[key]:
                 name = f"condition `{condition.name}`"
                 yield Absence(reading, condition.place, "when", name, state.name)
 

@@ -305,8 +305,8 @@ class MachineResolver:
         rows = []
         for index, item in enumerate(self.definition.transitions):
             at = self.where["transitions"][index]
-            known = self._is_state(item.source, at.cell("from", 0))
-            known &= self._is_state(item.target, at.cell("to", 3))
+            known = self._is_state(item.source, at, "from", 0)
+            known &= self._is_state(item.target, at, "to", 3)
             condition = self._condition("initial", item.when, at.cell("when", 2))
             if known:
                 rows.append(
@@ -316,13 +316,13 @@ class MachineResolver:
                 )
         return tuple(rows)
 
-    def _is_state(self, name: str, where: Where) -> bool:
+    def _is_state(self, name: str, row: Where, key: str, index: int) -> bool:
         if name in self.definition.states:
             return True
         if not self.definition.states:
             return False
         known = self.definition.states
-        self.expressions.findings.unknown("E0217", "state", name, known, where.place)
+        self.expressions.findings.unknown("E0217", "state", name, known, row.cell(key, index).place)
         return False
 
     def _axioms(self) -> tuple[Axiom, ...]:
