@@ -3,37 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from specc.analysis.visits import Visits
+from specc.analysis.guards import Guards, negation, there
 from specc.frozen import frozen
 from specc.model.expr import (
     Bound,
-    Builtin,
-    Choice,
     Clock,
-    Compare,
     Expr,
     Fresh,
     Input,
-    IsNone,
     LetRef,
     Logic,
     MemoryRef,
-    Number,
     Present,
     Quantifier,
     Sure,
     Unary,
     children,
-    walk,
 )
 from specc.model.system import Let, Subsystem
-from specc.model.types import Bool, Int, ListOf, OptionalOf
+from specc.model.types import ListOf
 
 
-@frozen
-class Need:
+class Need(NamedTuple):
     """A value that has to be there, in the text of `let` or, without one, of the expression itself.
 
     `guards` hold wherever the expression comes to it.
@@ -46,15 +39,7 @@ class Need:
     @property
     def fact(self) -> Expr:
         """The condition that it is there."""
-        return there(self.sure)
-
-
-def there(sure: Sure) -> Expr:
-    """`value is not None`, or `len(value) != 0`."""
-    if isinstance(sure.value.type, OptionalOf):
-        return Unary("not", IsNone(sure.value, type=Bool()), type=Bool())
-    length = Builtin("len", (sure.value,), type=Int())
-    return Compare("!=", length, Number(0, type=Int()), type=Bool())
+        return there(self.sure.value)
 
 
 @frozen
@@ -67,29 +52,20 @@ class Sources:
     clock: bool = False
 
 
-@dataclass(slots=True)
 class Needs:
     """Follows the expressions of a subsystem through its lets."""
 
-    subsystem: Subsystem
-    _lets: dict[str, Let] = field(init=False)
-    _sources: dict[str, Sources] = field(default_factory=dict)
-    _needy: set[str] = field(default_factory=set)
-    """Lets in which something has to be there."""
-
-    def __post_init__(self) -> None:
-        self._lets = {item.name: item for item in self.subsystem.lets}
-        for item in self.subsystem.lets:
+    def __init__(self, subsystem: Subsystem) -> None:
+        self._guards = Guards({item.name: item for item in subsystem.lets}, _behind)
+        self._sources: dict[str, Sources] = {}
+        for item in subsystem.lets:
             self._sources[item.name] = self.sources(item.value)
-            if any(self._is_needy(node) for node in walk(item.value)):
-                self._needy.add(item.name)
 
     def of(self, expr: Expr) -> Iterator[Need]:
         """What an evaluation of `expr` may need, each with the tests that stand before it."""
-        yield from self._of(expr, (), None, Visits())
-
-    def _is_needy(self, node: Expr) -> bool:
-        return isinstance(node, Sure) or (isinstance(node, LetRef) and node.name in self._needy)
+        for part in self._guards.parts(expr, ()):
+            if isinstance(part.expr, Sure):
+                yield Need(part.expr, part.known, part.let)
 
     def sources(self, expr: Expr) -> Sources:
         """What `expr` depends on, directly or through lets."""
@@ -106,39 +82,9 @@ class Needs:
         memory = frozenset[str]().union(*(part.memory for part in parts))
         return Sources(memory, all(p.lasts for p in parts), any(p.clock for p in parts))
 
-    def _of(
-        self,
-        expr: Expr,
-        guards: tuple[Expr, ...],
-        let: Let | None,
-        seen: Visits[Expr],
-    ) -> Iterator[Need]:
-        match expr:
-            case LetRef(name=name):
-                if name not in self._needy:
-                    return
-                known = seen.knowing(name, frozenset(guards))
-                if known is not None:
-                    inner = self._lets[name]
-                    guards = tuple(guard for guard in guards if guard in known)
-                    yield from self._of(inner.value, guards, inner, seen)
-            case Sure(value=value):
-                yield Need(expr, guards, let)
-                yield from self._of(value, guards, let, seen)
-            case Logic(op=op, operands=operands):
-                for part in operands:
-                    yield from self._of(part, guards, let, seen)
-                    guards = (*guards, part if op == "and" else negation(part))
-            case Choice(test=test, then=then, otherwise=otherwise):
-                yield from self._of(test, guards, let, seen)
-                yield from self._of(then, (*guards, test), let, seen)
-                yield from self._of(otherwise, (*guards, negation(test)), let, seen)
-            case Quantifier(over=over, body=body):
-                yield from self._of(over, guards, let, seen)
-                yield from self._of(body, (*guards, there(Sure(over, type=over.type))), let, seen)
-            case _:
-                for child in children(expr):
-                    yield from self._of(child, guards, let, seen)
+
+def _behind(guards: tuple[Expr, ...], test: Expr, holds: bool) -> tuple[Expr, ...]:
+    return (*guards, test if holds else negation(test))
 
 
 def with_items(conditions: Iterable[Expr]) -> list[Expr]:
@@ -154,10 +100,5 @@ def with_items(conditions: Iterable[Expr]) -> list[Expr]:
             case (
                 Quantifier(kind="any", over=over) | Unary(operand=Quantifier(kind="all", over=over))
             ) if isinstance(over.type, ListOf):
-                found.append(there(Sure(over, type=over.type)))
+                found.append(there(over))
     return found
-
-
-def negation(condition: Expr) -> Expr:
-    """`not condition`."""
-    return Unary("not", condition, type=Bool())

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from specc.analysis.connections import Arrivals
 from specc.analysis.graph import Step
-from specc.analysis.visits import Visits
+from specc.analysis.guards import Guards, Implied
 from specc.frozen import frozen
-from specc.model.expr import (
-    Choice,
-    ConstantRef,
-    Expr,
-    Fresh,
-    Input,
-    LetRef,
-    Logic,
-    Present,
-    Unary,
-    Unknown,
-    children,
-    walk,
-)
+from specc.model.expr import ConstantRef, Expr, Fresh, Input, Present, Unknown, walk
 from specc.model.system import Let, Subsystem
 from specc.proof import InputName
+from specc.reachable import fixpoint, grouped, shortest
 
 # What the expressions of a subsystem refer to.
 
@@ -62,6 +49,16 @@ def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
     )
 
 
+def all_inputs(subsystem: Subsystem) -> frozenset[InputName]:
+    """Every element of the input buffers."""
+    return frozenset(
+        (port.peer, element.name)
+        for port in subsystem.ports
+        if port.direction == "x"
+        for element in port.elements
+    )
+
+
 def names_any(expr: Expr, constants: Collection[str]) -> bool:
     """Whether an expression refers to one of some constants or parameters."""
     if not constants:
@@ -76,8 +73,7 @@ Names = frozenset[InputName]
 _NONE: Names = frozenset()
 
 
-@frozen
-class Reading:
+class Reading(NamedTuple):
     """An input that is read, in the text of `let` or, without one, of the expression itself."""
 
     input: Input
@@ -89,81 +85,34 @@ class Reading:
         return self.input.peer, self.input.element
 
 
-@dataclass(slots=True)
 class Readings:
     """Follows the expressions of a subsystem; `close` adds what is sent together (see Arrivals)."""
 
-    subsystem: Subsystem
-    close: Callable[[Names], Names]
-    _lets: dict[str, Let] = field(init=False)
-    _everything: Names = field(init=False)
-    _told: dict[tuple[str, bool], Names] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self._lets = {item.name: item for item in self.subsystem.lets}
-        self._everything = frozenset(
-            (port.peer, element.name)
-            for port in self.subsystem.ports
-            if port.direction == "x"
-            for element in port.elements
-        )
+    def __init__(self, subsystem: Subsystem, close: Callable[[Names], Names]) -> None:
+        lets = {item.name: item for item in subsystem.lets}
+        self.close = close
+        self.told = Implied(lets, self._told).by
+        """Inputs that must have a value where a condition holds, or where it does not."""
+        self._guards = Guards(lets, self._behind)
+        self._everything = all_inputs(subsystem)
 
     def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
         """What `expr` may read in vain where only `present` is sure; tests in it are heeded."""
-        yield from self._read(expr, present, None, Visits(present))
+        for part, known, let in self._guards.parts(expr, present):
+            if isinstance(part, Input) and (part.peer, part.element) not in known:
+                yield Reading(part, let)
 
-    def told(self, expr: Expr, holds: bool) -> Names:
-        """Inputs that must have a value where a condition holds, or where it does not.
-
-        What is unknown may be about any input.
-        """
+    def _told(self, expr: Expr, holds: bool) -> Names:
+        """What is unknown may be about any input."""
         match expr:
             case Unknown():
                 return self._everything
             case Fresh(input=element) | Present(input=element) if holds:
                 return frozenset(((element.peer, element.element),))
-            case Unary(op="not", operand=operand):
-                return self.told(operand, not holds)
-            case Logic(op=op, operands=operands):
-                parts = [self.told(part, holds) for part in operands]
-                every = (op == "and") == holds
-                return _NONE.union(*parts) if every else frozenset.intersection(*parts)
-            case Choice(test=test, then=then, otherwise=otherwise):
-                one = self.told(test, True) | self.told(then, holds)
-                return one & (self.told(test, False) | self.told(otherwise, holds))
-            case LetRef(name=name) if name in self._lets:
-                key = name, holds
-                if key not in self._told:
-                    self._told[key] = self.told(self._lets[name].value, holds)
-                return self._told[key]
         return _NONE
 
-    def _read(
-        self, expr: Expr, present: Names, let: Let | None, seen: Visits[InputName]
-    ) -> Iterator[Reading]:
-        match expr:
-            case Input(peer=peer, element=element):
-                if (peer, element) not in present:
-                    yield Reading(expr, let)
-            case Fresh() | Present():
-                pass
-            case LetRef(name=name) if name in self._lets:
-                known = seen.knowing(name, present)
-                if known is not None:
-                    inner = self._lets[name]
-                    yield from self._read(inner.value, known, inner, seen)
-            case Logic(op=op, operands=operands):
-                for part in operands:
-                    yield from self._read(part, present, let, seen)
-                    present = self.close(present | self.told(part, op == "and"))
-            case Choice(test=test, then=then, otherwise=otherwise):
-                yield from self._read(test, present, let, seen)
-                for branch, holds in ((then, True), (otherwise, False)):
-                    there = self.close(present | self.told(test, holds))
-                    yield from self._read(branch, there, let, seen)
-            case _:
-                for child in children(expr):
-                    yield from self._read(child, present, let, seen)
+    def _behind(self, present: Names, test: Expr, holds: bool) -> Names:
+        return self.close(present | self.told(test, holds))
 
 
 # Definite presence: which inputs surely have a value in a state, on every way into it.
@@ -202,19 +151,8 @@ class Presence:
 
     def way_without(self, state: str, element: InputName) -> list[str]:
         """States on a shortest way to `state` on which the element may be missing."""
-        steps = self._without(element)
-        before: dict[str, str] = {self.initial_state: ""}
-        open_ = deque((self.initial_state,))
-        while open_ and state not in before:
-            here = open_.popleft()
-            for step in steps:
-                if step.row.source == here and step.row.target not in before:
-                    before[step.row.target] = here
-                    open_.append(step.row.target)
-        way = [state]
-        while before.get(way[-1]):
-            way.append(before[way[-1]])
-        return way[::-1]
+        leaving = grouped((s.row.source, s.row.target) for s in self._without(element))
+        return shortest(self.initial_state, state, lambda here: leaving.get(here, ()))
 
     def _without(self, element: InputName) -> list[Step]:
         return [step for step in self.steps if element not in self.after(step)]
@@ -225,12 +163,7 @@ def find_presence(subsystem: Subsystem, steps: Sequence[Step], arrivals: Arrival
 
     So has every state if it is not known where the machine begins.
     """
-    everything = frozenset(
-        (port.peer, element.name)
-        for port in subsystem.ports
-        if port.direction == "x"
-        for element in port.elements
-    )
+    everything = all_inputs(subsystem)
     sets = {state.name: everything for state in subsystem.states}
     presence = Presence(subsystem.initial_state, arrivals, tuple(steps), sets)
     if not subsystem.begun:
@@ -238,17 +171,15 @@ def find_presence(subsystem: Subsystem, steps: Sequence[Step], arrivals: Arrival
     sets[subsystem.initial_state] = presence.in_first_period
     if presence.in_first_period == everything:
         return presence
-    leaving: dict[str, list[Step]] = {}
-    for step in steps:
-        leaving.setdefault(step.row.source, []).append(step)
-    open_ = deque((subsystem.initial_state,))
-    met = {subsystem.initial_state}
-    while open_:
-        for step in leaving.get(open_.popleft(), ()):
+    leaving = grouped((step.row.source, step) for step in steps)
+
+    def narrow(state: str) -> Iterator[str]:
+        for step in leaving.get(state, ()):
             target = step.row.target
             present = sets[target] & presence.after(step)
-            if present != sets[target] or target not in met:
+            if present != sets[target]:
                 sets[target] = present
-                met.add(target)
-                open_.append(target)
+                yield target
+
+    fixpoint(sets, narrow)
     return presence

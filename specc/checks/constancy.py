@@ -33,6 +33,7 @@ from specc.model.fsm import Condition
 from specc.model.system import Subsystem, System
 from specc.model.types import Bool, Enum, Int, Real
 from specc.proof import Moment
+from specc.reachable import reachable
 from specc.source import Place
 
 # Parts of conditions that have one truth value by what their own subsystem says.
@@ -166,25 +167,17 @@ def _has_free_variable(expr: Expr) -> bool:
 def _values_of(sources: dict[str, list[Expr]]) -> dict[str, list[_Literal]]:
     """The values of memory elements that only ever get literals, or one another's values."""
     leaves = {name: [leaf for e in exprs for leaf in _leaves(e)] for name, exprs in sources.items()}
-    known = set(leaves)
-    while lost := {
-        name
-        for name in known
-        for leaf in leaves[name]
-        if not isinstance(leaf, _Literal)
-        and not (isinstance(leaf, MemoryRef) and leaf.name in known)
-    }:
-        known -= lost
-    found = {n: {leaf for leaf in leaves[n] if isinstance(leaf, _Literal)} for n in known}
-    changed = True
-    while changed:
-        changed = False
-        for name in known:
-            others = (found[leaf.name] for leaf in leaves[name] if isinstance(leaf, MemoryRef))
-            more = found[name].union(*others)
-            changed |= len(more) > len(found[name])
-            found[name] = more
-    return {name: sorted(found[name], key=repr) for name in sources if name in known}
+
+    def others(name: str) -> Iterator[str]:
+        return (leaf.name for leaf in leaves.get(name, ()) if isinstance(leaf, MemoryRef))
+
+    found: dict[str, list[_Literal]] = {}
+    for name in sources:
+        behind = [leaf for other in reachable([name], others) for leaf in leaves.get(other, [None])]
+        values = {leaf for leaf in behind if isinstance(leaf, _Literal)}
+        if all(isinstance(leaf, _Literal | MemoryRef) for leaf in behind):
+            found[name] = sorted(values, key=repr)
+    return found
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:

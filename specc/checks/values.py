@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from specc.analysis import Facts
-from specc.analysis.needs import Need, Needs, negation, with_items
+from specc.analysis.guards import negation
+from specc.analysis.needs import Need, Needs, with_items
 from specc.analysis.presence import expressions
 from specc.analysis.words import text_place
 from specc.diagnostics import Diagnostic, Related
@@ -18,6 +18,7 @@ from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.proof import Moment
+from specc.reachable import fixpoint
 from specc.source import Place
 
 # What is known to be there in a state: tests of conditions, as far as memory keeps to them.
@@ -78,15 +79,16 @@ class Guarding:
         if self.subsystem.initial_state in self._in_functions:
             self._in_functions[self.subsystem.initial_state] = self._at_start()
         ways = self._ways()
-        open_ = deque(ways)
-        while open_:
-            name = open_.popleft()
+
+        def narrow(name: str) -> Iterator[str]:
             for target, conditions in ways[name]:
                 before = self._in_functions[target]
                 kept = self._kept(before, self.subsystem.state(name), conditions)
                 if kept != before:
                     self._in_functions[target] = kept
-                    open_.append(target)
+                    yield target
+
+        fixpoint(ways, narrow)
 
     def _ways(self) -> dict[str, list[tuple[str, Sequence[Expr]]]]:
         """State -> the states that it enters, or goes on as, and what is true when it does."""

@@ -17,6 +17,7 @@ from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Port, Subsystem, System
 from specc.proof import InputName
+from specc.reachable import grouped, reachable
 
 # Ways in which a condition comes to hold, as sets of inputs that must be fresh for it.
 #
@@ -142,17 +143,15 @@ class Waiting:
     def _steps_from(self, subsystem: Subsystem, state: str) -> list[Step]:
         name = subsystem.qualified_name
         if name not in self._leaving:
-            found = self._leaving.setdefault(name, {})
-            for step in self._facts.steps(subsystem):
-                found.setdefault(step.row.source, []).append(step)
+            steps = self._facts.steps(subsystem)
+            self._leaving[name] = grouped((step.row.source, step) for step in steps)
         return self._leaving[name].get(state, [])
 
     def _steps_to(self, subsystem: Subsystem, state: str) -> list[Step]:
         name = subsystem.qualified_name
         if name not in self._entering:
-            found = self._entering.setdefault(name, {})
-            for step in self._facts.steps(subsystem):
-                found.setdefault(step.row.target, []).append(step)
+            steps = self._facts.steps(subsystem)
+            self._entering[name] = grouped((step.row.target, step) for step in steps)
         return self._entering[name].get(state, [])
 
     def _asked(self, subsystem: Subsystem, step: Step) -> Ways:
@@ -211,13 +210,11 @@ class Waiting:
 
     def _returns(self, subsystem: Subsystem, state: State) -> bool:
         """Whether a state can be entered again after it was left."""
-        met: set[str] = set()
-        open_ = [state.name]
-        while open_ and state.name not in met:
-            new = {s.row.target for s in self._steps_from(subsystem, open_.pop())} - met
-            met |= new
-            open_ += new
-        return state.name in met
+
+        def following(name: str) -> list[str]:
+            return [step.row.target for step in self._steps_from(subsystem, name)]
+
+        return state.name in reachable(following(state.name), following)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,16 +269,9 @@ class _Wait:
 
 def _resting(wait: _Wait, steps: Iterable[Step]) -> frozenset[str]:
     """States of the sender that lead to no served one, and to no declared end either."""
-    sources: dict[str, list[str]] = {}
-    for step in steps:
-        sources.setdefault(step.row.target, []).append(step.row.source)
-    active = set(wait.served) | {s.name for s in wait.sender.states if _is_end(s)}
-    open_ = list(active)
-    while open_:
-        for source in sources.get(open_.pop(), ()):
-            if source not in active:
-                active.add(source)
-                open_.append(source)
+    sources = grouped((step.row.target, step.row.source) for step in steps)
+    ends = (s.name for s in wait.sender.states if _is_end(s))
+    active = reachable((*wait.served, *ends), lambda name: sources.get(name, ()))
     return frozenset(s.name for s in wait.sender.states if s.name not in active)
 
 
