@@ -41,7 +41,7 @@ Work = Literal["names compared", "proof"]
 ALLOWED: dict[Work, int] = {"names compared": 50_000, "proof": 2_000_000}
 """Steps of a run: names that an unknown one is compared with, and about 1 us each of proofs."""
 
-OUT_OF_STEPS = "the proofs of this run have used up their steps"
+OUT_OF_STEPS = "the proofs of this run have used up their search budget"
 
 _spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)
 

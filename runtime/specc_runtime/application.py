@@ -177,7 +177,7 @@ def _session(options: Options, system: System, plant: Any, clock: WallClock) -> 
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
     alone = options.duration_s is not None and options.cycles is None
     if options.cycle_limit_s is not None and (alone or system.task is None):
-        raise UsageError("--cycle-limit: no cycle is waited for; add --cycles")
+        raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
     return Session(options, system, plant, open_judge(system, plant), clock)
 
 

@@ -27,7 +27,7 @@ def refusal(function: Callable[..., Any], arguments: Sequence[str]) -> str:
     try:
         signature.bind(*arguments)
     except TypeError:
-        return f"is called with ({', '.join(arguments)}), and takes {signature}"
+        return f"is called with ({', '.join(arguments)}), but takes {signature}"
     return ""
 
 
@@ -52,6 +52,6 @@ def _method(thing: object, asked: FunctionType) -> str:
     if member is None or getattr(member, "__func__", None) is asked:
         return f"has no method `{name}({', '.join(arguments)})`"
     if not callable(member):
-        return f"has a `{name}` that is no method"
+        return f"has a `{name}` that is not a method"
     why = refusal(member, arguments)
     return f"has a `{name}` that {why}" if why else ""

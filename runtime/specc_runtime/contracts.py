@@ -193,7 +193,7 @@ def as_optional(contract: Contract) -> Contract:
 def as_instance(kind: type) -> Contract:
     """A value of an opaque type; only its class is looked at. Raises TypeError for no class."""
     if not isinstance(kind, type):
-        raise TypeError(f"{_name_of(kind)} cannot be that of an opaque type")
+        raise TypeError(f"{_name_of(kind)} cannot be the class of an opaque type")
 
     def accept(value: Any) -> Any:
         if isinstance(value, kind):
@@ -313,4 +313,6 @@ def _builder(kind: Any, names: tuple[str, ...]) -> Callable[[Any, dict[str, Any]
 
 
 def _name_of(kind: Any) -> str:
-    return f"class {kind.__name__}" if isinstance(kind, type) else f"{kind!r}, which is no class,"
+    return (
+        f"class {kind.__name__}" if isinstance(kind, type) else f"{kind!r}, which is not a class,"
+    )

@@ -44,7 +44,7 @@ class Executor:
         Raises ValueError if it is not, or lacks a method that the run calls.
         """
         if (system.plant is None) != (plant is None):
-            what = "no devices, and was given" if plant else "devices, and was given no"
+            what = "no devices, but was given" if plant else "devices, but was given no"
             raise ValueError(f"system {system.name!r} has {what} plant")
         if plant is not None and (lacking := shortcomings(plant, Plant)):
             raise ValueError(f"the plant, a {type(plant).__name__}, {'; '.join(lacking)}")

@@ -45,10 +45,10 @@ def _examined(origin: str, function: Callable[..., Any]) -> Callable[..., Any]:
         again = function(*equal)
         if not same(result, again):
             raise WordBroken(
-                origin, "gives two results for equal arguments; give state as argument"
+                origin, "returns two results for equal arguments; pass state as an argument"
             )
         if any(np.shares_memory(a, b) for a, b in itertools.product(_owned(result), _owned(again))):
-            raise WordBroken(origin, "keeps an array that it gives away; give a copy")
+            raise WordBroken(origin, "keeps an array that it returns; return a copy")
         return result
 
     return call

@@ -85,9 +85,8 @@ class UndecidedTransition(Fault):
         equations: Sequence[int] = (),
     ) -> None:
         held = "; ".join(rows) if rows else "none"
-        super().__init__(
-            subsystem, state, f"{cause} condition holds, and of its rows {len(rows)}: {held}"
-        )
+        applying = f"{len(rows)} of its rows apply: {held}" if rows else "none of its rows applies"
+        super().__init__(subsystem, state, f"{cause} condition holds; {applying}")
         self.cause = cause
         self.rows = tuple(rows)
         self.row = held

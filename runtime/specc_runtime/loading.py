@@ -47,7 +47,7 @@ def load_system(
     except BaseException as error:  # operators may raise anything
         raise _construction_failed(error, module.__name__) from error
     if not isinstance(system, System):
-        raise UsageError(f"{directory}: build() gives no system")
+        raise UsageError(f"{directory}: build() does not return a system")
     return system
 
 
@@ -60,7 +60,7 @@ def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:
     named = f"the {role} {path!r}"
     make = _named(path, named)
     if not callable(make):
-        raise UsageError(f"{named} is nothing that can be called")
+        raise UsageError(f"{named} cannot be called")
     if why := refusal(make, tuple(arguments)):
         raise UsageError(f"{named} {why}")
     try:

@@ -58,9 +58,9 @@ def parse(arguments: Sequence[str] | None) -> Options:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Let a parser know what can be asked of a run, whoever builds the package."""
     add = parser.add_argument
-    add("--seed", metavar="N", type=_whole_number, default=0, help="of the random numbers")
-    add("--cycles", metavar="N", type=_count, help="cycles of the task")
-    add("--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated seconds")
+    add("--seed", metavar="N", type=_whole_number, default=0, help="seed of the random numbers")
+    add("--cycles", metavar="N", type=_count, help="number of cycles of the task")
+    add("--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated time (s)")
     add(
         "--cycle-limit",
         metavar="S",
@@ -70,9 +70,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
     add("--video", metavar="FILE.mp4", type=Path, help="record the scene")
-    add("--camera", metavar="NAME", default="overview", help="of the film (default: %(default)s)")
+    add(
+        "--camera",
+        metavar="NAME",
+        default="overview",
+        help="camera of the film (default: %(default)s)",
+    )
     add("--viewer", action="store_true", help="show the scene in a window")
-    add("--renderer", choices=("auto", "gl", "raycast"), default="auto", help="of the cameras")
+    add(
+        "--renderer",
+        choices=("auto", "gl", "raycast"),
+        default="auto",
+        help="renderer of the cameras",
+    )
     add("--inline", action="store_true", help="no worker threads; the records are the same")
     add("--check-operators", action="store_true", help="call each operator twice and compare")
 

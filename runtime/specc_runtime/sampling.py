@@ -74,7 +74,7 @@ class Sensor:
         if not binding.sporadic:
             return "there is no new sample, and it is not bound as `sporadic`"
         if not self.count:
-            return "there is no sample at the start, where even a sporadic device has its first"
+            return "there is no sample at the start, where even a sporadic device must have one"
         gap_s = time_s - self._taken_s
         if binding.max_gap_s is not None and gap_s > binding.max_gap_s * _ROUNDING:
             return f"there has been no sample for {gap_s:g} s, `max_gap` is {binding.max_gap_s:g} s"

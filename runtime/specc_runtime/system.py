@@ -113,7 +113,7 @@ def whole_ticks(period_s: float, tick_s: float) -> int:
     """Base ticks in a period; raises ValueError unless it is a whole number, at least 1."""
     ticks = round(period_s / tick_s)
     if ticks < 1 or not math.isclose(ticks * tick_s, period_s, rel_tol=1e-9):
-        raise ValueError(f"a period of {period_s} s is no multiple of the base tick, {tick_s} s")
+        raise ValueError(f"a period of {period_s} s is not a multiple of the base tick, {tick_s} s")
     return ticks
 
 

@@ -43,7 +43,7 @@ class WrongValue(Blamed):
 
     def __init__(self, origin: str, declared: str, unfit: Unfit, trace: str = "") -> None:
         where = f", {trace}" if trace else ""
-        what = f"gave {unfit.came}; declared is {declared}{where}: give {unfit.wanted}"
+        what = f"gave {unfit.came}, but {declared} is declared{where}: give {unfit.wanted}"
         super().__init__(origin, what)
         self.declared = declared
         self.came = unfit.came

@@ -76,7 +76,7 @@ def _sampled(binding: Binding) -> tuple[str, str] | None:
     """Of samples it is said when they come, or that this is not known."""
     if binding.sporadic and binding.rate_hz is not None:
         return (
-            "samples of a sporadic device have no rate: its readers ask in each of their periods",
+            "a sporadic device has no rate: its readers look for a sample in each of their periods",
             "delete `rate`; `max_gap` says for how long there may be no new sample",
         )
     if binding.max_gap_s is not None and not binding.sporadic:
@@ -122,7 +122,7 @@ def _reported(bound: Bound) -> tuple[str, str] | None:
         return _from_camera(bound, numbers)
     if not numbers:
         return (
-            f"`{name}` is reported, but comes from nowhere",
+            f"`{name}` is reported, but nothing measures it",
             "add `joints:`, `sensors:` or `camera:`",
         )
     if binding.image:
@@ -133,7 +133,7 @@ def _reported(bound: Bound) -> tuple[str, str] | None:
 def _from_camera(bound: Bound, numbers: str) -> tuple[str, str] | None:
     binding, type_ = bound.binding, bound.element.type
     if numbers:
-        return f"a camera stands alone, without `{numbers}`", f"delete `{numbers}` or `camera`"
+        return f"a camera cannot be combined with `{numbers}`", f"delete `{numbers}` or `camera`"
     if not binding.image:
         return "a camera gives two images", "add `image: rgb` or `image: depth`"
     if binding.through:
@@ -152,7 +152,7 @@ def _from_camera(bound: Bound, numbers: str) -> tuple[str, str] | None:
 def _type_without_through(bound: Bound) -> tuple[str, str] | None:
     if bound.binding.through or _is_numbers(bound.element.type):
         return None
-    message = f"the plant deals in real numbers, not in {bound.element.type}"
+    message = f"the plant works with real numbers, not with {bound.element.type}"
     return message, "name a function under `through:` that converts"
 
 

@@ -23,7 +23,7 @@ def situation(witness: Witness) -> str:
         return f"when `{show(witness.everywhere)}`"
     if not witness.facts:
         return "whatever the conditions are"
-    return f"when {facts_of(witness)}{', and not only then' if witness.some else ''}"
+    return f"when {facts_of(witness)}{', among other cases' if witness.some else ''}"
 
 
 def facts_of(witness: Witness) -> str:
@@ -40,7 +40,7 @@ def operators_in(witness: Witness) -> str:
         return ""
     kind = "an operator, which" if len(names) == 1 else "operators, which"
     verb = "is" if len(names) == 1 else "are"
-    return f"; {listed(names, 'and')} {verb} {kind} may have any result for all that is known"
+    return f"; {listed(names, 'and')} {verb} {kind} may have any result as far as proofs know"
 
 
 def ms(seconds: Fraction) -> str:

@@ -23,7 +23,9 @@ def axioms_consistent(system: System, facts: Facts) -> Iterator[Diagnostic]:
             several = len(core) > 1
             yield Diagnostic(
                 "E0609",
-                "these assumptions contradict each other" if several else "this is never true",
+                "these assumptions contradict each other"
+                if several
+                else "this assumption is never true",
                 core[-1].place,
                 related=tuple(Related(axiom.place, "assumed as well") for axiom in core[:-1]),
                 help="delete or weaken one" if several else "delete or weaken it",

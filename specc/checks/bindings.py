@@ -85,7 +85,7 @@ def records_made(system: System, facts: Facts) -> Iterator[Diagnostic]:
     for name, (first, *others) in makers.items():
         yield Diagnostic(
             "O0206",
-            f"record `{name}` has no Python class, and Python code has to make one",
+            f"record `{name}` has no Python class, but Python code has to create its values",
             first.place,
             first.message,
             related=tuple(others[:_LISTED]),

@@ -228,7 +228,7 @@ def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
                 f"{condition.kind} condition `{condition.name}` {word} holds",
                 condition.place,
                 _time(subsystem, condition, settled, facts),
-                help=f"say `{word}` where it is used, or mend the condition",
+                help=f"write `{word}` where it is used, or correct the condition",
             )
 
 
@@ -238,7 +238,7 @@ def _time(subsystem: Subsystem, condition: Condition, settled: bool, facts: Fact
     never = Unary("not", when, type=Bool()) if settled else when
     if not facts.lasting(subsystem).is_why(never):
         return ""
-    return f"its times settle it; conditions are first asked after {ms(1 / subsystem.rate_hz)}"
+    return f"its times decide it; conditions are first evaluated after {ms(1 / subsystem.rate_hz)}"
 
 
 def _part(part: ConstantPart) -> Diagnostic:
@@ -252,8 +252,8 @@ def _part(part: ConstantPart) -> Diagnostic:
         f"`{show(part.expr)}` {word} holds",
         place,
         "" if elsewhere else f"a part of {named}",
-        (Related(condition.place, f"{named} asks it"),) if elsewhere else (),
-        "mend it, or leave it out" if part.holds else "mend it, or leave out what it decides",
+        (Related(condition.place, f"{named} uses it"),) if elsewhere else (),
+        "correct it, or leave it out" if part.holds else "correct it, or leave out what it decides",
     )
 
 
@@ -294,11 +294,11 @@ def _finding(late: Late, subsystem: Subsystem) -> Diagnostic:
     if late.over_s == 1 / subsystem.rate_hz and ends == (state.behaviour.error,) and not late.row:
         return Diagnostic(
             "W0618",
-            f"error condition `{ends[0].name}` always holds when it is first asked",
+            f"error condition `{ends[0].name}` always holds when it is first evaluated",
             ends[0].place,
             f"so `{late.condition.name}` never ends state `{state.name}`",
             (asked, behaviour),
-            "an error is asked first: turn the comparison round, or give it a later time",
+            "error conditions are evaluated first: reverse the comparison, or use a later time",
         )
     return Diagnostic(
         "W0618",
@@ -319,12 +319,12 @@ def _too_late(late: Late) -> str:
     """What is said of a condition; what ends a state and names no time does so at once."""
     state, name, over = late.state.name, late.condition.name, ms(late.over_s)
     if late.timed:
-        return f"state `{state}` is over, after {over}, before `{name}` can hold"
+        return f"state `{state}` has ended, after {over}, before `{name}` can hold"
     ends = listed([f"`{condition.name}`" for condition in late.ended_by], "or")
     return f"{ends} ends state `{state}` in its first period, {over}, before `{name}` can hold"
 
 
 def _timed_part(condition: Condition, late: Late) -> str:
     if len(late.ended_by) > 1:
-        return f"`{condition.name}`, if not the other, ends it by then"
-    return f"`{condition.name}` ends it by then"
+        return f"`{condition.name}` or the other one has ended it by then"
+    return f"`{condition.name}` has ended it by then"

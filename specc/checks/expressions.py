@@ -73,16 +73,17 @@ def _words(misfit: Misfit) -> tuple[str, str]:
             return f"a tolerance that is {size}: nothing is ever near", "write how close is enough"
         case "angle":
             help_text = (
-                "write a smaller angle; `near(position(X), position(Y), distance)` asks none"
+                "write a smaller angle; `near(position(X), position(Y), distance)` "
+                "compares no angle"
             )
             return "every two orientations are within an angle of pi", help_text
         case "quaternion":
-            help_text = "write x, y, z, w of a rotation, whose squares have the sum 1"
+            help_text = "write x, y, z, w of a rotation; the sum of their squares is 1"
             return f"the length of this quaternion is {misfit.number:.4g}, not 1", help_text
         case "clamp":
             help_text = "the lower bound goes with `max`, the upper one with `min`"
-            return f"the bounds are the wrong way round: the result is always `{first}`", help_text
-    return _itself(misfit), "name what is meant in the place of one of the two"
+            return f"the bounds are in the wrong order: the result is always `{first}`", help_text
+    return _itself(misfit), "replace one of the two by what is meant"
 
 
 def _itself(misfit: Misfit) -> str:

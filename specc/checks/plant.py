@@ -33,7 +33,7 @@ def sizes_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
         if sizes and sizes[0] != sizes[1]:
             yield Diagnostic(
                 "E0507",
-                f"`{bound.element.name}` has {sizes[0]}, the plant {sizes[1]}",
+                f"`{bound.element.name}` has {sizes[0]}, the plant has {sizes[1]}",
                 bound.binding.place,
                 related=(Related(bound.element.place, f"`{bound.element.type}`"),),
                 help="make both the same, or name a function under `through:` that converts",
@@ -156,7 +156,7 @@ def _disordered(bound: Bound, model: Model) -> Iterator[Diagnostic]:
                 related=(
                     Related(below(place, "actuators", driven.index(other)), f"drives `{other}`"),
                 ),
-                help=f"list both in one order: `joints: [{', '.join(both)}]`",
+                help=f"list both in the same order: `joints: [{', '.join(both)}]`",
             )
             return
 
@@ -211,7 +211,10 @@ def _units(bound: Bound, model: Model | ModelError | None) -> Iterator[Diagnosti
             said = listed(dict.fromkeys(map(str, measured)), "and")
             yield Diagnostic(
                 "E0510",
-                f"noise of sensor `{binding.sensors[index]}` is in {unit}, what it gives in {said}",
+                (
+                    f"noise of sensor `{binding.sensors[index]}` is in {unit}, but "
+                    f"the sensor gives {said}"
+                ),
                 below(binding.place, "noise", *((index,) if several else ())),
                 related=() if binding.through else (_type(bound),),
                 help="write the standard deviation in the unit of what is measured",
@@ -252,12 +255,12 @@ def sensors_in_time(system: System, facts: Facts) -> Iterator[Diagnostic]:
         rate, tick = misfit.rate_hz, misfit.tick_s
         place = below(misfit.bound.binding.place, "rate")
         if not misfit.readers and tick is not None:
-            message = f"its period is no whole number of base ticks of {float(tick):g} s"
+            message = f"its period is not a whole number of base ticks of {float(tick):g} s"
             yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
         for reader in misfit.readers:
             yield Diagnostic(
                 "E0509",
-                f"{float(rate):g} Hz does not go with the {float(reader.rate_hz):g} Hz of "
+                f"{float(rate):g} Hz does not fit the {float(reader.rate_hz):g} Hz of "
                 f"`{reader.qualified_name}`",
                 place,
                 related=(Related(below(reader.place, "rate"), "reads it at this rate"),),

@@ -86,11 +86,11 @@ def _finding(code: str, absence: Absence, subsystem: Subsystem, facts: Facts) ->
 def _why(absence: Absence, subsystem: Subsystem, facts: Facts) -> str:
     if not absence.state:
         first = absence.period == FIRST_PERIOD
-        return "nothing has been sent yet" if first else "nothing need have been sent by then"
+        return "nothing has been sent yet" if first else "possibly nothing has been sent by then"
     way = facts.presence(subsystem).way_without(absence.state, absence.reading.name)
     if len(way) == 1:
-        return f"nothing need have been sent when the system starts in `{way[0]}`"
-    return f"on the way {' -> '.join(way)} no row asks whether it has come"
+        return f"possibly nothing has been sent when the system starts in `{way[0]}`"
+    return f"on the path {' -> '.join(way)} no row asks whether it has arrived"
 
 
 def _way_out(name: str, state: str, subsystem: Subsystem) -> str:

@@ -155,7 +155,8 @@ def _with_one_more_row(told: Shared) -> str:
     also = " to each of these states" if told.others else ""
     return (
         f"add the row `[{decided.state.name}, {decided.cause}, {name}, ...]` with the initial "
-        f'condition `{name}: "{show(gap.repair)}"`{also}, or say under `assume:` why it cannot be'
+        f'condition `{name}: "{show(gap.repair)}"`{also}, or say under `assume:` '
+        "why this cannot occur"
         f"{operators_in(gap)}"
     )
 
@@ -209,7 +210,7 @@ def _others(told: Shared, facts: Facts) -> Iterator[Related]:
 
 def _with_one_row_less(told: Shared) -> str:
     overlap, rows = told.witness, told.first.verdict.rows
-    other = f"or say under `assume:` why it cannot be{operators_in(overlap)}"
+    other = f"or say under `assume:` why this cannot occur{operators_in(overlap)}"
     also = " in each of these states" if told.others else ""
     if overlap.repair is None or overlap.repaired is None:
         return f"delete one of the two rows{also}, {other}"
@@ -318,13 +319,16 @@ def rows_can_apply(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 def _never_taken(subsystem: Subsystem, row: Transition, facts: Facts) -> str:
     excluded = facts.lasting(subsystem).excludes(row)
-    return "never taken: the times exclude it" if excluded else "never taken"
+    return "never taken: the times rule it out" if excluded else "never taken"
 
 
 # What cannot be proved of rows is said, because it is then checked in every run.
 
 
-_WAY_OUT = "the generated code checks it in every run; to have it proved, ask less in one table"
+_WAY_OUT = (
+    "the generated code checks it in every run; to have it proved, use fewer "
+    "conditions in one table"
+)
 
 
 def rows_proved(system: System, facts: Facts) -> Iterator[Diagnostic]:

@@ -33,9 +33,9 @@ def states_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     "W0614",
                     f"state `{state.name}` never ends {ending(state.behaviour, 'terminal')}",
                     state.place,
-                    f"the error condition `{error.name}` holds whenever that does",
+                    f"the error condition `{error.name}` holds whenever the terminal one does",
                     (Related(condition.place, "the terminal condition"),),
-                    "say `terminal: never` if that is meant, or change a condition",
+                    "write `terminal: never` if that is meant, or change a condition",
                 )
 
 
@@ -124,7 +124,7 @@ def _unsent(
 
 
 def _never_taken(excluded: bool) -> str:
-    return f"this row can never be taken{': the times exclude it' if excluded else ''}"
+    return f"this row can never be taken{': the times rule it out' if excluded else ''}"
 
 
 def _way_in(name: str, dead: list[Related]) -> str:
@@ -177,10 +177,10 @@ def _not_left(subsystem: Subsystem, part: Component) -> Diagnostic:
     named = listed([f"`{name}`" for name in part.states], "and")
     return Diagnostic(
         "W0612",
-        f"state {named} is never left" if one else f"states {named} are never left",
+        f"{'state' if one else 'states'} {named} cannot be left once entered",
         states[part.states[0]].place,
-        "once entered, entered for ever",
-        tuple(Related(row.place, "leads nowhere else") for row in rows[:4]),
+        "no row leads out",
+        tuple(Related(row.place, "does not lead out") for row in rows[:4]),
         _way_out(states[part.states[0]], one),
     )
 
@@ -188,7 +188,7 @@ def _not_left(subsystem: Subsystem, part: Component) -> Diagnostic:
 def _way_out(state: State, one: bool) -> str:
     if one:
         return (
-            f"add a row that leads on, or say that `{state.name}` is the end by a behaviour with "
-            "`terminal: never`"
+            f"add a row that leads on, or make `{state.name}` an intended end with a behaviour "
+            "that has `terminal: never`"
         )
     return "add a row that leads back to the other states"

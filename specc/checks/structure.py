@@ -72,7 +72,7 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
             "O0403",
             f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
             port.place,
-            "this end has no other",
+            "nothing is connected to this end",
             (
                 Related(
                     replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
@@ -108,7 +108,7 @@ def _compare(
                 one.place,
                 f"`{one.type}`",
                 (Related(other.place, f"connected to this one: `{other.type}`"),),
-                "both ends of a connection have exactly the same type",
+                "both ends of a connection must have exactly the same type",
             )
     only_here = [e for e in own if e.name not in theirs]
     only_there = [e for e in others if e.name not in mine]
@@ -132,7 +132,7 @@ class _Lack(NamedTuple):
     def others(self) -> tuple[Related, ...]:
         """Where the other end has it, of many the first."""
         return tuple(
-            Related(element.place, f"`{element.type}`, without another end")
+            Related(element.place, f"`{element.type}`, missing at the other end")
             for element in self.elements[:_MOST_SHOWN]
         )
 
@@ -168,7 +168,7 @@ def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
         here.place,
         f"has {there.names} instead",
         (*here.others, Related(there.place, "the other end")),
-        "give both ends the same elements; one may have those of another buffer",
+        "give both ends the same elements; perhaps one end has those of another buffer",
         lacks=here.places + there.places,
     )
 
@@ -193,7 +193,7 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
                 "O0403",
                 message,
                 _side(device, side),
-                f"{names}: without another end",
+                f"{names}: missing at the other end",
                 (Related(here, f"`{subsystem.qualified_name}` works with it"),),
                 f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
                 lacks=(lacks,),

@@ -66,11 +66,11 @@ def readers_fast_enough(system: System, facts: Facts) -> Iterator[Diagnostic]:
                             f"`{subsystem.qualified_name}` can miss values of "
                             f"`x.{port.peer}.{element.name}`",
                             element.place,
-                            f"up to {_most_values(rate / subsystem.rate_hz)} values come between "
-                            f"two periods of {_ms(subsystem.rate_hz)}, and the last one is seen",
+                            f"up to {_most_values(rate / subsystem.rate_hz)} values arrive between "
+                            f"two periods of {_ms(subsystem.rate_hz)}; only the last one is seen",
                             (
                                 Related(place, f"sends one every {_ms(rate)}"),
-                                Related(below(subsystem.place, "rate"), "looks at this rate"),
+                                Related(below(subsystem.place, "rate"), "reads at this rate"),
                             ),
                             "raise the rate of the reader, or lower that of the sender",
                         )
@@ -124,12 +124,15 @@ def rates_divide(system: System, facts: Facts) -> Iterator[Diagnostic]:
             few = ratio.numerator // ratio.denominator
             yield Diagnostic(
                 "W0418",
-                f"`{node.short}` is fresh after {few} or {few + 1} periods of "
-                f"`{reader.qualified_name}`, by turns",
+                f"`{node.short}` is fresh sometimes after {few} and sometimes "
+                f"after {few + 1} periods of `{reader.qualified_name}`",
                 element.place,
                 f"{float(sender.rate_hz):g} Hz does not divide {float(reader.rate_hz):g} Hz",
                 tuple(_with_rate(s) for s in (sender, reader)),
-                "choose rates that divide, or say with `max_age` how old the value may be",
+                (
+                    "choose rates of which one divides the other, or say with "
+                    "`max_age` how old the value may be"
+                ),
             )
 
 
@@ -158,10 +161,9 @@ def ages_bounded(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 "E0410",
                 f"`{node.short}` can be {ms(oldest.age_s)} old",
                 below(element.place, "max_age"),
-                f"may be {ms(allowed)} old",
+                f"may be at most {ms(allowed)} old",
                 tuple(_way(oldest, facts)),
-                f"{_shorten(oldest, facts)}, from which most of it comes, or allow "
-                f"{_at_least(oldest.age_s)}",
+                f"{_shorten(oldest, facts)}, which adds most, or allow {_at_least(oldest.age_s)}",
             )
 
 
@@ -217,7 +219,7 @@ def ages_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
         if facts.ages.oldest(node) is None:
             yield Diagnostic(
                 "W0415",
-                f"no measurement is behind `{node.short}`",
+                f"`{node.short}` has no measurement from which to count its age",
                 below(element.place, "max_age"),
                 "limits nothing",
                 help="delete it, or set it where the measurement arrives; what comes out of memory "
@@ -244,7 +246,7 @@ def ages_held(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
                 below(element.place, "max_age"),
-                f"may be {ms(allowed)} old",
+                f"may be at most {ms(allowed)} old",
                 tuple(_silence(held, node)),
                 _WAYS_OUT[type(held.source)],
             )
@@ -254,7 +256,7 @@ def _silence(held: Held, node: Node) -> Iterator[Related]:
     source = held.source
     if isinstance(source, Measured):
         name = f"{source.device}.{held.node.element}"
-        yield Related(source.place, f"`{name}` may have no new sample for any length of time")
+        yield Related(source.place, f"`{name}` may have no new sample for an unlimited time")
     elif source.silent is not None:
         sender = source.sender.qualified_name
         whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"

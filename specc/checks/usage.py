@@ -251,7 +251,7 @@ def elements_written(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     f"`y.{port.peer}.{element.name}`",
                     element.place,
                     "never sent",
-                    (Related(reader.place, "waits for it in vain"),) if reader else (),
+                    (Related(reader.place, "waits for it forever"),) if reader else (),
                     "write it in a function of a behaviour, or delete it at both ends",
                 )
 
@@ -279,5 +279,5 @@ def memory_read(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     f"memory element `{element.name}` is written and never read",
                     element.place,
                     related=(Related(writers[element.name].place, "written here"),),
-                    help="read or delete it, or have the task watch it",
+                    help="read it, delete it, or list it under `watch:` of the task",
                 )

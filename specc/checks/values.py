@@ -267,7 +267,7 @@ def _finding(need: Need, use: _Use, place: Place, guarding: Guarding) -> Diagnos
         enter = f"enter `{use.state.name}` only by rows whose conditions imply `{test}`, or "
     return Diagnostic(
         "E0705",
-        f"`{text}` {lacking}{where}, where {use.what} takes it for granted",
+        f"`{text}` {lacking}{where}, where {use.what} needs a value",
         place,
         "",
         related,

@@ -319,17 +319,17 @@ def waits_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
 def _finding(state: State, needed: Way, rest: Rest) -> Diagnostic:
     names = [f"`x.{peer}.{element}`" for peer, element in sorted(needed)]
     sender = f"`{rest.sender.qualified_name}`"
-    related = [Related(rest.state.place, f"from here {sender} sends it no more")]
+    related = [Related(rest.state.place, f"from here on {sender} never sends it")]
     if rest.row is not None:
-        words = f"here {sender} takes up what it was sent before"
+        words = f"here {sender} accepts what it was sent before"
         where = f"may come to `{rest.state.name}` without an answer"
         related = [Related(rest.row.place, words), Related(rest.state.place, where)]
     return Diagnostic(
         "W0417",
-        f"state `{state.name}` may wait for {listed(names, 'or')} in vain",
+        f"state `{state.name}` may wait forever for {listed(names, 'or')}",
         state.place,
         "nothing else ends it",
         tuple(related),
-        f"let {sender} send it on every way, or leave `{state.name}` after some time, with "
-        "`elapsed`; if the sender is meant to end there, say so by `terminal: never`",
+        f"let {sender} send it on every path, or leave `{state.name}` after some time, with "
+        "`elapsed`; if the sender is meant to end there, say so with `terminal: never`",
     )

@@ -40,9 +40,9 @@ def run_ages(options: argparse.Namespace) -> int:
 
 
 def _as_text(system: System) -> str:
-    """A table: reader, element, greatest age, what is allowed, and the way of the oldest value."""
+    """A table: reader, element, greatest age, what is allowed, and the path of the oldest value."""
     rows: list[tuple[str, ...]] = [
-        ("reader", "element", "age", "allowed", "way of the oldest value")
+        ("reader", "element", "age", "allowed", "path of the oldest value")
     ]
     for node, element, oldest, ages in _found(system):
         limit = element.max_age_s

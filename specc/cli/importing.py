@@ -13,7 +13,7 @@ End = tuple[str, str]
 def add_import(commands: Any) -> None:
     """Add the command to the parser's subcommands."""
     parser = commands.add_parser(
-        "import", help="make a specification of state machines of other tools"
+        "import", help="make a specification from state machines of other tools"
     )
     formats = parser.add_subparsers(dest="source", metavar="FORMAT", required=True)
     fabric = formats.add_parser("fabric", help="subsystem definitions of FABRIC")
@@ -31,7 +31,9 @@ def add_import(commands: Any) -> None:
     for each in (fabric, scxml):
         each.add_argument("--name", metavar="NAME", default="", help="name of the system")
         each.add_argument("--period", metavar="S", type=_period, help="period in seconds")
-        each.add_argument("--out", metavar="FILE.yaml", help="standard output if left out")
+        each.add_argument(
+            "--out", metavar="FILE.yaml", help="file to write (default: standard output)"
+        )
         each.add_argument("--force", action="store_true", help="replace the file of --out")
         each.set_defaults(command="import_")
 

@@ -114,9 +114,14 @@ def _parser() -> argparse.ArgumentParser:
     build = commands.add_parser("build", help="generate code from specifications")
     build.add_argument("specs", metavar="SPEC", nargs="+")
     build.add_argument(
-        "--out", metavar="DIR", default="generated", help="a directory per system goes here"
+        "--out",
+        metavar="DIR",
+        default="generated",
+        help="directory for the output, a directory per system",
     )
-    build.add_argument("--check", action="store_true", help="compare only; 1 if not up to date")
+    build.add_argument(
+        "--check", action="store_true", help="compare only; exit code 1 if not up to date"
+    )
     _add_policy(build)
     _add_format(build)
 
@@ -126,7 +131,9 @@ def _parser() -> argparse.ArgumentParser:
 
     fmt = commands.add_parser("fmt", help="put specifications into the canonical layout")
     fmt.add_argument("files", metavar="FILE", nargs="+", help="file, directory or pattern")
-    fmt.add_argument("--check", action="store_true", help="write nothing; 1 if a file would change")
+    fmt.add_argument(
+        "--check", action="store_true", help="write nothing; exit code 1 if a file would change"
+    )
     fmt.add_argument("--diff", action="store_true", help="print what would change, write nothing")
 
     status = commands.add_parser("status", help="show which steps of the design are done")
@@ -139,14 +146,14 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIRECTORY",
         nargs="?",
         default=".",
-        help="where the files go; made if need be (default: here)",
+        help="directory for the files, created if it does not exist (default: here)",
     )
     init.add_argument(
         "--skeleton", metavar="NAME", default="joint", help="joint (default), sense-act, two-agents"
     )
 
     explain = commands.add_parser("explain", help="say what a code of a diagnostic means")
-    explain.add_argument("code", metavar="CODE", nargs="?", help="all codes if left out")
+    explain.add_argument("code", metavar="CODE", nargs="?", help="without it, all codes are listed")
 
     add_ages(commands)
     add_diff(commands)
@@ -155,7 +162,11 @@ def _parser() -> argparse.ArgumentParser:
 
     commands.add_parser("schema", help="print the JSON Schema of specifications")
     lsp = commands.add_parser("lsp", help="serve an editor: the Language Server Protocol")
-    lsp.add_argument("--stdio", action="store_true", help="accepted, and the only way there is")
+    lsp.add_argument(
+        "--stdio",
+        action="store_true",
+        help="accepted; the server always uses standard input and output",
+    )
     return parser
 
 
@@ -244,5 +255,5 @@ def _warnings(text: str) -> tuple[str, ...]:
     codes = _codes(text)
     for code in codes:
         if not code.startswith("W"):
-            raise argparse.ArgumentTypeError(f"{code} is no warning and cannot be ignored")
+            raise argparse.ArgumentTypeError(f"{code} is not a warning and cannot be ignored")
     return codes

@@ -62,7 +62,7 @@ def create(path: str, text: str) -> None:
 def refusal(error: OSError) -> Diagnostic:
     """The finding about a file that could not be rewritten."""
     message = f"the file cannot be written: {(error.strerror or 'refused').lower()}"
-    hint = "it is as it was; check its permissions, those of its directory and the space there"
+    hint = "it is unchanged; check its permissions, those of its directory and the space there"
     return Diagnostic("E0090", message, Place(str(error.filename)), help=hint)
 
 
@@ -110,7 +110,7 @@ def report_left(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
         repairs = "1 repair" if len(wanted) == 1 else f"{len(wanted)} repairs"
         name = (os.path.dirname(path) or ".") if path.endswith(".toml") else path
         command = shlex.join(["specc", "validate", "--fix", *arguments, name])
-        streams.say(f"not mended, since it was not named: {path} ({repairs}); `{command}`")
+        streams.say(f"not repaired, since it was not named: {path} ({repairs}); `{command}`")
 
 
 def by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
@@ -140,7 +140,7 @@ def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
     for repair in result.made:
         line = repair.changes[0].span.line
         code = wanted[repair].diagnostic.code
-        streams.say(f"mended {path}:{line}: {code}: {repair.title}")
+        streams.say(f"repaired {path}:{line}: {code}: {repair.title}")
     return bool(result.made)
 
 

@@ -41,8 +41,8 @@ def _refusal(directory: str, name: str) -> str:
         meant = f"did you mean {' or '.join(close)}? " if close else ""
         return f"no skeleton {name!r}; {meant}there are {', '.join(known)}"
     if not directory:
-        return "the directory has no name; leave it out for this one"
-    return f"{directory} is a file; name a directory, which is made if need be"
+        return "the directory has no name; leave it out to use this one"
+    return f"{directory} is a file; name a directory, which is created if it does not exist"
 
 
 def _copy(places: dict[Path, Path]) -> OSError | None:

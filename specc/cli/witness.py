@@ -19,14 +19,21 @@ if TYPE_CHECKING:
 def add_witness(commands: Any) -> None:
     """Add the command to the parser's subcommands."""
     parser = commands.add_parser(
-        "witness", help="write tests that run what is refuted, and fail until it is repaired"
+        "witness",
+        help=(
+            "write tests that run into the errors that proofs found, and fail until "
+            "they are repaired"
+        ),
     )
     parser.add_argument("spec", metavar="SPEC")
     parser.add_argument("--code", metavar="CODE", help="findings with this code only")
     parser.add_argument("--subsystem", metavar="NAME", help="of this subsystem only: irp.m")
     parser.add_argument("--state", metavar="NAME", help="of this state only")
     parser.add_argument(
-        "--out", metavar="DIR", default="witnesses", help="a file per finding goes here"
+        "--out",
+        metavar="DIR",
+        default="witnesses",
+        help="directory for the tests, a file per finding",
     )
 
 
@@ -52,7 +59,7 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
     if not found:
         others = sum(1 for finding in result.diagnostics if finding.severity == "error")
         hint = "; `specc validate` reports errors of other kinds" if others else ""
-        return _say(f"{options.spec}: nothing that a run can show is refuted{hint}", 0)
+        return _say(f"{options.spec}: there is no error that a run can show{hint}", 0)
     return max(_write(item, options, result) for item in found)
 
 
@@ -67,13 +74,15 @@ def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int
     script = planner.script()
     where = f"{item.code}: {item.subsystem}: {item.words}"
     if script is None:
-        return _say(f"{where}: no values were found that a run could show this with", 1)
+        return _say(f"{where}: no values were found with which a run shows this", 1)
     path = Path(options.out, file_name(item))
     try:
         spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
         put(path, scenario(item, script, planner.subsystem, spec))
     except ForeignFileError:
-        return _say(f"{path} is not a scenario of this specification and stays; see `--out`", 2)
+        return _say(
+            f"{path} is not a test for this specification and is left as it is; see `--out`", 2
+        )
     except FormatError as error:
         return _say(str(error), 2)
     except OSError as error:

@@ -42,7 +42,7 @@ def unary(ctx: Context, node: ast.UnaryOp, hint: Type | None) -> Expr:
         return Number(-operand.value, type=operand.type, span=span(node))
     if _is_quantity(operand.type):
         return Unary("-", operand, type=operand.type, span=span(node))
-    message = f"`{ctx.quote(node.operand)}` is `{operand.type}`, which has no negative"
+    message = f"`{ctx.quote(node.operand)}` is `{operand.type}`, which cannot be negated"
     raise ctx.error(node, message, code="E0313").because(ctx.origins(operand))
 
 
@@ -122,11 +122,13 @@ def _power(ctx: Context, node: ast.BinOp) -> Expr:
     base, exponent = ctx.each(lambda: ctx.infer(node.left), lambda: ctx.infer(node.right))
     power = int(exponent.value) if isinstance(exponent, Number) else _LARGEST_POWER + 1
     if not isinstance(exponent.type, Int) or abs(power) > _LARGEST_POWER:
-        message = f"`{ctx.quote(node.right)}` is no exponent: it is a whole number up to 9"
+        message = (
+            f"`{ctx.quote(node.right)}` is not an exponent: an exponent is a whole number up to 9"
+        )
         raise ctx.error(node.right, message, "the square root is `sqrt(a)`", "E0313")
     unit = scalar_unit(base.type)
     if unit is None:
-        message = f"`{ctx.quote(node.left)}` is `{base.type}`, which has no powers"
+        message = f"`{ctx.quote(node.left)}` is `{base.type}`, which cannot be raised to a power"
         raise ctx.error(node, message, code="E0313").because(ctx.origins(base))
     type = Int() if isinstance(base.type, Int) and power >= 0 else Real(unit**power)
     return Binary("**", base, exponent, type=_within_reason(ctx, node, type), span=span(node))
@@ -165,7 +167,7 @@ def _poses(ctx: Context, node: ast.BinOp, hint: Type | None) -> tuple[Expr, Expr
 def _meeting(ctx: Context, node: ast.BinOp, left: Pose, right: Pose) -> str:
     a, b = ctx.quote(node.left), ctx.quote(node.right)
     if left.child == right.child:
-        return f"`{left.child}` meets itself in `{a} @ inverse({b})`"
+        return f"frame `{left.child}` matches in `{a} @ inverse({b})`"
     if left.parent == right.parent:
-        return f"`{left.parent}` meets itself in `inverse({a}) @ {b}`"
+        return f"frame `{left.parent}` matches in `inverse({a}) @ {b}`"
     return ""

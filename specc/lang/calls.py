@@ -102,7 +102,7 @@ def _frames(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
     if hint is not None:
         message = f"`{ctx.quote(node)}` is a pose; expected `{hint}`"
         raise ExprError(message, *span(node))
-    help = "declare it as memory of a pose type, whose frames it takes"
+    help = "declare it as a memory element of a pose type, which gives its frames"
     message = f"the frames of `{ctx.quote(node)}` are not known here"
     raise ctx.error(node, message, help, "E0317")
 
@@ -254,7 +254,7 @@ def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
 
 def _unknown(ctx: Context, func: ast.Name) -> ExprError:
     if ctx.scope.value(func.id):
-        message = f"`{func.id}` is no operator"
+        message = f"`{func.id}` is not an operator"
         return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
     close = nearest(func.id, [*ctx.scope.operators, *BUILTINS])
     help = f"did you mean {one_of(close)}?" if close else "declare it under `operators:`"

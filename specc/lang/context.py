@@ -96,7 +96,7 @@ class Context:
         help = way_out(expr, expected, self.quote(node), self.scope)
         if is_none(node):
             message, help = (
-                f"`None` is no `{expected}`",
+                f"`None` is not a `{expected}`",
                 f"what may be `None` is `optional[{expected}]`",
             )
         raise self.error(node, message, help).because(self.origins(expr), expected)

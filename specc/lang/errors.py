@@ -175,11 +175,15 @@ _WAYS_OUT = {
     "E0234": "only records, vectors and spatial vectors have parts",
     "E0302": "write an operator for it",
     "E0310": "write a value of that type, or change the declaration",
-    "E0311": "quantities of one unit go together; multiply or divide to get there",
-    "E0312": "a pose between the frames takes one to the other: `pose[A, B] @ pose[B, C]`",
+    "E0311": (
+        "only quantities of the same unit go together; multiply or divide to get the same unit"
+    ),
+    "E0312": "a pose between the two frames converts one to the other: `pose[A, B] @ pose[B, C]`",
     "E0313": "choose components, e.g. `v[0]` or `v.x`, or compute it in an operator",
     "E0315": "pass a value of that type",
-    "E0321": "give it to an operator that takes `partial[...]`, or keep the number beside it",
+    "E0321": (
+        "give it to an operator that takes `partial[...]`, or keep the number as a value of its own"
+    ),
 }
 """What helps with a finding of a code where nothing better is known."""
 

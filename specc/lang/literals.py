@@ -124,7 +124,7 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
             return _inferred(ctx, node)
     if len(node.elts) != len(types):
         message = f"{len(node.elts)} items; `{kind}` has {len(types)}"
-        raise ctx.error(node, message, "write as many as it has", "E0316")
+        raise ctx.error(node, message, "write exactly as many", "E0316")
     pairs = zip(node.elts, types, strict=True)
     found = ctx.each(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))
     if isinstance(hint, PartialOf) and any(isinstance(item, Unused) for item in found):
@@ -141,7 +141,7 @@ def _item(ctx: Context, node: ast.expr, wanted: Type, of: Type | None) -> Expr:
     help = "write a value"
     if isinstance(wanted, Real) and not isinstance(of, ListOf):
         help = f"declare the place as `partial[{of or '...'}]`, or write a number"
-    raise ctx.error(node, "`_` is no value, and every item here has one", help, "E0318")
+    raise ctx.error(node, "`_` is not a value, and every item here needs one", help, "E0318")
 
 
 def _is_dash(node: ast.expr) -> bool:

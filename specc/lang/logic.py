@@ -36,13 +36,15 @@ def absence(ctx: Context, node: ast.Compare) -> Expr:
     op, right = node.ops[0], node.comparators[0]
     if len(node.ops) > 1 or not is_none(right):
         sign = "==" if isinstance(op, ast.Is) else "!="
-        raise ctx.error(node, "`is` and `is not` ask for None only", f"write `{sign}`", "E0302")
+        raise ctx.error(
+            node, "`is` and `is not` can only test for None", f"write `{sign}`", "E0302"
+        )
     value = ctx.infer_any(node.left)
     if not isinstance(value.type, OptionalOf):
         message = f"`{ctx.quote(node.left)}` is `{value.type}`, which is never None"
         help = f"leave the test out, or declare it as `optional[{value.type}]`"
         if isinstance(value, Input):
-            help = f"ask whether it has arrived: `present({ctx.quote(node.left)})`"
+            help = f"test whether it has arrived: `present({ctx.quote(node.left)})`"
         raise ctx.error(node, message, help, "E0313").because(ctx.origins(value))
     asked = IsNone(value, type=Bool(), span=span(node))
     return asked if isinstance(op, ast.Is) else Unary("not", asked, type=Bool(), span=span(node))
@@ -153,13 +155,18 @@ def _is_discrete(type: Type) -> bool:
 def _among(ctx: Context, node: ast.Compare) -> Expr:
     left, op, right = node.left, node.ops[0], node.comparators[0]
     if len(node.ops) > 1:
-        raise ctx.error(node, "`in` stands in no chain", "join conditions with `and`", "E0302")
+        raise ctx.error(
+            node,
+            "`in` cannot stand in a chain of comparisons",
+            "join conditions with `and`",
+            "E0302",
+        )
     if not isinstance(right, ast.Set):
-        message = f"`{ctx.quote(right)}` is no set of members"
+        message = f"`{ctx.quote(right)}` is not a set of members"
         raise ctx.error(right, message, "write it in braces: `v in {u, c}`", "E0313")
     item = ctx.infer(left)
     if not isinstance(item.type, Enum):
-        message = f"`{ctx.quote(left)}` is `{item.type}`; `in` asks for members of an enum"
+        message = f"`{ctx.quote(left)}` is `{item.type}`; `in` tests for members of an enum"
         raise ctx.error(left, message, code="E0313").because(ctx.origins(item))
     names = frozenset(_member_name(ctx, member, item.type) for member in right.elts)
     among = Among(item, names, type=Bool(), span=span(node))
@@ -174,7 +181,9 @@ def _member_name(ctx: Context, node: ast.expr, enum: Enum) -> str:
     close = nearest(ctx.quote(node), enum.members)
     help = f"did you mean {one_of(close)}?" if close else f"members are {listed(enum.members)}"
     name = ctx.quote(node)
-    error = ctx.error(node, f"`{name}` is no member of `{enum}`", help, "E0320").meant(name, close)
+    error = ctx.error(node, f"`{name}` is not a member of `{enum}`", help, "E0320").meant(
+        name, close
+    )
     if isinstance(node, ast.Name):
         message = f"member `{name}` of `{enum}` is not there yet"
         raise error.not_there(message, "add it to the type", name, close)
@@ -205,7 +214,9 @@ def _branches(ctx: Context, nodes: list[ast.expr], hint: Type | None) -> list[Ex
 
 def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:
     """Braces stand behind `in` only."""
-    raise ctx.error(node, "a set stands behind `in` only", "a vector has square brackets", "E0302")
+    raise ctx.error(
+        node, "a set can stand only after `in`", "a vector has square brackets", "E0302"
+    )
 
 
 # Typing rules of `all(... for v in ...)` and `any(... for v in ...)`.
@@ -245,7 +256,7 @@ def extreme(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
 
 def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> Expr:
     """`... for v in ...` stands in quantifiers only."""
-    message = "`for` stands in `all(...)`, `any(...)`, `argmax(...)` and `argmin(...)` only"
+    message = "`for` can stand only in `all(...)`, `any(...)`, `argmax(...)` and `argmin(...)`"
     raise ctx.error(node, message, f"for example `{_USAGE}`", "E0302")
 
 

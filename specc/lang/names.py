@@ -79,7 +79,9 @@ def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
 
 
 def _too_early(ctx: Context, node: ast.Name) -> ExprError:
-    message = f"`{node.id}` has no value here: memory starts after this is evaluated"
+    message = (
+        f"`{node.id}` has no value here: memory gets its initial values after this is evaluated"
+    )
     known = (
         "inputs, constants and operators" if ctx.scope.inputs else "constants and operators only"
     )
@@ -90,7 +92,7 @@ def _member(ctx: Context, node: ast.Name) -> Expr:
     enums = ctx.scope.enums[node.id]
     if len(enums) > 1:
         message = f"`{node.id}` is a member of {one_of(enums).replace(' or ', ' and ')}"
-        help = "which is meant is seen where one of them is expected; rename one where none is"
+        help = "the expected type decides which is meant; where no type is expected, rename one"
         raise ctx.error(node, message, help, "E0231")
     return Member(node.id, type=enums[0], span=span(node))
 
@@ -99,7 +101,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
     name, scope = node.id, ctx.scope
     if name == "_":
         help = "`_` is an item where `partial[...]` is expected: `[_, _, 0, _, _, _]`"
-        return ctx.error(node, "`_` stands outside a vector", help, "E0318")
+        return ctx.error(node, "`_` is used outside a vector", help, "E0318")
     if name == "x":
         return ctx.error(
             node, "`x` is all input buffers", "name one element, `x.peer.element`", "E0203"
@@ -157,7 +159,7 @@ def _unknown_help(ctx: Context, name: str) -> str:
         return f"did you mean {one_of(close)}?"
     if name in _FOREIGN:
         return f"write `{_FOREIGN[name]}`" if _FOREIGN[name] else ""
-    return f"a unit stands in brackets behind its number: `1[{name}]`" if name in UNITS else ""
+    return f"a unit is written in brackets after its number: `1[{name}]`" if name in UNITS else ""
 
 
 def output_read(ctx: Context, node: ast.expr) -> ExprError:
@@ -204,7 +206,7 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
             message = f"`{ctx.quote(node.value)}` has no component {index}"
             help = f"its components are 0 to {size - 1}, counted from 0"
             raise ctx.error(node.slice, message, help, "E0234")
-    message = f"`{ctx.quote(node.slice)}` is no index: an index is a whole number, 0 or more"
+    message = f"`{ctx.quote(node.slice)}` is not an index: an index is a whole number, 0 or more"
     help = "`all(...)` and `any(...)` go over all components"
     raise ctx.error(node.slice, message, help, "E0234")
 

@@ -53,7 +53,7 @@ _CHECK = "check brackets, quotes and signs near here"
 _MESSAGES = (
     ("never closed", _NOT_CLOSED),
     ("unmatched", "the bracket closes nothing"),
-    ("does not match", "the bracket closes one of another kind"),
+    ("does not match", "the bracket does not match the one that was opened"),
     ("unterminated string", _TEXT_OPEN),
     ("expected 'else'", "a choice has two branches: `a if c else b`"),
 )
@@ -65,7 +65,7 @@ _HINTS = (
     (re.compile(r"(?<![<>=!:])=(?!=)"), "compare with `==`"),
     (
         re.compile(r"(?<![\w.])\.?\d[\d.]*(?:e[+-]?\d+)? *[A-Za-z]"),
-        "a unit stands in brackets: `0.02[m/s]`",
+        "a unit is written in brackets: `0.02[m/s]`",
     ),
     (re.compile(r"[≤≥≠∧∨¬∈×·]"), "use `<=`, `>=`, `!=`, `and`, `or`, `not`, `in`, `*`"),
 )

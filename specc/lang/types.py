@@ -174,7 +174,9 @@ class _Reader:
             type = self.type(node)
             if isinstance(type, (t.Real, t.Enum, t.Int, t.Bool)):
                 return type
-            raise self._error(node, f"a vector has no `{type}` components", "a list has any items")
+            raise self._error(
+                node, f"a vector has no `{type}` components", "any items are allowed in a list"
+            )
         return t.Real(self._unit(node))
 
     def _unit(self, node: ast.expr) -> Unit:
@@ -288,7 +290,7 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
     closing = _closing(text, opening)
     arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
     if not text.startswith("->", arrow):
-        raise _error("a signature has its result behind `->`", arrow, len(text))
+        raise _error("a signature has its result after `->`", arrow, len(text))
     parameters: dict[str, Type] = {}
     for start, end in _separated(text, opening + 1, closing):
         name, type = _parameter(text, start, end, names)
@@ -353,5 +355,5 @@ def _check_variables(parameters: dict[str, Type], result: Type, start: int, end:
     for frame in frames_of(result):
         if frame.startswith("?") and frame not in given:
             message = f"frame `{frame[1:]}` is neither declared nor in a parameter"
-            help = "declare it under `frames:`, or let an argument bring it"
+            help = "declare it under `frames:`, or use it in the type of a parameter"
             raise ExprError(message, start, end, help, "E0308")

@@ -32,8 +32,9 @@ class TooLarge(Exception):
         self.subsystem = subsystem
         whose = f" of `{subsystem}`" if subsystem else ""
         super().__init__(
-            f"one period{whose} evaluates more than {LARGEST} terms, or terms too deep inside each "
-            "other; lets that choose between lets multiply, so make an operator of some"
+            f"one period{whose} evaluates more than {LARGEST} terms, or terms nested too deep; "
+            "lets that use other lets in both branches of a choice multiply: compute some in an "
+            "operator"
         )
 
 

@@ -111,7 +111,7 @@ class Fresh(Node):
 
 @frozen
 class Present(Node):
-    """Whether the element has ever had a value."""
+    """Whether the element has received a value at least once."""
 
     input: Input
 

@@ -98,10 +98,10 @@ def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
         what = f"no finding has the code `{entry.code}`" if entry.code else "no code is given"
         return Diagnostic("E0903", what, entry.place, help=_code_hint(entry.code))
     if severity_of(entry.code) != "warning":
-        message = f"{entry.code} is no warning and cannot be ignored"
-        return Diagnostic("E0904", message, entry.place, help="mend what it is about")
+        message = f"{entry.code} is not a warning and cannot be ignored"
+        return Diagnostic("E0904", message, entry.place, help="correct what it reports")
     if not entry.reason:
-        hint = f"say why: `# specc: ignore[{entry.code}] because ...`"
+        hint = f"give the reason: `# specc: ignore[{entry.code}] because ...`"
         return _finding(source, entry.comment, "E0902", "the reason is missing", hint)
     return None
 
@@ -109,7 +109,7 @@ def _fault(source: SourceFile, entry: Ignore) -> Diagnostic | None:
 @lru_cache
 def _code_hint(code: str) -> str:
     if code and any(known.startswith(code) for known in all_codes()):
-        return "a comment names whole codes"
+        return "a comment must name whole codes"
     close = nearest(code, all_codes())
     same = [known for known in close if known.casefold() == code.casefold()]
     listed = " or ".join(f"`{known}`" for known in same or close)
@@ -120,10 +120,10 @@ def _not_understood(source: SourceFile, comment: Comment) -> Diagnostic:
     """The finding about a comment of another form, with what it was probably meant to say."""
     codes = [code for code in _LIKE_A_CODE.findall(comment.text) if code in all_codes()]
     if not codes:
-        return _finding(source, comment, "E0903", "this says nothing to specc")
+        return _finding(source, comment, "E0903", "specc does not understand this comment")
     rest = comment.text[comment.text.rindex(codes[-1]) + len(codes[-1]) :].strip(" ]):,—-")
     hint = f"write `# specc: ignore[{', '.join(codes)}] {rest or 'reason'}`"
-    return _finding(source, comment, "E0903", "this says nothing to specc", hint)
+    return _finding(source, comment, "E0903", "specc does not understand this comment", hint)
 
 
 def _too_many(source: SourceFile, comment: Comment) -> Diagnostic:

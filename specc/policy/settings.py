@@ -128,7 +128,7 @@ def forget() -> None:
 def code_fault(code: str) -> str:
     """Why a code or the beginning of one cannot be selected or ignored; empty if it can."""
     if not code:
-        return "a code is missing: it would mean all"
+        return "a code is missing: an empty text would stand for all codes"
     if not any(known.startswith(code) for known in all_codes()):
         close = nearest(code, all_codes())
         return f"no code is called `{code}`" + (f"; did you mean `{close[0]}`?" if close else "")
@@ -179,7 +179,9 @@ def _not_toml(source: SourceFile, error: str) -> Diagnostic:
     what = error[: at.start()] if at else error.removesuffix(" (at end of document)")
     message = f"this is not TOML: {what[:1].lower()}{what[1:]}"
     place = Place(source.path, (), "text", offset, offset)
-    return Diagnostic("E0905", message, place, help="mend the line; until then no setting counts")
+    return Diagnostic(
+        "E0905", message, place, help="correct the line; until then no setting takes effect"
+    )
 
 
 def _checked(source: SourceFile, table: Mapping[str, Any]) -> Found:
@@ -211,8 +213,8 @@ def _fault(source: SourceFile, key: str, value: Any) -> Diagnostic | None:
             wrong, _, hint = wrong.partition("; ")
             return Diagnostic("E0905", wrong, place, help=hint or "`specc explain` lists all codes")
         if key == "ignore" and not code.startswith("W"):
-            message = f"{code} is no warning and cannot be ignored"
-            return Diagnostic("E0904", message, place, help="mend what it is about")
+            message = f"{code} is not a warning and cannot be ignored"
+            return Diagnostic("E0904", message, place, help="correct what it reports")
     return None
 
 

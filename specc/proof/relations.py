@@ -97,7 +97,7 @@ class Relations:
         try:
             from specc.proof.solver import Session
         except ImportError:
-            raise UnsureError("it takes the solver, which is not installed") from None
+            raise UnsureError("it needs the solver, which is not installed") from None
         return Session()
 
     def things(self, formulas: Iterable[Formula]) -> set[object]:

@@ -35,8 +35,8 @@ class Reach:
         folder = real if os.path.isdir(real) else os.path.dirname(real)
         beyond = os.path.relpath(folder, self.folders[0])
         return (
-            "keep it below the specification or the pyproject.toml above that, or allow "
-            f'its folder there: `[tool.specc]` with `allow = ["{beyond}"]`'
+            "move it below the folder of the specification or of the pyproject.toml above it, or "
+            f'allow its folder in that file: `[tool.specc]` with `allow = ["{beyond}"]`'
         )
 
     def link_below(self, folder: str) -> str | None:

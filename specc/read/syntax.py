@@ -120,13 +120,13 @@ _PROBLEMS = (
     ("mapping keys are not allowed", "a key is not expected here", _INDENT),
     ("violates indentation", "a tab indents this line", "indent with spaces"),
     ("document indicator", "`---` or `...` stands inside quotes", _UNCLOSED),
-    ("document start", "more text follows behind the end", "delete the `...`"),
+    ("document start", "text follows the end of the document", "delete the `...`"),
     (
         "alphabetic or numeric",
         "`&` and `*` are followed by a name",
         f"{_QUOTE} if the character belongs to it",
     ),
-    ("comment or line break", "text stands behind the sign of a block", _QUOTE),
+    ("comment or line break", "text follows `|` or `>` on the same line", _QUOTE),
     ("directive", "a line that begins with % is not expected", _QUOTE),
     ("incompatible YAML document", "unsupported version of YAML", "specc reads YAML 1.2"),
 )
@@ -183,4 +183,4 @@ def _context(path: str, fault: YamlSyntaxError) -> tuple[Related, ...]:
         return ()
     place = Place(path, (), "text", fault.context_at, fault.context_at)
     ours = [readable for words, readable in _CONTEXTS if words in fault.context]
-    return (Related(place, ours[0] if ours else "what is not finished starts here"),)
+    return (Related(place, ours[0] if ours else "the unfinished part starts here"),)

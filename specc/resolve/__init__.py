@@ -21,8 +21,8 @@ __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
 
 _NO_NAME = "the file has no `system:`", "add `system: a_name`"
 _NOT_A_SYSTEM = (
-    "the file describes no system, but something for a system to use",
-    "name a file with `system:` that uses it; `specc validate` checks it by itself",
+    "the file describes no system, only parts for a system to use",
+    "name a file with `system:` that uses it; only `specc validate` accepts it by itself",
 )
 
 

@@ -246,7 +246,7 @@ class AgentResolver:
             "E0219",
             f"the file describes no {what}",
             where["use"].place,
-            help=f"the file needs `{what}:` at its top",
+            help=f"the file needs `{what}:` at its top level",
         )
 
 

@@ -215,9 +215,9 @@ class _Lets:
             return
         self.expressions.findings.report(
             "E0222",
-            f"`{name}` depends on {DEEPEST_LET} lets, one through the other",
+            f"`{name}` depends on {DEEPEST_LET} lets, each through the next",
             self.where[name].key,
-            help="make an operator of what they compute together",
+            help="compute their result in an operator",
         )
 
     def _report(self, cycle: list[str]) -> None:

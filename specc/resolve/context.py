@@ -276,7 +276,7 @@ def duration_of(text: str, where: Where, findings: Findings) -> Fraction | None:
             return Fraction(number) * Fraction(unit.scale).limit_denominator(10**9)
     findings.report(
         "E0107",
-        f"`{text}` is not a length of time",
+        f"`{text}` is not a duration",
         where.place,
         help="write it with its unit, e.g. `20 ms` or `0.5 s`",
     )

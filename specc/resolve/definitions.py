@@ -57,7 +57,9 @@ class _Inlining:
     def _count(self, expr: Expr) -> None:
         self.parts += 1
         if self.parts > MAX_EXPRESSION_PARTS:
-            message = f"with its constants written out, this has over {MAX_EXPRESSION_PARTS} parts"
+            message = (
+                f"with its constants written out, this has more than {MAX_EXPRESSION_PARTS} parts"
+            )
             raise ExprError(message, *expr.span, "compute the value in an operator", "E0017")
 
 

@@ -118,7 +118,7 @@ class Neighbours:
             own, others, word, other = others, own, other, word
         found: list[str] = []
         if self.kind == "control" and definition.uses is not None:
-            message = "a control subsystem works with no devices itself"
+            message = "a control subsystem does not work with devices itself"
             hint = "name them under `uses:` of a virtual effector or receptor"
             self.findings.report("E0401", message, where["uses"].key, help=hint)
             return found

@@ -261,7 +261,7 @@ class _TypeMaker:
         self.findings.depth += 1
         try:
             if self.findings.depth > MAX_DEPTH:
-                message = f"types are over {MAX_DEPTH} levels deep"
+                message = f"types are more than {MAX_DEPTH} levels deep"
                 raise ExprError(message, 0, 0, _TOO_LARGE, "E0016")
             made = self._make(frames)
         finally:
@@ -270,9 +270,9 @@ class _TypeMaker:
         parts, levels = extent(made)
         whole = f"with the types in it written out, `{self.name}`"
         if levels > MAX_DEPTH:
-            raise self._refused(f"{whole} is over {MAX_DEPTH} levels deep", "E0016")
+            raise self._refused(f"{whole} is more than {MAX_DEPTH} levels deep", "E0016")
         if parts > MAX_TYPE_PARTS:
-            raise self._refused(f"{whole} has over {MAX_TYPE_PARTS} parts", "E0017")
+            raise self._refused(f"{whole} has more than {MAX_TYPE_PARTS} parts", "E0017")
         return made
 
     def enum(self) -> Type | None:

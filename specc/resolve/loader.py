@@ -73,7 +73,7 @@ class Loader:
         top = Where(path, (), document.data)
         if _parts(spec) > MAX_PARTS:
             message = f"the file describes more than {MAX_PARTS} agents, subsystems and devices"
-            hint = "describe what is alike once, in a file of its own, or split the system"
+            hint = "describe repeated parts once, in a file of their own, or split the system"
             self.findings.report("E0017", message, top["agents"].key, help=hint)
             return None
         return Loaded(path, spec, top)
@@ -87,7 +87,7 @@ class Loader:
     def _refuse(self, message: str, named_at: Where | None) -> None:
         """Report, once, that there is too much to read."""
         if not self._full and named_at is not None:
-            hint = "make a specification of its own of a part of the system"
+            hint = "move a part of the system into a specification of its own"
             self.findings.report("E0017", message, named_at.place, help=hint)
         self._full = True
 

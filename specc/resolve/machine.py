@@ -73,7 +73,7 @@ def _safe(
             there, declared.otherwise, constants, element.type, element.place
         )
         if otherwise is not None and _may_fail(otherwise, expressions):
-            message = "what is sent where `safe` fails must not fail itself"
+            message = "this is sent if `safe` fails, so it must not be able to fail itself"
             help_text = "write numbers, or constants that no operator computes"
             expressions.findings.report("E0412", message, there.place, help=help_text)
     elif value is not None and _may_fail(value, expressions):

@@ -167,5 +167,7 @@ def _report_no_row(
         "E0514",
         f"no row leads from `{source}` to `{target}`: no cycle would ever be counted",
         at["to"].place,
-        help=f"from `{source}` rows lead to {known}" if known else f"`{source}` is never left",
+        help=f"from `{source}` rows lead to {known}"
+        if known
+        else f"no row leads out of `{source}`",
     )

@@ -209,14 +209,14 @@ class Driver:
     def _counted(self, run: Run, goals: Sequence[Goal]) -> tuple[Run, Situation]:
         """The same where memory that changes meanwhile has to get there first."""
         if not any(self._depends(condition) for condition, _ in goals):
-            raise StrayError(f"nothing was found that ends {run.state} as wanted")
+            raise StrayError(f"no inputs were found that end {run.state} as required")
         for _ in range(MOST_COUNTED):
             run = self._wait(run, 1)
             try:
                 return run, self.found(run.at, goals, run.state)
             except StrayError:
                 continue
-        raise StrayError("memory does not get there")
+        raise StrayError("memory does not reach the required values")
 
     def _depends(self, expr: Expr) -> bool:
         """Whether an expression depends on memory that changes."""
@@ -248,7 +248,7 @@ class Driver:
         freedom = Freedom(memory, time, placed, inputs.devices, sure, self._never)
         found = find(self.meaning, at, goals, freedom)
         if found is None:
-            raise StrayError(f"nothing was found that ends {state} as wanted")
+            raise StrayError(f"no inputs were found that end {state} as required")
         while time and found.periods > at.periods:
             sooner = replace(found, periods=found.periods - 1)
             if not self.meaning.meets(goals, sooner):
@@ -269,7 +269,9 @@ class Driver:
             rows = self._subsystem.transitions
             wanted = None if seen.row is None else Ending(rows[seen.row].cause, (seen.row,))
             if ended != wanted or not axioms_hold(self.meaning, now):
-                raise StrayError("an operator would have to give two values for one argument")
+                raise StrayError(
+                    "an operator would have to return two values for the same arguments"
+                )
             target = seen.state if seen.row is None else rows[seen.row].target
             now = now if seen.row is None else replace(now, periods=0)
             at = executed(self.meaning, target, now)

@@ -19,7 +19,7 @@ from specc.scenario.subject import Refutation
 # A script as the text of a test.
 
 
-MARK = "# Written by `specc witness`, which may write it anew; without this line it does not."
+MARK = "# Written by `specc witness`. It replaces this file only while this line is in it."
 _HELPERS = ("Fields", "Token", "Trial", "translation")
 _WIDTH = 92
 
@@ -94,8 +94,8 @@ def _about(refutation: Refutation, script: Script) -> Iterator[str]:
         names = ", ".join(dict.fromkeys(name for name, _, _ in script.answers))
         yield ""
         yield from wrap(
-            f"It rests on operators, of which proofs know nothing but that the same arguments give "
-            f"the same value: {names}.",
+            f"It depends on operators. Proofs know only that they return the same value for the "
+            f"same arguments: {names}.",
             _WIDTH,
         )
 
@@ -118,19 +118,19 @@ def _calls(refutation: Refutation, script: Script, subsystem: Subsystem) -> Iter
 def _last(refutation: Refutation, script: Script, subsystem: Subsystem) -> str:
     """What happens in the last step, in words."""
     if refutation.absent is not None:
-        return f"{_name(refutation.absent)} has not come, and is read"
+        return f"{_name(refutation.absent)} has not arrived, and is read"
     table = [subsystem.transitions[index] for index in script.rows]
     held = " and ".join(f"{row.condition.name} -> {row.target}" for row in table) or "none"
-    return f"{refutation.cause} condition holds, and of its rows: {held}"
+    return f"{refutation.cause} condition holds; rows that apply: {held}"
 
 
 def _place(placed: Placed) -> CallPlan:
     arguments = []
     if placed.state is not None:
         arguments.append(f"state={placed.state!r}")
-        comment = "No run was found that leads there by inputs alone: this is put in place."
+        comment = "No inputs were found that lead to this state, so it is set directly."
     else:
-        comment = "Inputs alone were not found to lead there: this is put in place."
+        comment = "No inputs were found that lead to these values, so they are set directly."
     if placed.memory:
         inside = ", ".join(f"{name!r}: {spelled(v)}" for name, v in placed.memory.items())
         arguments.append(f"memory={{{inside}}}")

@@ -92,7 +92,7 @@ class Trial:
             if self._machine.state != into:
                 raise SkipTest(
                     f"this leads to {self._machine.state}, no longer to {into}: "
-                    "write the scenario anew"
+                    "run `specc witness` again"
                 )
 
     def place(
@@ -103,7 +103,7 @@ class Trial:
             self._machine.state = state
             method = self._module.state_methods.get(state)
             if method is None:
-                raise SkipTest(f"there is no state {state} any more: write the scenario anew")
+                raise SkipTest(f"there is no state {state} any more: run `specc witness` again")
             self._machine._work = getattr(self._machine, method)
         for name, value in (memory or {}).items():
             type_ = self._known(name, self._memory)
@@ -171,7 +171,7 @@ class Trial:
 
     def _known(self, name: str, names: Mapping[str, Any]) -> Any:
         if name not in names:
-            raise SkipTest(f"there is no {name} any more: write the scenario anew")
+            raise SkipTest(f"there is no {name} any more: run `specc witness` again")
         return names[name]
 
     @cached_property

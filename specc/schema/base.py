@@ -87,7 +87,7 @@ DurationText = Annotated[
     str,
     BeforeValidator(_as_text, json_schema_input_type=str),
     Field(
-        description="How long ago the measurements behind the value were made, at most: `20 ms`.",
+        description="Greatest age of the measurements behind the value, e.g. `20 ms`.",
         examples=["20 ms", "0.5 s"],
     ),
 ]
@@ -95,7 +95,7 @@ GapText = Annotated[
     str,
     BeforeValidator(_as_text, json_schema_input_type=str),
     Field(
-        description="For how long a sporadic device may have no new sample, at most: `200 ms`.",
+        description="Longest time without a new sample of a sporadic device, e.g. `200 ms`.",
         examples=["200 ms", "1 s"],
     ),
 ]
@@ -146,7 +146,7 @@ def row_form(keys: tuple[str, ...], row: Any) -> BeforeValidator:
         if not isinstance(value, list):
             return value
         if len(value) != len(keys):
-            message = f"a row has {len(keys)} items, and this one {len(value)}"
+            message = f"a row has {len(keys)} items, this one has {len(value)}"
             raise PydanticCustomError("row_length", message, {"keys": ", ".join(keys)})
         return dict(zip(keys, value, strict=True))
 

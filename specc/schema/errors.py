@@ -62,15 +62,15 @@ _WRITTEN = {
 }
 _NAMES = {
     "not_a_name": (
-        "{} is not a name",
-        "a name is letters, digits and `_`, and does not begin with a digit",
+        "{} is not a valid name",
+        "use letters, digits and `_`; the first character is not a digit",
     ),
     "private_name": (
         "{} begins with two underscores, which makes it private in Python",
         "choose another name",
     ),
     "keyword_in_path": (
-        "{} has a keyword of Python in it and cannot be imported",
+        "{} contains a keyword of Python and cannot be imported",
         "write `package.module:name`",
     ),
     "word_of_expressions": ("{} is a word of the expression language", "choose another name"),

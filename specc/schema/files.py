@@ -36,7 +36,9 @@ class TypeDef(Traced):
 class ConstantDef(Traced):
     """A value that never changes."""
 
-    value: ExprText = Field(alias="is", description="Of constants, operators and numbers.")
+    value: ExprText = Field(
+        alias="is", description="An expression of constants, operators and numbers."
+    )
 
 
 class OperatorDef(Traced):
@@ -100,7 +102,7 @@ class PlantDef(Strict):
 
     model: str = Field("", description="MJCF file, relative to this file.")
     python: PythonPath | None = Field(
-        None, description="What makes a plant of one's own, `package.module:factory`."
+        None, description="Function that makes a plant of your own, `package.module:factory`."
     )
     bind: dict[str, BindingDef] = Field(
         {}, description="Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
@@ -135,14 +137,14 @@ class SpecFile(Traced):
 
     specc: Literal[1] = Field(description="Version of the language.")
     system: ReadableName | None = Field(
-        None, description="Name of the system; generated code goes by it."
+        None, description="Name of the system and of its generated code."
     )
     use: list[str] = Field([], description="Files whose definitions are merged in.")
     parameters: dict[ReadableName, TypeText] = Field(
-        {}, description="Parameters of a description to reuse: a type, or `frame`."
+        {}, description="Parameters of a reusable description; each is a type or `frame`."
     )
     frames: dict[ReadableName, str] = Field(
-        {}, description="Coordinate frames, each with a few words."
+        {}, description="Coordinate frames, each with a short description."
     )
     types: dict[ReadableName, Annotated[TypeDef, short_form("type", TypeDef)]] = Field(
         {}, description="Names for types."

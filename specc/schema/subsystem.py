@@ -44,9 +44,12 @@ class SafeDef(Strict):
     """What an element of a device gets when a run ends."""
 
     value: ExprText = Field(
-        alias="is", description="Of constants, operators and what the device reported last."
+        alias="is",
+        description="An expression of constants, operators and what the device reported last.",
     )
-    otherwise: ExprText | None = Field(None, description="A constant for when that fails.")
+    otherwise: ExprText | None = Field(
+        None, description="A constant that is sent if the expression fails."
+    )
 
 
 class CommandDef(InputDef):
@@ -110,7 +113,9 @@ class ConditionsDef(Strict):
 class BehaviourDef(Traced):
     """Transition functions, repeated every period until a condition holds."""
 
-    functions: list[str] = Field([], description="Transition functions of every period.")
+    functions: list[str] = Field(
+        [], description="Transition functions that are executed in every period."
+    )
     terminal: str | None = Field(None, description="A terminal condition, `always` or `never`.")
     error: str = Field("never", description="An error condition, or `never`.")
 
@@ -125,7 +130,7 @@ class TransitionDef(Traced):
     """A row of the transition table."""
 
     source: str = Field(alias="from", description="State whose behaviour ended.")
-    cause: Cause = Field(description="Condition that ended it: the terminal or the error one.")
+    cause: Cause = Field(description="Which condition ended it: `terminal` or `error`.")
     when: str = Field(description="An initial condition, or `always`.")
     target: str = Field(alias="to", description="State that is entered.")
 

@@ -139,9 +139,9 @@ def test_the_clock_of_one_state_says_nothing_of_that_of_the_next(tmp_path: Path)
     ("text", "message"),
     [
         ("BEST([]).x", "E0315 [] is list[Thing]; BEST takes o: nonempty[Thing]"),
-        ("None", "E0310 None is no real[m]"),
+        ("None", "E0310 None is not a real[m]"),
         ("x.E.q if x.E.q is None else 0", "E0313 x.E.q is real[m], which is never None"),
-        ("0 if goal is 3 else 1[m]", "E0302 is and is not ask for None only"),
+        ("0 if goal is 3 else 1[m]", "E0302 is and is not can only test for None"),
         ("argmax(o for o in seen).x", "E0315 o is Thing; items are compared by a number"),
         ("argmax(seen).x", "E0314 argmax goes over a vector or list"),
     ],

@@ -237,8 +237,8 @@ def test_renames_a_variable_in_its_text_only(workspace: tuple[Project, str, str]
         ("|q_p: {type", "T_c", "taken"),
         ("|q_p: {type", "halt", "taken"),
         ("|q_p: {type", "elapsed", "word of the language"),
-        ("|q_p: {type", "1st", "no name"),
-        ("|q_p: {type", "q p", "no name"),
+        ("|q_p: {type", "1st", "not a valid name"),
+        ("|q_p: {type", "q p", "not a valid name"),
         ("|q_p: {type", "q_p", "has"),
         ("|S0: idle, S1", "S1", "taken"),
         ("|hold: {title", "move", "taken"),
@@ -253,7 +253,7 @@ def test_renames_a_variable_in_its_text_only(workspace: tuple[Project, str, str]
         ("|m: {x: {q_d", "E", "word of the language"),
         ("|control:", "brain", "everywhere"),
         ("|irp:", "m", "taken"),
-        ("all(v < |1[rad]", "one", "no name that specc knows"),
+        ("all(v < |1[rad]", "one", "no known name here"),
     ],
 )
 def test_refuses(at: str, new: str, reason: str, workspace: tuple[Project, str, str]) -> None:
@@ -267,11 +267,11 @@ def test_refuses_while_a_text_that_may_mean_the_symbol_has_errors(tmp_path: Path
     text = SYSTEM.replace("near(q_p, x.E.q_m, limit)", "near(q_p, x.E.q_m, limits)")
     project.put(system, text)
     project.analyse(system)
-    with pytest.raises(RenameError, match="mend"):
+    with pytest.raises(RenameError, match="first correct"):
         answers.rename_at(project, system, place(text, "|q_p: {type"), FRESH)
     # Where the error cannot be about the symbol, renaming goes on.
     assert renamed(project, system, place(text, "|hold: {title"), FRESH)
     project.put(system, text.replace("specc: 1", "specc: ["))
     project.analyse(system)
-    with pytest.raises(RenameError, match="mend"):
+    with pytest.raises(RenameError, match="correct the errors"):
         answers.rename_at(project, library, place(LIBRARY, "y: {c: {|d_c"), FRESH)

@@ -118,7 +118,7 @@ def test_explains_a_key(client: Client, folder: Path) -> None:
     assert "Periods per second" in json.dumps(hover["contents"])
     lines = TEXT.split("\n")
     for word, meaning in (
-        ("cause", "Condition that ended it"),
+        ("cause", "Which condition ended it"),
         ("memory", "Values kept"),
         ("init", "first period"),
         ("states", "States, each with its behaviour"),

@@ -49,7 +49,7 @@ def failure(text: str) -> ExprError:
         (
             "a + [b)",
             "E0301",
-            "the bracket closes one of another kind",
+            "the bracket does not match the one that was opened",
             ")",
             "check brackets, quotes and signs near here",
         ),
@@ -90,7 +90,7 @@ def failure(text: str) -> ExprError:
             "E0301",
             "this is not an expression",
             "2 m",
-            "a unit stands in brackets: `0.02[m/s]`",
+            "a unit is written in brackets: `0.02[m/s]`",
         ),
         (
             "a # + b",

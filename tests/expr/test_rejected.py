@@ -34,8 +34,16 @@ FIRST_PERIOD = replace(SCOPE, allow_memory=False, allow_clock=False)
         ("x.c.d_d", CONSTANT, "`x.c.d_d` has no value here: there are no inputs"),
         ("fresh(x.c.b)", CONSTANT, "`x.c.b` has no value here: there are no inputs"),
         ("elapsed", CONSTANT, "`elapsed` has no value here: no state has been entered"),
-        ("q_p", FIRST_PERIOD, "`q_p` has no value here: memory starts after this is evaluated"),
-        ("T_c", FIRST_PERIOD, "`T_c` has no value here: memory starts after this is evaluated"),
+        (
+            "q_p",
+            FIRST_PERIOD,
+            "`q_p` has no value here: memory gets its initial values after this is evaluated",
+        ),
+        (
+            "T_c",
+            FIRST_PERIOD,
+            "`T_c` has no value here: memory gets its initial values after this is evaluated",
+        ),
     ],
 )
 def test_what_has_no_value_yet(text: str, scope: Scope, message: str) -> None:

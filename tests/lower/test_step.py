@@ -78,7 +78,7 @@ def test_two_enabled_rows_are_a_fault_that_names_them() -> None:
     stepped(subsystem, 0, 0)
     assert stepped(subsystem, 1, 0) == 0
     assert stepped(subsystem, 0, 1) == 1
-    with pytest.raises(UndecidedTransition, match=r"of its rows 2: .*row_0.*; .*row_1"):
+    with pytest.raises(UndecidedTransition, match=r"2 of its rows apply: .*row_0.*; .*row_1"):
         stepped(subsystem, 1, 1)
 
 

@@ -120,20 +120,20 @@ def test_a_system_built_without_a_plant_knows_its_devices_and_takes_one_later(
         (
             "def sample(self, name)",
             "def sample(self, name, time_s)",
-            "has a `sample` that is called with (name), and takes (name, time_s)",
+            "has a `sample` that is called with (name), but takes (name, time_s)",
         ),
         (
             'def close(self):\n        print("closed")',
             "close = 3",
-            "has a `close` that is no method",
+            "has a `close` that is not a method",
         ),
         (
             "    def reset",
             "    def __init__(self, port):\n        self.port = port\n\n    def reset",
-            "the plant 'own_cart:Cart' is called with (), and takes (port)",
+            "the plant 'own_cart:Cart' is called with (), but takes (port)",
         ),
         ("class Cart:", "class Wagon:", "cannot load the plant 'own_cart:Cart'"),
-        ("class Cart:", "Cart = 3\nclass Wagon:", "is nothing that can be called"),
+        ("class Cart:", "Cart = 3\nclass Wagon:", "cannot be called"),
     ],
 )
 def test_what_is_wrong_with_a_plant_is_told_before_the_run(
@@ -199,9 +199,9 @@ def test_inherited_methods_of_the_protocol_do_nothing_and_do_not_count(
         (
             "scene",
             "class Thing:\n    def place(self, plant): pass",
-            "is called with (plant, rng), and takes (plant)",
+            "is called with (plant, rng), but takes (plant)",
         ),
-        ("judge", "class Thing:\n    criterion = 'c'", "is called with (plant), and takes ()"),
+        ("judge", "class Thing:\n    criterion = 'c'", "is called with (plant), but takes ()"),
         (
             "judge",
             "class Thing:\n    def __init__(self, plant): pass",

@@ -51,9 +51,9 @@ def test_typing_errors_are_mended_and_nothing_else_is_touched(
     if "othr" in wrong:
         wanted = good.replace(right, "let: {other: sqrt(spare), more: sqrt(4) + other}")
     assert (code, text) == (0, wanted)
-    assert "mended a.yaml:" in capsys.readouterr().err
+    assert "repaired a.yaml:" in capsys.readouterr().err
     assert mended(spec) == (0, wanted)
-    assert "mended" not in capsys.readouterr().err
+    assert "repaired" not in capsys.readouterr().err
 
 
 def test_several_rounds_bring_up_what_was_hidden(spec: Path) -> None:
@@ -108,7 +108,7 @@ def test_a_library_that_is_named_is_mended_once_for_all_who_use_it(
     Path("link").symlink_to("lib.yaml")
     main(["validate", "--fix", *named])
     assert users_of_a_library.read_text() == "specc: 1\ntypes: {Width: 'vector[2, m]'}\n"
-    assert capsys.readouterr().err.count("mended") == 1
+    assert capsys.readouterr().err.count("repaired") == 1
 
 
 def test_a_file_that_is_not_named_is_not_touched(
@@ -117,7 +117,7 @@ def test_a_file_that_is_not_named_is_not_touched(
     before = users_of_a_library.read_text()
     assert main(["validate", "--fix", "a.yaml"]) == 1
     assert users_of_a_library.read_text() == before
-    told = "not mended, since it was not named: lib.yaml (1 repair); "
+    told = "not repaired, since it was not named: lib.yaml (1 repair); "
     assert f"{told}`specc validate --fix a.yaml lib.yaml`" in capsys.readouterr().err
 
 

@@ -65,7 +65,7 @@ def test_a_comment_that_says_nothing(comment: str, tmp_path: Path) -> None:
         ("ignore W0611: for later", "write `# specc: ignore[W0611] for later`"),
         ("ignored", "write `# specc: ignore[W0412] reason`"),
         ("ignore[w0611] x", "did you mean `W0611`?"),
-        ("ignore[W06] x", "a comment names whole codes"),
+        ("ignore[W06] x", "a comment must name whole codes"),
         ("ignore[W0611] a # specc: ignore[W0604] b", "write `# specc: ignore[W0611, W0604] b`"),
     ],
 )

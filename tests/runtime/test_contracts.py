@@ -125,7 +125,7 @@ def test_a_wrong_value_is_a_fault_that_names_its_origin(
     _, executor = run(package)
     (fault,) = executor.faults
     assert said in str(fault)
-    assert "declared is " in str(fault)
+    assert " is declared" in str(fault)
     assert ": give " in str(fault)
     assert fault.culprit == said.partition(" gave ")[0]
     if "." not in name:
@@ -139,7 +139,7 @@ def test_a_constant_that_an_operator_computes_is_checked_too(
     package: Path, given: dict[str, Any], value: Any
 ) -> None:
     given["weight"] = value
-    with pytest.raises(Exception, match=r"operator WEIGHT gave .* declared is real\[N\], eq. 15"):
+    with pytest.raises(Exception, match=r"operator WEIGHT gave .* real\[N\] is declared, eq. 15"):
         run(package)
 
 

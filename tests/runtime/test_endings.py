@@ -247,7 +247,7 @@ def test_a_limit_of_cycles_without_cycles_is_wrong_usage(
     package = hinge(tmp_path)
     (tmp_path / "report.json").write_text("{}")
     run(package, "--duration", "0.1", "--cycle-limit", "1", code=2)
-    assert "--cycle-limit: no cycle is waited for; add --cycles" in capsys.readouterr().err
+    assert "--cycle-limit: the run does not count cycles; add --cycles" in capsys.readouterr().err
 
 
 def test_what_holds_the_interpreter_is_named(tmp_path: Path) -> None:

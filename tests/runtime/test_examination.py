@@ -56,9 +56,9 @@ def test_an_operator_that_keeps_its_word_gives_what_it_gave() -> None:
 @pytest.mark.parametrize(
     ("function", "said"),
     [
-        (impure, "operator OP gives two results for equal arguments"),
+        (impure, "operator OP returns two results for equal arguments"),
         (changes, "operator OP changes its argument 1"),
-        (keeps, "operator OP keeps an array that it gives away"),
+        (keeps, "operator OP keeps an array that it returns"),
     ],
 )
 def test_an_operator_that_breaks_its_word_is_named(function: Callable[..., Any], said: str) -> None:
@@ -75,7 +75,7 @@ def test_a_system_is_loaded_with_all_its_operators_examined(tmp_path: Path) -> N
         "import numpy as np\nfrom . import part\ndef build(base):\n    part.OP(np.zeros(2))\n"
     )
     folder = tmp_path.rename(tmp_path.with_name("parts"))
-    with pytest.raises(StepFailed, match="operator OP gives two results"):
+    with pytest.raises(StepFailed, match="operator OP returns two results"):
         load_system(folder, check_operators=True)
 
 

@@ -83,7 +83,7 @@ def test_values_that_make_two_rows_apply(name: str, tmp_path: Path) -> None:
     assert error.rows == ("S0 terminal one -> S0", "S0 terminal two -> S0")
     text = scenario.read_text(encoding="utf-8")
     assert ".place(" not in text
-    assert ("rests on operators" in text) == (".operator(" in text)
+    assert ("depends on operators" in text) == (".operator(" in text)
     text = path.read_text(encoding="utf-8")
     path.write_text(
         text.replace(f'two: "{two}"', f'two: "({two}) and not ({one})"'), encoding="utf-8"
@@ -100,7 +100,7 @@ def test_it_waits_until_it_is_time(tmp_path: Path) -> None:
 def test_memory_that_no_run_gives_is_put_in_place(tmp_path: Path) -> None:
     (scenario,) = written(spec(tmp_path, "n > 2", "n < -6 or n > 100000"), tmp_path / "out")
     text = scenario.read_text(encoding="utf-8")
-    assert "# Inputs alone were not found to lead there" in text
+    assert "# No inputs were found that lead to these values" in text
     assert "trial.place(memory={" in text
     assert isinstance(run(scenario, tmp_path), UndecidedTransition)
 
@@ -108,7 +108,7 @@ def test_memory_that_no_run_gives_is_put_in_place(tmp_path: Path) -> None:
 def test_what_cannot_be_shown_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = spec(tmp_path, "n ** 3 < 0", "n > 0 and n ** 3 < 5")
     assert main(["witness", str(path), "--code", "E0602", "--out", str(tmp_path / "out")]) == 1
-    assert "no values were found that a run could show this with" in capsys.readouterr().err
+    assert "no values were found with which a run shows this" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -123,5 +123,5 @@ def test_another_way_through_the_table_skips(tmp_path: Path) -> None:
         .replace(", S0]", ", S1]"),
         encoding="utf-8",
     )
-    with pytest.raises(SkipTest, match="write the scenario anew"):
+    with pytest.raises(SkipTest, match="run `specc witness` again"):
         run(scenario, tmp_path)

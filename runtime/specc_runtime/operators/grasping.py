@@ -100,7 +100,7 @@ def _side_across(target: Object, up: int) -> int:
         axis for axis in range(3) if axis != up and SHORTEST_SIDE_M <= sides[axis] <= LONGEST_SIDE_M
     ]
     if not fitting:
-        raise NotGraspable(target.label, "no side of its upmost face fits between the fingers")
+        raise NotGraspable(target.label, "no side of its uppermost face fits between the fingers")
     return min(fitting, key=lambda axis: sides[axis])
 
 

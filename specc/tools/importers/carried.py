@@ -64,7 +64,7 @@ class Notes:
             first = elements[0]
             what = f"attribute `{attribute}` of <{tag}>" if attribute else f"<{tag}>"
             times = f" ({len(elements)} times, first here)" if len(elements) > 1 else ""
-            reason = reasons.get((tag, attribute), "it has no counterpart that is known")
+            reason = reasons.get((tag, attribute), "specc knows no counterpart")
             place = first.value_place(attribute) if attribute else first.place
             self.lost(f"{what} is not carried over{times}: {reason}", place)
 
@@ -85,7 +85,7 @@ def document(
     """The text of a specification with what was lost or changed at its head."""
     lines = [f"Made by `{command}`.", *parts]
     if notes.diagnostics:
-        lines.append("What the files say otherwise, or what is assumed:")
+        lines.append("What differs from the files, or is assumed:")
     spans = [(sources.span(item.primary), item) for item in notes.diagnostics]
     for span, item in sorted(spans, key=lambda pair: (pair[0].file, pair[0].line, pair[0].col)):
         name = span.file.replace("\\", "/").rsplit("/", 1)[-1]

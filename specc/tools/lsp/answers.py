@@ -145,7 +145,7 @@ def rename_at(project: Project, path: str, offset: int, new: str) -> list[Edit]:
     view, at = _earlier(project, path, offset)
     occurrence: Occurrence | None = view.index.at(path, at) if view and at is not None else None
     if view is None or occurrence is None:
-        raise RenameError("there is no name that specc knows here")
+        raise RenameError("there is no known name here")
     return rename(project, view.index, occurrence.symbol, new)
 
 

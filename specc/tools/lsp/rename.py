@@ -46,7 +46,7 @@ def _fixed(index: Index, symbol: Symbol) -> str:
         return "a control subsystem is called `c` everywhere"
     if symbol.kind == "field":
         type_ = node_at(index.sources.get(symbol.place.file), symbol.place.route[:2])
-        return "a class of Python has the field" if type_ and "python" in type_.values else ""
+        return "the field belongs to a Python class" if type_ and "python" in type_.values else ""
     if symbol.kind == "member":
         if index.system is None:
             return "it is not known whether Python code uses it"
@@ -58,9 +58,9 @@ def _fixed(index: Index, symbol: Symbol) -> str:
 def check_name(symbol: Symbol, new: str) -> None:
     """Raise `RenameError` if nothing of the kind of a symbol can have a name."""
     if new == symbol.name:
-        raise RenameError("this is the name that it has")
+        raise RenameError("it already has this name")
     if not _NAME.fullmatch(new) or not new.isidentifier():
-        raise RenameError(f"`{new}` is no name: letters, digits and _ make one")
+        raise RenameError(f"`{new}` is not a valid name; use letters, digits and _")
     words = RESERVED | {"always", "never"} | (_PEER_WORDS if symbol.kind in _PARTS else set())
     if symbol.kind == "type":
         words |= set(TYPE_WORDS)
@@ -200,7 +200,7 @@ def _edits(project: Project, index: Index, symbol: Symbol, new: str) -> Iterator
     _check_typed(index, symbol)
     for path, occurrence in index.naming(symbols):
         if project.source(path).text != index.text(path):
-            raise RenameError("mend the errors in the file first: it is not fully understood")
+            raise RenameError("correct the errors in the file first: it is not fully understood")
         if occurrence.reference.guess:
             raise RenameError(_mend_first(symbol))
         check_free(index, symbol, path, occurrence, new)
@@ -219,7 +219,7 @@ def _check_typed(index: Index, symbol: Symbol) -> None:
 
 
 def _mend_first(symbol: Symbol) -> str:
-    return f"mend the expression first that may mean this `{symbol.name}`"
+    return f"first correct the expression that may refer to this `{symbol.name}`"
 
 
 def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:

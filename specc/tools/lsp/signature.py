@@ -107,7 +107,7 @@ _TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
 _OPENING = {")": "(", "]": "[", "}": "{"}
 _BUILT_IN: dict[str, tuple[str, str, str]] = {
     "fresh": ("x.peer.element", "bool", "a value became visible since the previous period"),
-    "present": ("x.peer.element", "bool", "the element has ever had a value"),
+    "present": ("x.peer.element", "bool", "the element has received a value at least once"),
     "near": (
         "a, b, tolerance, angle",
         "bool",
@@ -119,8 +119,8 @@ _BUILT_IN: dict[str, tuple[str, str, str]] = {
     "argmin": ("number for v in list", "item", "the item for which the number is smallest"),
     "inverse": ("X", "pose", "pose[B, A] of a pose[A, B]"),
     "position": ("X", "vector[3, m]", ""),
-    "identity": ("", "pose", "in the frames that the place asks for"),
-    "translation": ("x, y, z", "pose", "in the frames that the place asks for"),
+    "identity": ("", "pose", "between the frames that the place requires"),
+    "translation": ("x, y, z", "pose", "between the frames that the place requires"),
     "pose": ("p, q", "pose", "q is a quaternion (x, y, z, w)"),
     "len": ("list", "int", "number of items"),
     "norm": ("v", "real", "length of a vector, in its unit"),

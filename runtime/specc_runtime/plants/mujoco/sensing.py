@@ -98,7 +98,9 @@ class Sensor:
 
 def _camera(cameras: Cameras, binding: SensorBinding) -> Camera:
     if binding.joints or binding.sensors or binding.actuators or binding.noise:
-        raise PlantError(f"sensor '{binding.name}': a camera stands alone, without joints or noise")
+        raise PlantError(
+            f"sensor '{binding.name}': a camera cannot be combined with joints or noise"
+        )
     if binding.depth_noise != "none" and binding.image != "depth":
         raise PlantError(f"sensor '{binding.name}': depth noise on an image without depth")
     return cameras.camera(binding.camera)

@@ -44,11 +44,11 @@ class GroundTruth:
         """(3,) lengths of the edges of a box, m.
 
         Raises:
-            PlantError: the geom is no box.
+            PlantError: the geom is not a box.
         """
         index = self._id("geom", geom)
         if self._model.geom_type[index] != mujoco.mjtGeom.mjGEOM_BOX.value:
-            raise PlantError(f"geom '{geom}' is no box")
+            raise PlantError(f"geom '{geom}' is not a box")
         return np.array(2.0 * self._model.geom_size[index])
 
     def lowest_point(self, geom: str) -> float:

@@ -14,7 +14,7 @@ from specc.tools.importers.fabric.wiring import End, Ends, Library, Wiring, conn
 from specc.tools.importers.writing import PEERS, Data, Names, rate
 
 _WAITING = "a subsystem of specc steps every period, whether or not data has come"
-_TIME = "time is simulated or real as `specc run` is asked to"
+_TIME = "whether time is simulated or real is decided by `specc run`"
 _REASONS = {
     ("buffer_groups", ""): _WAITING,
     ("trigger_methods", ""): _WAITING,
@@ -96,7 +96,9 @@ def _text(
 def _assumed(definition: Definition, notes: Notes) -> None:
     """What holds of every import: the two work cycles differ in little."""
     place = definition.root.place
-    notes.changed("conditions are not asked in the first period; FABRIC asks them there too", place)
+    notes.changed(
+        "conditions are not evaluated in the first period; FABRIC evaluates them there too", place
+    )
     if any(not b.is_input for b in definition.buffers):
         notes.changed("every behaviour is taken to write every output buffer", place)
     if any(b.is_input for b in definition.buffers):

@@ -321,7 +321,10 @@ class _Reader:
         help = "declare the predicate, or correct the name"
         if atom.text == IN_ERROR:
             message = f"`{IN_ERROR}` is known only in `init_cond`"
-            help = "a behavior is asked before it is known whether it ended in error"
+            help = (
+                "conditions of a behavior are evaluated before it is known whether "
+                "it ended in error"
+            )
         self.notes.error("E0805", message, place, help)
 
     def _trigger_methods(self, buffers: tuple[Buffer, ...]) -> Fraction | None:

@@ -93,7 +93,12 @@ def _state(element: Element, notes: Notes) -> State:
     if len(transitions) > _MOST_TRANSITIONS:
         message = f"state `{name}` has more than {_MOST_TRANSITIONS} transitions"
         place = transitions[_MOST_TRANSITIONS].element.place
-        notes.error("E0017", message, place, "split the state: each row asks for all before it")
+        notes.error(
+            "E0017",
+            message,
+            place,
+            "split the state: the condition of each row also tests all rows before it",
+        )
     if element.tag == "final" and transitions:
         message = f"a final state has no transitions: `{name}`"
         place = transitions[0].element.place
