@@ -1,8 +1,9 @@
-"""What is checked of a resolved system, in order: one fact about it per module."""
+"""What is checked of a resolved system, by subject: a module knows its own checks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from types import ModuleType
 
 from specc.analysis import Facts, Proofs
 from specc.checks import (
@@ -25,65 +26,26 @@ from specc.model.system import System
 
 Check = Callable[[System, Facts], Iterator[Diagnostic]]
 
-CHECKS: tuple[Check, ...] = (
-    # structure and buffers
-    structure.subsystems_distinct,
-    structure.buffers_match,
-    structure.devices_owned,
-    structure.devices_used,
-    structure.agent_kind,
-    timing.rates_meet,
-    timing.readers_fast_enough,
-    timing.ages_bounded,
-    # plant
-    bindings.model_readable,
-    bindings.bindings_known,
-    bindings.records_made,
-    bindings.devices_simulated,
-    bindings.devices_bound,
-    bindings.bindings_fit,
-    bindings.model_names_known,
-    plant.sizes_match,
-    plant.bindings_agree,
-    plant.noise_fits,
-    bindings.actuators_driven_once,
-    plant.sensors_in_time,
-    # machines
-    expressions.constants_have_values,
-    expressions.expressions_meant,
-    expressions.names_distinct,
-    expressions.one_writer,
-    assumptions.axioms_consistent,
-    rows.rows_complete,
-    rows.rows_exclusive,
-    rows.causes_have_rows,
-    constancy.conditions_vary,
-    constancy.conditions_in_time,
-    rows.rows_can_apply,
-    states.states_end,
-    rows.rows_proved,
-    states.states_reached,
-    states.states_left,
-    assumptions.axioms_needed,
-    usage.parts_used,
-    # presence
-    presence.presence_in_functions,
-    presence.presence_in_conditions,
-    presence.presence_in_memory,
-    presence.presence_in_axioms,
-    values.values_there,
+SUBJECTS: tuple[ModuleType, ...] = (
+    structure,
+    timing,
+    bindings,
+    plant,
+    expressions,
+    rows,
+    constancy,
+    states,
+    assumptions,
+    presence,
+    values,
+    usage,
+    waiting,
 )
+"""Modules of checks, each with a tuple `CHECKS` or `USES` at its end."""
 
-USES: tuple[Check, ...] = (
-    usage.definitions_used,
-    usage.elements_read,
-    usage.elements_written,
-    timing.ages_known,
-    timing.ages_held,
-    usage.memory_read,
-    waiting.waits_end,
-    timing.rates_divide,
-)
+CHECKS: tuple[Check, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "CHECKS", ()))
+
+USES: tuple[Check, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "USES", ()))
 """What is not used is said once nothing is wrong: what has errors counts as using nothing."""
 
 

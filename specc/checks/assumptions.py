@@ -93,3 +93,6 @@ def _decided(
     several = after.overlap.holding if after.overlap else ()
     found = after.proved, after.gap is None, several, after.possible, after.satisfiable
     return before.ensures, found
+
+
+CHECKS = (axioms_consistent, axioms_needed)

@@ -240,3 +240,15 @@ def actuators_driven_once(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     help="let one element of a device command it",
                 )
             first.setdefault(name, place)
+
+
+CHECKS = (
+    model_readable,
+    bindings_known,
+    records_made,
+    devices_simulated,
+    devices_bound,
+    bindings_fit,
+    model_names_known,
+    actuators_driven_once,
+)

@@ -328,3 +328,6 @@ def _timed_part(condition: Condition, late: Late) -> str:
     if len(late.ended_by) > 1:
         return f"`{condition.name}` or the other one has ended it by then"
     return f"`{condition.name}` has ended it by then"
+
+
+CHECKS = (conditions_vary, conditions_in_time)

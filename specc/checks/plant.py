@@ -271,3 +271,6 @@ def sensors_in_time(system: System, facts: Facts) -> Iterator[Diagnostic]:
 def _fitting(tick: Fraction, rate: Fraction) -> str:
     ticks = max(1, round(1 / rate / tick))
     return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
+
+
+CHECKS = (sizes_match, bindings_agree, noise_fits, sensors_in_time)

@@ -196,3 +196,6 @@ def absences_in_axioms(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
     for axiom in subsystem.axioms:
         for reading in facts.readings(subsystem).unguarded(axiom.that, present):
             yield Absence(reading, axiom.place, "", "an assumption", "", "the second period")
+
+
+CHECKS = (presence_in_functions, presence_in_conditions, presence_in_memory, presence_in_axioms)

@@ -344,3 +344,6 @@ def rows_proved(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 f"ended {ending(state.behaviour, decided.cause)}",
                 help=decided.verdict.decision.way_out or _WAY_OUT,
             )
+
+
+CHECKS = (rows_complete, rows_exclusive, causes_have_rows, rows_can_apply, rows_proved)

@@ -192,3 +192,6 @@ def _way_out(state: State, one: bool) -> str:
             "that has `terminal: never`"
         )
     return "add a row that leads back to the other states"
+
+
+CHECKS = (states_end, states_reached, states_left)

@@ -319,3 +319,6 @@ def _derived(agent: Agent, facts: Facts) -> str:
 
 def _agent(qualified_name: str) -> str:
     return qualified_name.partition(".")[0]
+
+
+CHECKS = (subsystems_distinct, buffers_match, devices_owned, devices_used, agent_kind)

@@ -261,3 +261,7 @@ def _silence(held: Held, node: Node) -> Iterator[Related]:
         sender = source.sender.qualified_name
         whose = "it" if held.node == node else f"`{held.node}`, from which it is computed,"
         yield Related(source.silent.place, f"`{sender}` does not send {whose} in this state")
+
+
+CHECKS = (rates_meet, readers_fast_enough, ages_bounded)
+USES = (ages_known, ages_held, rates_divide)

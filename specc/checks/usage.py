@@ -281,3 +281,7 @@ def memory_read(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(writers[element.name].place, "written here"),),
                     help="read it, delete it, or list it under `watch:` of the task",
                 )
+
+
+CHECKS = (parts_used,)
+USES = (definitions_used, elements_read, elements_written, memory_read)

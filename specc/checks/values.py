@@ -282,3 +282,6 @@ def _tells(fact: Expr, state: State, moment: Moment, guarding: Guarding) -> bool
     terminal = state.behaviour.terminal.when
     once = isinstance(terminal, Truth) and terminal.value
     return guarding.outlives(fact, state) or (moment == "functions" and once)
+
+
+CHECKS = (values_there,)

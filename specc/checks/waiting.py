@@ -333,3 +333,6 @@ def _finding(state: State, needed: Way, rest: Rest) -> Diagnostic:
         f"let {sender} send it on every path, or leave `{state.name}` after some time, with "
         "`elapsed`; if the sender is meant to end there, say so with `terminal: never`",
     )
+
+
+USES = (waits_end,)

@@ -1,0 +1,102 @@
+"""A check takes three files: its module, the page of its code, a case."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+COPIED = (
+    "specc",
+    "pyproject.toml",
+    "docs/diagnostics.md",
+    "tests/conftest.py",
+    "tests/cases/structure",
+    "tests/checks/test_cases.py",
+    "tests/diagnostics",
+    "tests/docs",
+)
+
+CHECK = '''
+
+def rates_possible(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """W0489, at the rate of a subsystem."""
+    for subsystem in system.subsystems:
+        if subsystem.rate_hz > 10_000:
+            place = below(subsystem.place, "rate")
+            yield Diagnostic("W0489", f"{_rate(subsystem)} is a lot", place, help="lower the rate")
+
+
+CHECKS = (*CHECKS, rates_possible)
+'''
+PAGE = """\
+# W0489: rate beyond 10 kHz
+
+No robot is stepped that often.
+
+Refused in an agent:
+
+```yaml
+control: {rate: 20 kHz}
+```
+
+Accepted in an agent:
+
+```yaml
+control: {rate: 1 kHz}
+```
+"""
+CASE = """\
+specc: 1
+system: demo
+agents:
+  a:
+    control:
+      rate: 20 kHz
+      x: {outside: {d: real}}
+      functions: {keep: {}}
+"""
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    scratch = tmp_path_factory.mktemp("copy")
+    for name in COPIED:
+        source, target = ROOT / name, scratch / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, target)
+    return scratch
+
+
+def in_copy(copy: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", *arguments],
+        cwd=copy,
+        env={**os.environ, "PYTHONPATH": str(copy), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_a_check_its_page_and_its_case_are_all_there_is_to_write(copy: Path) -> None:
+    module, page = copy / "specc/checks/timing.py", copy / "specc/diagnostics/codes/W0489.md"
+    case = copy / "tests/cases/structure/W0489-rate.yaml"
+    module.write_text(module.read_text("utf-8") + CHECK, "utf-8")
+    page.write_text(PAGE, "utf-8")
+    case.write_text(CASE, "utf-8")
+    tests = ["tests/checks/test_cases.py", "tests/diagnostics/test_codes.py"]
+    tests.append("tests/diagnostics/test_examples.py")
+    in_copy(copy, "pytest", "-q", "-k", "W0489", tests[0], SPECC_UPDATE_CASES="1")
+    done = in_copy(copy, "pytest", "-q", "-k", "W0489 or in_order or index", *tests)
+    assert done.returncode == 0, done.stdout
+    assert "warning[W0489]: 20000 Hz is a lot" in case.read_text("utf-8")
+    assert in_copy(copy, "specc", "explain", "W0489").stdout.startswith("W0489 (warning): rate")
