@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Iterator
-from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator
+from functools import cached_property, partial, wraps
+from typing import TYPE_CHECKING, TypeVar
 
 from specc.analysis.connections import Connections, Rates
 from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
 from specc.analysis.lasting import Lasting
 from specc.analysis.misfits import Misfits
-from specc.analysis.plant import Bound, bound_elements
+from specc.analysis.plant import Bound, bound_elements, plant_model
 from specc.analysis.presence import Presence, Readings, find_presence, names_any
 from specc.analysis.vague import Views, is_vague
 from specc.analysis.valueless import valueless
 from specc.frozen import frozen
-from specc.mjcf import Model, ModelError, read_model
+from specc.mjcf import Model, ModelError
 from specc.model.expr import Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem, System
 from specc.proof import InputName, Prover, RowVerdict, Witness
-from specc.read import Reach
 
 if TYPE_CHECKING:
     from specc.analysis.ages import Ages
 
+
+T = TypeVar("T")
 
 # The shared queries about one system.
 
@@ -48,6 +48,21 @@ def _named_twice(system: System) -> frozenset[str]:
         if len(set(names)) < len(names):
             found |= {*names, *(device.qualified_name for device in agent.devices)}
     return frozenset(found)
+
+
+def kept(query: Callable[[Facts, Subsystem], T]) -> Callable[[Facts, Subsystem], T]:
+    """A query about a subsystem that is answered once."""
+    answers = f"_{query.__name__}"
+
+    @wraps(query)
+    def found(facts: Facts, subsystem: Subsystem) -> T:
+        known: dict[str, T] = facts.__dict__.setdefault(answers, {})
+        name = subsystem.qualified_name
+        if name not in known:
+            known[name] = query(facts, subsystem)
+        return known[name]
+
+    return found
 
 
 class Facts:
@@ -73,25 +88,14 @@ class Facts:
         """Constants without a value, with the reason."""
         none = {constant.name for constant, _ in self.valueless}
         self._constants = {c.name: c.value for c in system.constants if c.name not in none}
-        self._provers: dict[str, Prover] = {}
-        self._steps: dict[str, tuple[Step, ...]] = {}
-        self._presence: dict[str, Presence] = {}
         self._verdicts: dict[tuple[str, str, Cause, int | None], RowVerdict] = {}
-        self._all_decided: dict[str, tuple[Decided, ...]] = {}
-        self._dead_ends: dict[str, tuple[State, ...]] = {}
-        self._fresh: dict[str, frozenset[InputName]] = {}
-        self._ways: dict[str, bool] = {}
-        self._readings: dict[str, Readings] = {}
         self._misfits: dict[str, Misfits] = {}
-        self._lasting: dict[str, Lasting] = {}
         self._views = Views(self._new_prover)
 
+    @kept
     def prover(self, subsystem: Subsystem) -> Prover:
         """The prover of a subsystem."""
-        name = subsystem.qualified_name
-        if name not in self._provers:
-            self._provers[name] = self._new_prover(subsystem)
-        return self._provers[name]
+        return self._new_prover(subsystem)
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         always = self.connections.always_present(subsystem)
@@ -129,16 +133,14 @@ class Facts:
         for subsystem in self.consistent_subsystems:
             yield from self._decided(subsystem)
 
+    @kept
     def _decided(self, subsystem: Subsystem) -> tuple[Decided, ...]:
-        name = subsystem.qualified_name
-        if name not in self._all_decided:
-            self._all_decided[name] = tuple(
-                Decided(subsystem, state, cause, verdict)
-                for state in subsystem.states
-                for cause in CAUSES
-                if (verdict := self._certain(subsystem, state, cause)) is not None
-            )
-        return self._all_decided[name]
+        return tuple(
+            Decided(subsystem, state, cause, verdict)
+            for state in subsystem.states
+            for cause in CAUSES
+            if (verdict := self._certain(subsystem, state, cause)) is not None
+        )
 
     def _certain(self, subsystem: Subsystem, state: State, cause: Cause) -> RowVerdict | None:
         """The verdict that does not depend on anything unknown; None if there is none."""
@@ -174,28 +176,24 @@ class Facts:
             if s.qualified_name not in self.faulty and not self.dead_ends(s)
         )
 
+    @kept
     def dead_ends(self, subsystem: Subsystem) -> tuple[State, ...]:
         """States that may end although the table has no row at all for them."""
-        name = subsystem.qualified_name
-        if name not in self._dead_ends:
-            sources = {row.source for row in subsystem.transitions}
-            self._dead_ends[name] = tuple(
-                state
-                for state in subsystem.states
-                if state.name not in sources
-                and any(
-                    self.prover(subsystem).prove_rows(state.name, cause).decision.possible
-                    for cause in CAUSES
-                )
+        sources = {row.source for row in subsystem.transitions}
+        return tuple(
+            state
+            for state in subsystem.states
+            if state.name not in sources
+            and any(
+                self.prover(subsystem).prove_rows(state.name, cause).decision.possible
+                for cause in CAUSES
             )
-        return self._dead_ends[name]
+        )
 
+    @kept
     def lasting(self, subsystem: Subsystem) -> Lasting:
         """How long the states of a subsystem without unknowns can last."""
-        name = subsystem.qualified_name
-        if name not in self._lasting:
-            self._lasting[name] = Lasting(subsystem, self)
-        return self._lasting[name]
+        return Lasting(subsystem, self)
 
     def lacks_rows(self, decided: Decided) -> bool:
         """Whether a cause that can occur before its state is over has no row."""
@@ -234,25 +232,21 @@ class Facts:
             self._verdicts[key] = verdict
         return self._verdicts[key]
 
+    @kept
     def _always_fresh(self, subsystem: Subsystem) -> frozenset[InputName]:
         """Inputs that are fresh whenever conditions are asked, whatever state the sender is in."""
-        name = subsystem.qualified_name
-        if name not in self._fresh:
-            self._fresh[name] = self.connections.always_fresh(subsystem, self.broken)
-        return self._fresh[name]
+        return self.connections.always_fresh(subsystem, self.broken)
 
+    @kept
     def ways_are_known(self, subsystem: Subsystem) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
 
         Where the table has to be mended anyway, nobody knows yet which states can be reached.
         """
-        name = subsystem.qualified_name
-        if name not in self._ways:
-            self._ways[name] = self.conditions_vary(subsystem) and not any(
-                decided.verdict.decision.gap or self.lacks_rows(decided)
-                for decided in self._decided(subsystem)
-            )
-        return self._ways[name]
+        return self.conditions_vary(subsystem) and not any(
+            decided.verdict.decision.gap or self.lacks_rows(decided)
+            for decided in self._decided(subsystem)
+        )
 
     def conditions_vary(self, subsystem: Subsystem) -> bool:
         """Whether no condition has one value by mistake."""
@@ -268,15 +262,13 @@ class Facts:
             and not any(self._is_vague(s, state, cause) for state in s.states for cause in CAUSES)
         )
 
+    @kept
     def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows of a subsystem that may be taken, in the order of the file.
 
         Presence follows from them, so they are found without it.
         """
-        name = subsystem.qualified_name
-        if name not in self._steps:
-            self._steps[name] = find_steps(subsystem, self.prover(subsystem).prove_rows)
-        return self._steps[name]
+        return find_steps(subsystem, self.prover(subsystem).prove_rows)
 
     def _sure_steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
         """The rows that may be taken whatever is unknown."""
@@ -291,21 +283,17 @@ class Facts:
             return frozenset(state.name for state in subsystem.states)
         return reached_from(subsystem.initial_state, self.steps(subsystem))
 
+    @kept
     def presence(self, subsystem: Subsystem) -> Presence:
         """Where the inputs of a subsystem surely have values."""
-        name = subsystem.qualified_name
-        if name not in self._presence:
-            arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.rates.clash)
-            self._presence[name] = find_presence(subsystem, self._sure_steps(subsystem), arrivals)
-        return self._presence[name]
+        arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.rates.clash)
+        return find_presence(subsystem, self._sure_steps(subsystem), arrivals)
 
+    @kept
     def readings(self, subsystem: Subsystem) -> Readings:
         """What the expressions of a subsystem read."""
-        name = subsystem.qualified_name
-        if name not in self._readings:
-            close = self.presence(subsystem).arrivals.close
-            self._readings[name] = Readings(subsystem, close)
-        return self._readings[name]
+        close = self.presence(subsystem).arrivals.close
+        return Readings(subsystem, close)
 
     @cached_property
     def bindings(self) -> tuple[Bound, ...]:
@@ -321,14 +309,7 @@ class Facts:
     @cached_property
     def model(self) -> Model | ModelError | None:
         """What the plant's model file declares, or why it cannot be read; None without one."""
-        plant = self.system.plant
-        if plant is None or not plant.model:
-            return None
-        base = os.path.dirname(plant.place.file)
-        try:
-            return read_model(os.path.join(base, plant.model), Reach(self.system.folders))
-        except ModelError as error:
-            return error
+        return plant_model(self.system)
 
 
 def _used(subsystem: Subsystem) -> Iterable[Condition]:

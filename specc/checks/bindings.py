@@ -1,17 +1,17 @@
-"""What stands behind the devices is named in the model, and each is driven once."""
+"""Something stands behind each element of the devices, of its size, and each is driven once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import wrong_kind
+from specc.analysis.plant import Bound
 from specc.analysis.words import below, listed
-from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
+from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.system import Binding, System
-from specc.model.types import Type, records_in
+from specc.model.types import Image, Real, Spatial, Type, Vector, records_in
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -167,59 +167,66 @@ def devices_bound(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-# A commanded element moves actuators; a reported one comes from joints, sensors or a camera.
+# Without a function in between, an element has as many numbers as what stands behind it.
 
 
-def bindings_fit(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
-    for bound in facts.bindings:
-        complaint = wrong_kind(bound)
-        if complaint:
-            message, help_text = complaint
-            related = (Related(bound.element.place, f"`{bound.element.type}`"),)
-            yield Diagnostic("E0505", message, bound.binding.place, "", related, help_text)
+_DEFAULT_CAMERA = (640, 480)
+"""Width and height of images of a camera whose resolution the model does not say."""
 
 
-# The joints, sensors, actuators and cameras that bindings name are in the model.
-
-
-def model_names_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
+def sizes_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0507."""
     model = facts.model
-    if system.plant is None or not isinstance(model, Model) or not model.complete:
+    if not isinstance(model, Model):
         return
-    unfit = [bound.binding for bound in facts.bindings if wrong_kind(bound)]
-    for binding in system.plant.bindings:
-        for kind, names, known in _named(binding, model):
-            for index, name in enumerate(names):
-                if name not in known and binding not in unfit:
-                    yield _unknown_name(_place(binding, kind, index), kind, name, known)
+    for bound in facts.bindings:
+        if bound.binding.through:
+            continue
+        sizes = _image_sizes(bound, model) or _number_sizes(bound, model)
+        if sizes and sizes[0] != sizes[1]:
+            yield Diagnostic(
+                "E0507",
+                f"`{bound.element.name}` has {sizes[0]}, the plant has {sizes[1]}",
+                bound.binding.place,
+                related=(Related(bound.element.place, f"`{bound.element.type}`"),),
+                help="make both the same, or name a function under `through:` that converts",
+            )
 
 
-def _named(
-    binding: Binding, model: Model
-) -> Iterator[tuple[str, tuple[str, ...], Mapping[str, object]]]:
-    yield "joint", binding.joints, model.joints
-    yield "sensor", binding.sensors, model.sensors
-    yield "actuator", binding.actuators, model.actuators
-    yield "camera", (binding.camera,) if binding.camera else (), model.cameras
+def _number_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
+    """Numbers of the element and of the plant, in words; None where one is not known."""
+    wanted, binding = _size(bound.element.type), bound.binding
+    parts = [model.actuators.get(name) for name in binding.actuators]
+    if not bound.commanded:
+        parts += [model.joints.get(name) for name in binding.joints]
+        parts += [model.sensors.get(name) for name in binding.sensors]
+    known = [size for size in parts if size is not None]
+    if wanted is None or not parts or len(known) != len(parts):
+        return None
+    return _numbers(wanted), _numbers(sum(known))
 
 
-def _place(binding: Binding, kind: str, index: int) -> Place:
-    if kind == "camera":
-        return below(binding.place, kind)
-    return below(binding.place, f"{kind}s", index)
+def _image_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
+    camera, type_ = bound.binding.camera, bound.element.type
+    if camera not in model.cameras or not isinstance(type_, Image):
+        return None
+    width, height = model.cameras[camera] or _DEFAULT_CAMERA
+    return f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
 
 
-def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
-    close = nearest(name, known)
-    if close:
-        hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
-    else:
-        hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    meant = surely_meant(name, close)
-    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
-    return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
+def _size(type_: Type) -> int | None:
+    match type_:
+        case Real():
+            return 1
+        case Vector(size=size, element=Real()):
+            return size
+        case Spatial():
+            return 6
+    return None
+
+
+def _numbers(count: int) -> str:
+    return "1 number" if count == 1 else f"{count} numbers"
 
 
 # An actuator of the plant obeys one element.
@@ -248,7 +255,6 @@ CHECKS = (
     records_made,
     devices_simulated,
     devices_bound,
-    bindings_fit,
-    model_names_known,
+    sizes_match,
     actuators_driven_once,
 )

@@ -1,79 +1,188 @@
-"""Sizes, units, noise and rates of bindings agree with the model of the plant."""
+"""Kinds, names, units, noise and rates of bindings agree with the model of the plant."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from specc.analysis import Facts
-from specc.analysis.plant import Bound, Raw, differs, raw_numbers, units_of, wrong_kind
+from specc.analysis.plant import Bound, Raw, differs, raw_numbers, units_of
 from specc.analysis.words import below, listed
-from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
 from specc.mjcf import Model, ModelError
 from specc.model.system import Binding, System
 from specc.model.types import Image, Real, Spatial, Type, Vector
 from specc.model.units import Unit
+from specc.source import Place
 
-# Without a function in between, an element has as many numbers as what stands behind it.
-
-
-_DEFAULT_CAMERA = (640, 480)
-"""Width and height of images of a camera whose resolution the model does not say."""
+# A commanded element moves actuators; a reported one comes from joints, sensors or a camera.
 
 
-def sizes_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0507."""
-    model = facts.model
-    if not isinstance(model, Model):
-        return
+def bindings_fit(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0505."""
     for bound in facts.bindings:
-        if bound.binding.through:
-            continue
-        sizes = _image_sizes(bound, model) or _number_sizes(bound, model)
-        if sizes and sizes[0] != sizes[1]:
-            yield Diagnostic(
-                "E0507",
-                f"`{bound.element.name}` has {sizes[0]}, the plant has {sizes[1]}",
-                bound.binding.place,
-                related=(Related(bound.element.place, f"`{bound.element.type}`"),),
-                help="make both the same, or name a function under `through:` that converts",
-            )
+        complaint = _wrong_kind(bound)
+        if complaint:
+            message, help_text = complaint
+            related = (Related(bound.element.place, f"`{bound.element.type}`"),)
+            yield Diagnostic("E0505", message, bound.binding.place, "", related, help_text)
 
 
-def _number_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
-    """Numbers of the element and of the plant, in words; None where one is not known."""
-    wanted, binding = _size(bound.element.type), bound.binding
-    parts = [model.actuators.get(name) for name in binding.actuators]
-    if not bound.commanded:
-        parts += [model.joints.get(name) for name in binding.joints]
-        parts += [model.sensors.get(name) for name in binding.sensors]
-    known = [size for size in parts if size is not None]
-    if wanted is None or not parts or len(known) != len(parts):
+_OF_A_MODEL = (
+    "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
+)  # fmt: skip
+
+_OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
+
+
+def _wrong_kind(bound: Bound) -> tuple[str, str] | None:
+    """What is wrong with the kind of a binding, and a way out; None if nothing is."""
+    if not bound.plant:
         return None
-    return _numbers(wanted), _numbers(sum(known))
+    if not bound.commanded and (complaint := _sampled(bound.binding)):
+        return complaint
+    if bound.plant == "python":
+        return _in_python(bound)
+    return _moving(bound) if bound.commanded else _reporting(bound)
 
 
-def _image_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
-    camera, type_ = bound.binding.camera, bound.element.type
-    if camera not in model.cameras or not isinstance(type_, Image):
-        return None
-    width, height = model.cameras[camera] or _DEFAULT_CAMERA
-    return f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
-
-
-def _size(type_: Type) -> int | None:
-    match type_:
-        case Real():
-            return 1
-        case Vector(size=size, element=Real()):
-            return size
-        case Spatial():
-            return 6
+def _sampled(binding: Binding) -> tuple[str, str] | None:
+    """Of samples it is said when they come, or that this is not known."""
+    if binding.sporadic and binding.rate_hz is not None:
+        return (
+            "a sporadic device has no rate: its readers look for a sample in each of their periods",
+            "delete `rate`; `max_gap` says for how long there may be no new sample",
+        )
+    if binding.max_gap_s is not None and not binding.sporadic:
+        return "`max_gap` is for sporadic devices", "add `sporadic: true`, or delete `max_gap`"
     return None
 
 
-def _numbers(count: int) -> str:
-    return "1 number" if count == 1 else f"{count} numbers"
+def _in_python(bound: Bound) -> tuple[str, str] | None:
+    """A plant in Python gives and takes the elements themselves."""
+    name = bound.element.name
+    modelled = _key(bound.binding, _OF_A_MODEL)
+    if modelled:
+        return (
+            f"`{modelled}` is for MuJoCo models; the plant in Python "
+            f"{'takes' if bound.commanded else 'gives'} `{name}` itself",
+            f"delete `{modelled}`",
+        )
+    return _command_measured(bound, _OF_SAMPLES)
+
+
+def _moving(bound: Bound) -> tuple[str, str] | None:
+    binding, name = bound.binding, bound.element.name
+    if not binding.actuators:
+        return f"`{name}` is commanded, but moves no actuator", "add `actuators: [...]`"
+    kinds = ("sensors", "camera", "image", "noise", "depth_noise")
+    return _command_measured(bound, (*kinds, *_OF_SAMPLES)) or _type_without_through(bound)
+
+
+def _command_measured(bound: Bound, kinds: tuple[str, ...]) -> tuple[str, str] | None:
+    measured = _key(bound.binding, kinds) if bound.commanded else ""
+    if not measured:
+        return None
+    return (
+        f"`{bound.element.name}` is commanded: `{measured}` is for what a device reports",
+        f"delete `{measured}`",
+    )
+
+
+def _reporting(bound: Bound) -> tuple[str, str] | None:
+    binding, name = bound.binding, bound.element.name
+    numbers = _key(binding, ("joints", "sensors", "actuators"))
+    if binding.camera:
+        return _from_camera(bound, numbers)
+    if not numbers:
+        return (
+            f"`{name}` is reported, but nothing measures it",
+            "add `joints:`, `sensors:` or `camera:`",
+        )
+    if binding.image:
+        return f"`image` of `{name}` needs a camera", "add `camera:`"
+    return _type_without_through(bound)
+
+
+def _from_camera(bound: Bound, numbers: str) -> tuple[str, str] | None:
+    binding, type_ = bound.binding, bound.element.type
+    if numbers:
+        return f"a camera cannot be combined with `{numbers}`", f"delete `{numbers}` or `camera`"
+    if not binding.image:
+        return "a camera gives two images", "add `image: rgb` or `image: depth`"
+    if binding.through:
+        return None
+    channels = 3 if binding.image == "rgb" else 1
+    if not isinstance(type_, Image):
+        return f"a camera gives an image, not {type_}", "add `through:` a function that makes one"
+    if type_.channels != channels:
+        fitting = f"image[{type_.height}, {type_.width}, {channels}]"
+        given = "1 channel" if channels == 1 else f"{channels} channels"
+        message = f"an image of kind {binding.image} has {given}, not {type_.channels}"
+        return message, f'choose the other kind of image, or make the type "{fitting}"'
+    return None
+
+
+def _type_without_through(bound: Bound) -> tuple[str, str] | None:
+    if bound.binding.through or _is_numbers(bound.element.type):
+        return None
+    message = f"the plant works with real numbers, not with {bound.element.type}"
+    return message, "name a function under `through:` that converts"
+
+
+def _is_numbers(type_: Type) -> bool:
+    if isinstance(type_, Vector):
+        return isinstance(type_.element, Real)
+    return isinstance(type_, (Real, Spatial))
+
+
+def _key(binding: Binding, names: tuple[str, ...]) -> str:
+    """The first of these keys that the binding has, as the file spells it."""
+    found = (name for name in names if getattr(binding, name))
+    spelt = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap"}
+    return spelt.get(name := next(found, ""), name)
+
+
+# The joints, sensors, actuators and cameras that bindings name are in the model.
+
+
+def model_names_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
+    """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
+    model = facts.model
+    if system.plant is None or not isinstance(model, Model) or not model.complete:
+        return
+    unfit = [bound.binding for bound in facts.bindings if _wrong_kind(bound)]
+    for binding in system.plant.bindings:
+        for kind, names, known in _names_of(binding, model):
+            for index, name in enumerate(names):
+                if name not in known and binding not in unfit:
+                    yield _unknown_name(_place_of(binding, kind, index), kind, name, known)
+
+
+def _names_of(
+    binding: Binding, model: Model
+) -> Iterator[tuple[str, tuple[str, ...], Mapping[str, object]]]:
+    yield "joint", binding.joints, model.joints
+    yield "sensor", binding.sensors, model.sensors
+    yield "actuator", binding.actuators, model.actuators
+    yield "camera", (binding.camera,) if binding.camera else (), model.cameras
+
+
+def _place_of(binding: Binding, kind: str, index: int) -> Place:
+    if kind == "camera":
+        return below(binding.place, kind)
+    return below(binding.place, f"{kind}s", index)
+
+
+def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
+    close = nearest(name, known)
+    if close:
+        hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
+    else:
+        hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
+    meant = surely_meant(name, close)
+    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+    return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
 
 
 # A binding names what measures or takes the element's quantity, each once and in one order.
@@ -86,7 +195,7 @@ def bindings_agree(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0512, W0513; a binding of the wrong kind is `bindings_fit`'s matter."""
     model = facts.model
     for bound in facts.bindings:
-        if wrong_kind(bound):
+        if _wrong_kind(bound):
             continue
         yield from _named_twice(bound)
         if isinstance(model, Model):
@@ -173,7 +282,7 @@ def noise_fits(system: System, facts: Facts) -> Iterator[Diagnostic]:
     """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
         binding = bound.binding
-        if bound.commanded or wrong_kind(bound):
+        if bound.commanded or _wrong_kind(bound):
             continue
         complaint = _depth(binding) or _deviations(binding)
         if complaint:
@@ -273,4 +382,4 @@ def _fitting(tick: Fraction, rate: Fraction) -> str:
     return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
 
 
-CHECKS = (sizes_match, bindings_agree, noise_fits, sensors_in_time)
+CHECKS = (bindings_fit, model_names_known, bindings_agree, noise_fits, sensors_in_time)
