@@ -9,7 +9,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from specc.cli.interruption import held, is_behind
-from specc.cli.rewrite import refusal
 from specc.cli.targets import targets
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Report, report, resolve, shown_path
@@ -56,7 +55,7 @@ class InspectionFailed(Exception):
 
 def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
     """Like `inspect_all`, after the repairs that findings carry were made in the files named."""
-    from specc.cli.rewrite import ROUNDS, mend, report_left
+    from specc.cli.rewrite import ROUNDS, mend, refusal, report_left
 
     found = inspect_all(arguments, overrides)
     for _ in range(ROUNDS):

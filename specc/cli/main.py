@@ -6,6 +6,7 @@ fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of
 """
 
 import argparse
+import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -21,6 +22,8 @@ from specc.cli.witness import add_witness
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
+_NEW_OBJECTS = 50_000
+"""Of a command between two collections of garbage: nearly all that it makes stays to its end."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,6 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     whole_process = arguments is None
     if whole_process:
         interruption.raise_again()
+        gc.set_threshold(_NEW_OBJECTS)
     try:
         return _guarded(arguments)
     except KeyboardInterrupt:

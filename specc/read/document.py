@@ -21,7 +21,7 @@ from specc.source import Place, SourceFile
 
 # What YAML 1.2 forbids (5.1), and the line breaks of YAML 1.1 that editors do not show as lines.
 _FORBIDDEN = re.compile(
-    "[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+    "[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]"
 )
 
 

@@ -1,7 +1,5 @@
 """What the parts of the schema share: strictness, short forms, titles and traces."""
 
-from __future__ import annotations
-
 import keyword
 import re
 import unicodedata

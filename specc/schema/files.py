@@ -1,7 +1,5 @@
 """Shape of a file: a system, or a description that other files use."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field

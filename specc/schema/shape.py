@@ -7,7 +7,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from specc.diagnostics import Diagnostic
-from specc.schema.errors import shape_diagnostics
 from specc.schema.files import SpecFile
 
 # Data of a file to its shape, or to findings about what does not fit.
@@ -18,6 +17,8 @@ def shape(data: object, file: str) -> tuple[SpecFile | None, list[Diagnostic]]:
     try:
         return SpecFile.model_validate(data), []
     except ValidationError as error:
+        from specc.schema.errors import shape_diagnostics
+
         return None, shape_diagnostics(error, file, SpecFile)
 
 

@@ -1,7 +1,5 @@
 """Shape of a subsystem: buffers, memory, conditions, functions, behaviours, tables (2.3, 2.4)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
