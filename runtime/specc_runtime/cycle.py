@@ -97,8 +97,9 @@ class Executor:
         if self.faults:
             return False
         try:
+            time_s = self.time_s
             for sensor in sensors:
-                sensor.update(self.time_s)
+                sensor.update(time_s)
             for track in due:
                 for port in track.ports:
                     port.deliver()
@@ -113,6 +114,12 @@ class Executor:
             return False
         self.tick = tick + 1
         return True
+
+    def wait(self) -> None:
+        """Wait for the steps that are under way, which become visible when they are due."""
+        for track in self._tracks.values():
+            if track.pending:
+                track.runner.outcome()
 
     def finish(self) -> None:
         """Wait for the steps that are under way and commit them in the order of their time."""

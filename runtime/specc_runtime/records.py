@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from specc_runtime.encoding import encode
 from specc_runtime.faults import UnrecordableValue
@@ -13,8 +12,7 @@ from specc_runtime.faults import UnrecordableValue
 _HEAD = struct.Struct("<QdiH").pack
 
 
-@dataclass(frozen=True, slots=True)
-class StepRecord:
+class StepRecord(NamedTuple):
     """What a subsystem did at its time stamp `stamp`, committed when the others could see it.
 
     `transition` is an index into the subsystem's table or -1, `state` the state whose behaviour

@@ -74,7 +74,10 @@ class Session:
         )
 
     def run(self, companions: Sequence[Companion] = ()) -> None:
-        """Run to the end, whatever it is; a fault and Ctrl-C are ends too."""
+        """Run to the end, whatever it is; a fault and Ctrl-C are ends too.
+
+        Wall time counts from when every subsystem has made its first step, with all that it loads.
+        """
         self._begin_s = self._clock.now_s()
         with self.interruption, Watchdog(lambda: self._executor.tick, self._clock):
             try:
@@ -160,6 +163,9 @@ class Session:
         calls = [(self._ticks(c.period_s), c) for c in companions]
         observe, executor = self._cycles.observe, self._executor
         while not self._over() and executor.advance():
+            if executor.tick == 1:
+                executor.wait()
+                self._begin_s = self._clock.now_s()
             observe()
             for ticks, companion in calls:
                 if executor.tick % ticks == 0 and not self._accompanied(companion):

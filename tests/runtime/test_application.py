@@ -13,8 +13,13 @@ import time
 from pathlib import Path
 
 import pytest
+from specc_runtime.clock import WallClock
 from specc_runtime.loading import load_system
 from specc_runtime.main import main
+from specc_runtime.options import Options
+from specc_runtime.session import Session
+
+from tests.runtime.tiny import Node, system
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -271,3 +276,28 @@ def test_the_command_starts_without_numerical_packages() -> None:
         text=True,
     ).stdout.split()
     assert not {"numpy", "mujoco", "cv2", "rich"} & set(loaded)
+
+
+class Waiting(WallClock):
+    """Wall time that passes only while a step lets it."""
+
+    now = 0.0
+
+    def now_s(self) -> float:
+        return self.now
+
+
+@pytest.mark.parametrize("inline", [True, False])
+def test_wall_time_begins_when_every_subsystem_has_made_its_first_step(inline: bool) -> None:
+    clock = Waiting()
+
+    def compute(node: Node) -> int:
+        clock.now += 10.0 if node.steps == 0 else 1.0
+        return node.steps
+
+    built = system(Node("slow", 50, (), compute), Node("fast"))
+    session = Session(Options(Path(), duration_s=0.3, inline=inline), built, None, None, clock)
+    session.run()
+    report = session.report()
+    assert report.wall_s == 2.0
+    assert report.real_time_factor == pytest.approx(0.15)

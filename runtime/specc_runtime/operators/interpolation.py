@@ -45,8 +45,8 @@ def interpolation_duration(m_start: Array, m_goal: Array) -> float:
     largest currents.
     """
     distance = np.abs(m_goal - m_start)
-    by_speed = float((distance * _SECONDS_PER_RAD).max())
-    by_acceleration = sqrt(float(distance.max()) * _SQUARE_SECONDS_PER_RAD)
+    by_speed: float = max((distance * _SECONDS_PER_RAD).tolist())
+    by_acceleration = sqrt(max(distance.tolist()) * _SQUARE_SECONDS_PER_RAD)
     return max(by_speed, by_acceleration, CONTROL_PERIOD_S)
 
 

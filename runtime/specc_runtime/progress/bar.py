@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-
-from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+import sys
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
@@ -21,7 +19,11 @@ class Bar:
 
     period_s = 0.01
 
-    def __init__(self, clock: WallClock, console: Console) -> None:
+    def __init__(self, clock: WallClock) -> None:
+        # A run that nobody watches begins without what draws the bar.
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
         self._clock = clock
         self._shown_s = clock.now_s()
         columns = (
@@ -30,6 +32,7 @@ class Bar:
             BarColumn(bar_width=24),
             TextColumn("{task.fields[time]}  {task.fields[states]}"),
         )
+        console = Console(stderr=True)
         self._progress = Progress(*columns, console=console, auto_refresh=False, transient=True)
         self._task = self._progress.add_task("", total=None, time="", states="")
         self._progress.start()
@@ -80,8 +83,7 @@ class Lines:
 
 def progress(clock: WallClock) -> Companion:
     """What suits standard error."""
-    console = Console(stderr=True)
-    return Bar(clock, console) if console.is_terminal else Lines(clock)
+    return Bar(clock) if sys.stderr.isatty() else Lines(clock)
 
 
 def _what(view: View) -> str:

@@ -40,7 +40,7 @@ def drive_torques(currents: Array, raw: Array) -> Array:
         currents: commanded; limited here to what the amplifiers carry.
         raw: joint positions (6,) rad, then anything.
     """
-    carried = np.clip(currents, -_LARGEST_CURRENT, _LARGEST_CURRENT)
+    carried = np.minimum(np.maximum(currents, -_LARGEST_CURRENT), _LARGEST_CURRENT)
     torques: Array = motor_ratio(raw[:_AXES]).T @ (TORQUE_CONSTANT * carried)
     return torques
 

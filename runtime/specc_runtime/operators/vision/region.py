@@ -34,14 +34,20 @@ def textured_region(gray: Image) -> tuple[slice, slice]:
 
 def _gradient_density(gray: Image) -> Array:
     """Part of the pixels of each whole block that have a gradient across or along the rows."""
-    grey = gray.astype(np.int16)
     steep = np.zeros(gray.shape, bool)
-    steep[:, 1:-1] |= np.abs(grey[:, 2:] - grey[:, :-2]) > MIN_GRADIENT
-    steep[1:-1] |= np.abs(grey[2:] - grey[:-2]) > MIN_GRADIENT
+    steep[:, 1:-1] |= _differ(gray[:, 2:], gray[:, :-2])
+    steep[1:-1] |= _differ(gray[2:], gray[:-2])
     down, across = (side // BLOCK_PX for side in gray.shape)
     blocks = steep[: down * BLOCK_PX, : across * BLOCK_PX]
     density: Array = blocks.reshape(down, BLOCK_PX, across, BLOCK_PX).mean(axis=(1, 3))
     return density
+
+
+def _differ(one: Image, other: Image) -> NDArray[np.bool_]:
+    # Bytes have no sign: the larger one comes first.
+    difference = np.maximum(one, other) - np.minimum(one, other)
+    steep: NDArray[np.bool_] = difference > MIN_GRADIENT
+    return steep
 
 
 def _span(blocks: NDArray[np.int64], end: int) -> slice:

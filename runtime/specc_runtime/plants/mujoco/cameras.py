@@ -1,6 +1,7 @@
 """Cameras of a model: their geometry, the choice of what draws their images, and where."""
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from copy import copy
 from math import radians, tan
 from threading import Lock
@@ -45,6 +46,10 @@ class Cameras:
         """
         return _camera(self._model, find(self._model, "camera", name), width, height)
 
+    def open(self) -> None:
+        """Begin to open the renderer, in its thread; what fails is told when it is used."""
+        self._submit(self._opened)
+
     def shot(self) -> Shot:
         """The present state, from which frames can be drawn at any time after."""
         if self._shot is None or self._shot.state.time != self._data.time:
@@ -78,11 +83,14 @@ class Cameras:
 
     def _drawn(self, call: Callable[[], T]) -> T:
         """What a call gives in the thread that draws."""
+        drawn: T = self._submit(call).result()
+        return drawn
+
+    def _submit(self, call: Callable[[], object]) -> Future[Any]:
         with self._starting:
             if self._thread is None:
                 self._thread = Workers(1, "specc-camera")
-        drawn: T = self._thread.submit(call).result()
-        return drawn
+            return self._thread.submit(call)
 
     def _opened(self) -> Renderer:
         if self._renderer is None:

@@ -19,10 +19,11 @@ class Divergence:
 
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
+        self._counts = data.warning.number
 
     def __bool__(self) -> bool:
-        warnings = self._data.warning
-        return any(warnings[kind].number for kind in _KINDS)
+        counts = self._counts.tolist()
+        return any(counts[kind] for kind in _KINDS)
 
     def culprit(self) -> tuple[str, frozenset[int]]:
         """`joint 'q3'` or `actuator 'a'`, and the indices of the actuators that drive it."""

@@ -1,5 +1,6 @@
 """Actuators: from a held command to the controls of the model."""
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -54,11 +55,12 @@ class Actuator:
     def _controls_of(self, numbers: Any) -> Any:
         """(n,) one finite number for each actuator; raises PlantError."""
         try:
-            given = np.atleast_1d(np.asarray(numbers))
-            values = given.astype(float) if given.dtype.kind in "fiu" else None
+            values = np.asarray(numbers)
+            values = values.reshape(1) if values.ndim == 0 else values
+            fits = values.shape == self._controls.shape and values.dtype.kind in "fiu"
         except (TypeError, ValueError):
-            values = None
-        if values is None or values.shape != self._controls.shape or not np.isfinite(values).all():
+            fits = False
+        if not fits or not all(map(isfinite, values.tolist())):
             raise PlantError(
                 f"actuator '{self._binding.name}' needs {self._controls.size} finite numbers, "
                 f"got {text_of(numbers)}",

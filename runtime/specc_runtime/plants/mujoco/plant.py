@@ -45,6 +45,8 @@ class MujocoPlant:
         self._cameras = Cameras(self._model, self._data, renderer)
         _check_unique([b.name for b in sensors] + [b.name for b in actuators])
         self._sensors = {b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors}
+        if any(binding.camera for binding in sensors):
+            self._cameras.open()
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
         self._divergence = Divergence(self._model, self._data)
         self.truth = GroundTruth(self._model, self._data)
@@ -80,9 +82,10 @@ class MujocoPlant:
         Raises:
             PlantError: unknown name.
         """
-        if name not in self._sensors:
+        sensor = self._sensors.get(name)
+        if sensor is None:
             raise PlantError(f"no sensor is bound as '{name}'", known=tuple(self._sensors))
-        return self._sensors[name].sample()
+        return sensor.sample()
 
     def actuate(self, name: str, value: Any) -> None:
         """Give a bound actuator its command, held until the next one.

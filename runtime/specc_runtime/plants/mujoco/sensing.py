@@ -110,17 +110,17 @@ def _number_reader(model: Any, data: Any, binding: SensorBinding) -> Callable[[]
     joints = position_indices(model, binding.joints)
     sensors = _sensor_indices(model, binding.sensors)
     actuators = np.array([find(model, "actuator", a) for a in binding.actuators], dtype=np.intp)
-    if joints.size + sensors.size + actuators.size == 0:
+    sources = (data.qpos, joints), (data.sensordata, sensors), (data.actuator_force, actuators)
+    parts = [(numbers, where) for numbers, where in sources if where.size]
+    if not parts:
         raise PlantError(f"sensor '{binding.name}' measures nothing")
     if binding.depth_noise != "none":
         raise PlantError(f"sensor '{binding.name}': depth noise without a camera")
 
-    def read() -> Array:
-        return np.concatenate(
-            (data.qpos[joints], data.sensordata[sensors], data.actuator_force[actuators])
-        )
-
-    return read
+    if len(parts) == 1:
+        ((numbers, where),) = parts
+        return lambda: np.asarray(numbers[where])
+    return lambda: np.concatenate([numbers[where] for numbers, where in parts])
 
 
 def _sensor_indices(model: Any, names: tuple[str, ...]) -> Any:

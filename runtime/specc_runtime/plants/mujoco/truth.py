@@ -1,5 +1,6 @@
 """Ground truth of a simulated plant: for setting scenes and judging runs, never for agents."""
 
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -65,8 +66,10 @@ class GroundTruth:
         only for models with a force, torque or acceleration sensor.
         """
         forces = self._data.cfrc_ext
-        net = sum(forces[self._id("body", body)][3:] for body in bodies)
-        return float(np.linalg.norm(net))
+        x, y, z = zip(
+            *[forces[self._id("body", body), 3:].tolist() for body in bodies], strict=True
+        )
+        return hypot(sum(x), sum(y), sum(z))
 
     def touching(self, geom: str, body: str) -> bool:
         """Whether the geom touches any geom of the body."""
