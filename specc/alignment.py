@@ -20,8 +20,8 @@ _BLOCK_HEADER = re.compile(r"[|>][^\r\n]*(?:\r\n|\r|\n)")
 def raw_offsets(value: str, raw: str, style: ScalarStyle) -> list[int]:
     """Offset in `raw` of every character of `value`, and of its end.
 
-    Exact wherever a character of the value is spelled in the file; white space that stands for
-    line breaks lies where the first of it is written.
+    Exact wherever a character of the value is spelled in the file; white space that stands for line
+    breaks is placed where its first character is written.
     """
     position = _opening(raw, style)
     offsets: list[int] = []

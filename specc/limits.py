@@ -1,4 +1,4 @@
-"""How much specc takes on: the limits of what it reads, and of the steps that it spends.
+"""The limits of what specc reads, and of the steps that it spends.
 
 Files come from strangers. What is larger or deeper than a limit is refused with a diagnostic that
 names the limit. Work that does not follow from the size of a file, such as proofs, has allowances
@@ -33,7 +33,7 @@ MAX_TYPE_PARTS = 2_000
 MAX_EXPRESSION_PARTS = 2_000
 """Of an expression with the constants of a description written out."""
 MAX_IGNORED = 20
-"""Codes of one comment that holds findings back."""
+"""Codes of one comment that suppresses findings."""
 MAX_SHOWN = 1_000
 """Findings that a report shows; the others are counted."""
 

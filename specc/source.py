@@ -168,7 +168,7 @@ def real_path(path: str) -> str:
     """One name for all spellings of a path."""
     try:
         return os.path.realpath(path)
-    except (OSError, ValueError):  # no file has this name, as reading it will tell
+    except (OSError, ValueError):  # no file can have this name, which reading it will report
         return path
 
 

@@ -73,7 +73,7 @@ def execute(options: Options) -> int:
 
 
 def _leave(session: Session, options: Options) -> None:
-    """End the process amid a step that does not let itself be ended, safe and with its report."""
+    """End the process during a step that cannot be stopped, with safe outputs and the report."""
     code = session.interruption.exit_code
     # What devices get may hang as the step does.
     late = threading.Timer(SAFE_S, os._exit, (code,))
@@ -87,7 +87,7 @@ def _leave(session: Session, options: Options) -> None:
 
 
 def _closed(companion: Companion) -> FilmError | None:
-    """Close a companion; the error of a film that is missing."""
+    """Close a companion; returns the error of a film that is missing."""
     try:
         companion.close()
     except FilmError as error:
@@ -98,7 +98,7 @@ def _closed(companion: Companion) -> FilmError | None:
 
 
 def _close_plant(plant: Any, session: Session | None) -> None:
-    """Close the plant; a fault if it does not let itself be closed."""
+    """Close the plant; returns a fault if it cannot be closed."""
     try:
         plant.close()
     except BaseException as error:  # noqa: BLE001  # whatever the user's class raises, or Ctrl-C
@@ -212,7 +212,7 @@ def _accompany(
 
 
 def _conclude(report: Report, options: Options) -> int:
-    """Tell and write the report; an exit code if that fails, else 0."""
+    """Print and write the report; returns an exit code if that fails, else 0."""
     code = FULFILLED
     if options.report is not None:
         try:

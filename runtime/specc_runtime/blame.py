@@ -20,7 +20,7 @@ class Blame:
         self._tracks = tracks
 
     def of_plant(self, error: BaseException, time_s: float) -> Fault:
-        """The fault of a plant that cannot go on at `time_s`; who commanded it is told."""
+        """The fault of a plant that cannot go on at `time_s`; it names who commanded the plant."""
         fault = error if isinstance(error, Fault) else PlantFailed(error)
         fault.time_s = time_s
         self._by_writer(fault, fault.device)

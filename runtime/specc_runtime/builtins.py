@@ -1,6 +1,6 @@
 """Functions of the specification language itself.
 
-Six numbers are too few for numpy to pay: comparisons and norms run on Python floats.
+For as few as six numbers numpy is slower: comparisons and norms run on Python floats.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def some(value: T | None) -> T:
 
 
 def argmax(pairs: Iterable[tuple[float, T]]) -> T:
-    """The item with the largest number before it, the first of several; NaN is never largest.
+    """The item with the largest number before it; the first of several. NaN is never the largest.
 
     Raises ValueError if there is no item.
     """
@@ -88,7 +88,7 @@ def argmax(pairs: Iterable[tuple[float, T]]) -> T:
 
 
 def argmin(pairs: Iterable[tuple[float, T]]) -> T:
-    """The item with the smallest number before it, the first of several; NaN is never smallest.
+    """The item with the smallest number before it; the first of several. NaN is never the smallest.
 
     Raises ValueError if there is no item.
     """

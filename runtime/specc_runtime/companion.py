@@ -12,7 +12,7 @@ class FilmError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A run at one moment. `cycles` and `duration_s` are what is wanted of it, None if nothing."""
+    """A run at one moment. `cycles` and `duration_s` are what was asked for, or None."""
 
     time_s: float
     states: dict[str, str]

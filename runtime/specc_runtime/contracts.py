@@ -27,7 +27,7 @@ _ORTHONORMAL = 1e-3
 """How far columns of a rotation may be from unit length and from right angles."""
 _LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 _LAST_ROW_OFF = 1e-9
-"""How far the last row of a pose may be off, as an inverse leaves it; it is made exact."""
+"""How far the last row of a pose may be off, e.g. after an inversion; it is made exact."""
 _NUMBERS = (float, int, np.floating, np.integer)
 
 
@@ -175,7 +175,7 @@ def as_depth(height: int, width: int) -> Contract:
 
 
 def as_tuple(contract: Contract, size: int) -> Contract:
-    """A vector of what is no real: a tuple of `size` values."""
+    """A vector of values that are not reals: a tuple of `size` values."""
     return _items(contract, f"a tuple of {size}", lambda count: count == size)
 
 
@@ -191,7 +191,7 @@ def as_optional(contract: Contract) -> Contract:
 
 
 def as_instance(kind: type) -> Contract:
-    """A value of an opaque type; only its class is looked at. Raises TypeError for no class."""
+    """A value of an opaque type; only its class is checked. Raises TypeError for no class."""
     if not isinstance(kind, type):
         raise TypeError(f"{_name_of(kind)} cannot be the class of an opaque type")
 
@@ -236,7 +236,7 @@ def _repaired(finite: np.ndarray[Any, Any], rotation: bool) -> np.ndarray[Any, A
 
 
 def _owned(value: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """A copy that nobody else can change, nor anybody at all."""
+    """A read-only copy, of which nobody else has a reference that can be written to."""
     copy = value.copy()
     copy.setflags(write=False)
     return copy
@@ -281,7 +281,7 @@ def _each(contract: Contract, values: Iterable[Any]) -> Iterable[Any]:
 
 
 def _builder(kind: Any, names: tuple[str, ...]) -> Callable[[Any, dict[str, Any]], Any]:
-    """What puts a record together again from its fields, once they are checked.
+    """What rebuilds a record from its fields once they are checked.
 
     No code of the class is executed, which could change them.
     """

@@ -130,7 +130,7 @@ class Executor:
             self._commit(track)
 
     def abandon(self) -> None:
-        """Take the steps that are under way for failed."""
+        """Treat the steps that are under way as failed."""
         for track in self._tracks.values():
             subsystem = track.runner.subsystem
             if frames_of(subsystem):
@@ -156,7 +156,7 @@ class Executor:
                 self._plant.close()
 
     def leave_safe(self) -> dict[str, LastOutput]:
-        """Give the plant the outputs that are safe; what every element was sent last."""
+        """Give the plant its safe outputs; returns what every element was sent last."""
         if self._plant is None:
             return {}
         return leave_safe(self._safe, self._plant, self._sensors, self._commands)

@@ -1,7 +1,7 @@
 """Whether operators keep their word: `specc run --check-operators`.
 
-An operator is a pure function: its result depends on its arguments only, which it leaves as they
-are, and what it gives away it does not keep. Each call is made twice, with equal arguments.
+An operator is a pure function: its result depends only on its arguments, it does not change them,
+and it keeps no reference to what it returns. Each call is made twice, with equal arguments.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from specc_runtime.encoding import encode
 from specc_runtime.wrong import Blamed
 
 DEEPEST = 12
-"""Values are looked at so many levels deep; opaque ones may hold themselves."""
+"""How many levels of a value are examined; opaque values may contain themselves."""
 
 
 class WordBroken(Blamed):
-    """An operator is no pure function."""
+    """An operator is not a pure function."""
 
 
 def examine(module: ModuleType) -> None:

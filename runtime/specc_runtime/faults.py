@@ -99,7 +99,7 @@ class UndecidedTransition(Fault):
 
 
 class AxiomViolated(Fault):
-    """What the designer told the proofs to take for granted is not so.
+    """An assumption that the proofs rely on does not hold.
 
     Rows that were proved under it are no longer checked, so the run cannot go on.
     """

@@ -9,7 +9,7 @@ from types import FrameType, TracebackType
 from typing import Any
 
 GRACE_S = 2.0
-"""Wall time that what is under way has to come to its end once a run is interrupted."""
+"""Wall time within which what is under way has to end once a run is interrupted."""
 SAFE_S = 10.0
 """Wall time that the plant has to take the safe outputs."""
 _MOST_RAISED = 2
@@ -18,7 +18,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 class Abandoned(BaseException):
-    """Raised in the main thread where it still is so long after a run was interrupted."""
+    """Raised in whatever the main thread still does `GRACE_S` after a run was interrupted."""
 
     def __init__(self) -> None:
         super().__init__(f"still computing {GRACE_S:g} s after the run was interrupted")
@@ -27,9 +27,9 @@ class Abandoned(BaseException):
 class Interruption:
     """While entered, the first signal sets `requested`; a second Ctrl-C interrupts as usual.
 
-    Other signals after the first change nothing: plants get their safe outputs before the end.
-    What goes on for longer than `GRACE_S` after the first one is left with `Abandoned`; where that
-    is caught, time after time, `last_resort` has to end the process.
+    Other signals after the first change nothing: plants get their safe outputs before the end. What
+    goes on for longer than `GRACE_S` after the first one is abandoned by raising `Abandoned` in it;
+    if it keeps catching that, `last_resort` has to end the process.
 
     `exit_code` is 128 and the number of the signal, as shells have it.
     """
@@ -68,7 +68,7 @@ class Interruption:
             self._alarm = None
 
     def on_alarm(self, number: int, frame: FrameType | None) -> None:
-        """Leave what is under way; what takes no exception is left for good."""
+        """Abandon what is under way; if it keeps catching the exception, end the process."""
         self._raised += 1
         if self._raised > _MOST_RAISED and self.last_resort is not None:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -86,7 +86,7 @@ class Interruption:
         signal.setitimer(signal.ITIMER_REAL, GRACE_S, GRACE_S)
 
     def protect(self) -> None:
-        """From now on nothing is left after `GRACE_S`; safe outputs have `SAFE_S`."""
+        """From now on nothing is abandoned after `GRACE_S`; safe outputs may take `SAFE_S`."""
         if self._alarm is not None:
             self._raised = 0
             signal.setitimer(signal.ITIMER_REAL, SAFE_S, SAFE_S)

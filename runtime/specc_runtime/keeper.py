@@ -15,7 +15,7 @@ INTERVAL_S = 5.0
 
 
 class Keeper:
-    """Writes the report of a session at its begin and from time to time."""
+    """Writes the report of a session at its beginning and from time to time."""
 
     period_s = 0.01
 

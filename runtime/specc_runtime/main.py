@@ -60,6 +60,6 @@ def run(options: Options) -> int:
 
 
 def _abandon_output() -> None:
-    """Let standard output take whatever is left in it: Python flushes it once more at exit."""
+    """Discard what standard output still holds: Python flushes it once more at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

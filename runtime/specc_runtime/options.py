@@ -56,7 +56,7 @@ def parse(arguments: Sequence[str] | None) -> Options:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Let a parser know what can be asked of a run, whoever builds the package."""
+    """Add the options of a run to a parser; they do not depend on who builds the package."""
     add = parser.add_argument
     add("--seed", metavar="N", type=_whole_number, default=0, help="seed of the random numbers")
     add("--cycles", metavar="N", type=_count, help="number of cycles of the task")

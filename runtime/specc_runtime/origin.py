@@ -1,4 +1,4 @@
-"""What of a specification a line of generated code stands for: its condition, its equations.
+"""Which part of a specification a line of generated code comes from: condition, equations.
 
 Generated lines carry that in their comments (`# pose_reached, eq. 5`), so nothing is kept ready
 for it while a subsystem runs: the module is read again when something has failed in it.

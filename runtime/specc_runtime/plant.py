@@ -19,7 +19,7 @@ NO_SAMPLE: Final = NoSample.NO_SAMPLE
 
 
 class Deferred:
-    """A sample of now whose value is computed later: when it is first asked for, by who asks.
+    """A sample taken now whose value is computed later, by whoever asks for it first.
 
     What it is computed from has to be a copy, since the plant goes on meanwhile, and noise has to
     come from a stream of the sample's own, since other samples may be computed before or never.
@@ -79,14 +79,14 @@ class Plant(Protocol):
 
 
 class Pictured(Protocol):
-    """What a plant that can be filmed has besides."""
+    """What a plant that can be filmed has in addition."""
 
     def picture(self, camera: str, width: int, height: int) -> Any:
         """What a camera for people sees now: an array (height, width, 3) of uint8, RGB."""
 
 
 class Viewable(Protocol):
-    """What a plant that can be looked at in a window has besides."""
+    """What a plant that can be watched in a window has in addition."""
 
     def open_viewer(self) -> Any:
         """A window with `sync()`, `is_open` and `close()`."""

@@ -15,7 +15,7 @@ from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.workers import Workers
 
 Outcome = int | Fault
-"""The transition taken or -1, or why the step came to nothing."""
+"""The transition taken or -1, or why the step failed."""
 
 
 class Runner(Protocol):

@@ -56,7 +56,7 @@ def leave_safe(
     sensors: Mapping[str, Sensor],
     commands: Commands,
 ) -> dict[str, LastOutput]:
-    """Send every safe output; never raises. What every element was sent last, by name."""
+    """Send every safe output; never raises. Returns what every element was sent last, by name."""
     last = {name: LastOutput(value, by) for name, (by, value) in commands.items()}
     for device in devices:
         for element, attribute in device.reports.items():

@@ -145,7 +145,7 @@ class Session:
         return f"{done} of {self.wanted} cycles when {why}"
 
     def abandon(self) -> None:
-        """Leave the plant safe while a step is under way that does not end."""
+        """Give the plant its safe outputs although a step that does not end is still under way."""
         self._executor.abandon()
         self._last_outputs = self._executor.leave_safe()
         self._over_now = True

@@ -1,7 +1,7 @@
 """What a run prints: messages of operators, values and names are strangers' texts.
 
-No character gets through that steers a terminal, and no line that a runner of continuous
-integration takes for a command.
+No character that controls a terminal gets through, and no line that a CI runner would take for a
+command.
 """
 
 from __future__ import annotations

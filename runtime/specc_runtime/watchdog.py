@@ -18,7 +18,7 @@ from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.telling import say
 
 PATIENCE_S = 10.0
-"""Wall time without progress after which it is told what is under way."""
+"""Wall time without progress after which what is under way is reported."""
 
 
 class Watchdog:
@@ -104,7 +104,7 @@ def frames_of(subsystem: Subsystem) -> Frames:
 
 
 def _is_interrupted(at: tuple[FrameType, int]) -> bool:
-    """Whether a frame is not yet of what handles a signal."""
+    """Whether a frame does not belong to a signal handler."""
     return at[0].f_code is not Interruption.on_alarm.__code__
 
 

@@ -28,7 +28,7 @@ class Unfit(Exception):
 
 
 class Blamed(Exception):
-    """Somebody outside of generated code did what he must not; `origin` says who."""
+    """Code outside of the generated code broke a rule; `origin` names it."""
 
     def __init__(self, origin: str, what: str) -> None:
         super().__init__(f"{origin} {what}")

@@ -144,7 +144,7 @@ class Timeline:
 
 
 class Held(NamedTuple):
-    """A value that is read although its source may have been silent since any length of time."""
+    """A value that is read although its source may have been silent for an unlimited time."""
 
     node: Node
     source: Sent | Measured

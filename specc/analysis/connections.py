@@ -29,7 +29,7 @@ def hyperperiod(periods: Iterable[Fraction]) -> Fraction:
     return Fraction(lcm(*(p.numerator for p in listed)), gcd(*(p.denominator for p in listed)))
 
 
-# Which rates go with one another; nothing is concluded from those that do not.
+# Which rates fit together; nothing is concluded from those that do not.
 
 
 LONGEST = 100_000
@@ -38,7 +38,7 @@ LONGEST = 100_000
 
 @frozen
 class Clash:
-    """A subsystem whose rate does not go with those of the others: `ticks` until they repeat."""
+    """A subsystem whose rate does not fit the others: the timeline repeats after `ticks`."""
 
     odd: Subsystem
     others: tuple[Subsystem, ...]
@@ -47,7 +47,7 @@ class Clash:
 
 @frozen
 class Misfit:
-    """A sensor whose rate does not go with those of `readers`; if none, with the base tick."""
+    """A sensor whose rate does not fit those of `readers` or, without readers, the base tick."""
 
     bound: Bound
     rate_hz: Fraction
@@ -76,17 +76,17 @@ class Rates:
 
     @cached_property
     def clash(self) -> Clash | None:
-        """The rate that does not go with the others, of those that are known."""
+        """The rate that does not fit the others, among those that are known."""
         return find_clash([s for s in self._every if s.rated])
 
     @cached_property
     def timed(self) -> tuple[Subsystem, ...]:
-        """The subsystems with rates, if these go with one another."""
+        """The subsystems with rates, if these fit together."""
         return () if self.clash else tuple(s for s in self._asked if s.rated)
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """Sensors whose rates do not go with the others."""
+        """Sensors whose rates do not fit the others."""
         return tuple(find_misfits(self._bindings, self.timed, self._base_tick_s()))
 
     def _base_tick_s(self) -> Fraction | None:
@@ -112,7 +112,7 @@ def find_clash(subsystems: Sequence[Subsystem]) -> Clash | None:
 def find_misfits(
     bindings: Iterable[Bound], readers: Sequence[Subsystem], tick_s: Fraction | None
 ) -> Iterator[Misfit]:
-    """Sensors whose rates go neither with those of their readers nor with the tick, if known."""
+    """Sensors whose rates fit neither those of their readers nor the tick, if known."""
     for bound in bindings:
         rate = bound.binding.rate_hz
         if rate is None or bound.commanded:
@@ -145,7 +145,7 @@ class Arrivals:
 
     Attributes:
         always: in every period: measurements of devices, and elements with an initial value.
-        later: in every period but the first, because the sender's first period sends them in time.
+        later: in every period after the first: the sender's first period sends them in time.
         together: element -> elements of which the sender sends one whenever it sends that one.
     """
 
@@ -181,7 +181,7 @@ class Connections:
 
     @cached_property
     def _ports(self) -> dict[tuple[str, str, str], Port]:
-        """Owner, direction and other end -> port, of several the first."""
+        """Owner, direction and other end -> port; the first of several."""
         found: dict[tuple[str, str, str], Port] = {}
         for name, subsystem in self.subsystems.items():
             for port in subsystem.ports:
@@ -205,7 +205,7 @@ class Connections:
 
     @cached_property
     def contested(self) -> frozenset[str]:
-        """Devices of several owners; what these want of them is no matter before there is one."""
+        """Devices with several owners; what these need of them is checked once there is one."""
         return frozenset(n for n, device in self.devices.items() if len(self.owners(device)) > 1)
 
     def always_present(self, subsystem: Subsystem) -> frozenset[InputName]:
@@ -219,10 +219,10 @@ class Connections:
         )
 
     def always_fresh(self, subsystem: Subsystem, broken: Collection[str]) -> frozenset[InputName]:
-        """Inputs that are fresh in every period but the first.
+        """Inputs that are fresh in every period after the first.
 
-        Every behaviour of the sender writes them, so that one comes into sight in each of its
-        periods but the first, and no period of the reader is shorter. Devices may be late.
+        Every behaviour of the sender writes them, so that a value becomes visible in each of its
+        periods after the first, and no period of the reader is shorter. Devices may be late.
         """
         found: set[InputName] = set()
         for port in subsystem.ports:
@@ -241,7 +241,7 @@ class Connections:
     ) -> Arrivals:
         """When the inputs of a subsystem have values; a broken sender may send at any time.
 
-        So may any other of which it is not known when it sends what, and all if rates are not
+        So may any other sender whose sending times are not known, and all senders if rates are not
         `timed` well.
         """
         always = set(self.always_present(subsystem))

@@ -41,7 +41,7 @@ class Decided:
 
 
 def _named_twice(system: System) -> frozenset[str]:
-    """All parts of agents with several subsystems of one name: who talks to whom is not known."""
+    """All parts of agents that have two subsystems of the same name: their peers are not known."""
     found: set[str] = set()
     for agent in system.agents:
         names = [s.qualified_name for s in agent.subsystems]
@@ -302,7 +302,7 @@ class Facts:
 
     @cached_property
     def rates(self) -> Rates:
-        """Which rates go with one another."""
+        """Which rates fit together."""
         known = {s.qualified_name for s in self.system.subsystems} | self.connections.devices.keys()
         return Rates(self.system, self.subsystems, self.bindings, whole=self.broken <= known)
 

@@ -28,7 +28,7 @@ T = TypeVar("T", bound=Hashable)
 K = TypeVar("K", bound=Collection[Hashable])
 """What is known: it grows from test to test."""
 MOST_VISITS = 16
-"""Of one let with different knowledge; further ones are made with the least that is known."""
+"""Of one let with different knowledge; further visits assume only the least knowledge."""
 
 
 class Part(NamedTuple, Generic[K]):

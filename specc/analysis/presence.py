@@ -97,7 +97,7 @@ class Readings:
         self._everything = all_inputs(subsystem)
 
     def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
-        """What `expr` may read in vain where only `present` is sure; tests in it are heeded."""
+        """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
             if isinstance(part, Input) and (part.peer, part.element) not in known:
                 yield Reading(part, let)
@@ -138,7 +138,7 @@ class Presence:
 
     @property
     def in_later_periods(self) -> frozenset[InputName]:
-        """In every period but the first, in whatever state: those in which conditions are asked."""
+        """In every period after the first, in any state: when conditions are evaluated."""
         return self.arrivals.close(self.arrivals.always | self.arrivals.later)
 
     def in_conditions(self, state: str) -> frozenset[InputName]:

@@ -46,7 +46,7 @@ SUBJECTS: tuple[ModuleType, ...] = (
 CHECKS: tuple[Check, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "CHECKS", ()))
 
 USES: tuple[Check, ...] = tuple(c for each in SUBJECTS for c in getattr(each, "USES", ()))
-"""What is not used is said once nothing is wrong: what has errors counts as using nothing."""
+"""Unused parts are reported only when nothing is wrong: parts with errors use nothing."""
 
 
 def run_checks(

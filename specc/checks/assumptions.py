@@ -85,7 +85,7 @@ def _is_needed(subsystem: Subsystem, index: int, facts: Facts) -> bool:
 def _decided(
     subsystem: Subsystem, state: str, cause: Cause, without: int | None, facts: Facts
 ) -> tuple[object, ...]:
-    """What the rows tell about presence, and then what is known of the rows."""
+    """What the rows say about presence, and then what is known about the rows."""
     prove = partial(facts.prover(subsystem).prove_rows, state, cause, without=without)
     before = prove().decision
     # What peers always send, at present, is left aside: it may well be said as an assumption.

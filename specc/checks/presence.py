@@ -55,7 +55,7 @@ class Absence:
 def reported(
     code: str, absences: Iterable[Absence], subsystem: Subsystem, facts: Facts
 ) -> Iterator[Diagnostic]:
-    """One finding for each place that reads in vain, about the first state that does so."""
+    """One finding for each place that reads without a value, about the first such state."""
     told: set[Place] = set()
     for absence in absences:
         if absence.place not in told:

@@ -74,9 +74,9 @@ def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Ite
 
 
 def _tell(decided: Decided, witness: Witness, known: list[Shared], facts: Facts) -> None:
-    """Add a refutation to those about the same conditions: to one that says as much, if any does.
+    """Add a refutation to those about the same conditions; one that covers it represents it.
 
-    If it says more than some of them, it is what is said in their place.
+    If it covers some of them, it represents them instead.
     """
     compared = known[:MOST_COMPARED]
     for told in compared:
@@ -96,7 +96,7 @@ def _tell(decided: Decided, witness: Witness, known: list[Shared], facts: Facts)
 
 
 def _covers(one: Decided, other: Decided, facts: Facts) -> bool:
-    """Whether what is refuted of one state's rows is refuted of those of another, which it has."""
+    """Whether the refutation of one state's rows also holds of the rows of another state."""
     subsystem = one.subsystem
     there = [facts.presence(subsystem).in_conditions(d.state.name) for d in (one, other)]
     if not there[0] <= there[1]:

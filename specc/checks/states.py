@@ -159,7 +159,7 @@ def _is_trap(
     edges: set[tuple[str, str]],
     subsystem: Subsystem,
 ) -> bool:
-    """Several states are a trap if other states form a cycle, which is then given up for ever.
+    """Several states are a trap if other states form a cycle, which is then left for good.
 
     Otherwise the others are the steps that lead to the work. A single state is the end if nothing
     ends it.

@@ -151,7 +151,7 @@ def _with_rate(subsystem: Subsystem) -> Related:
 
 
 def ages_bounded(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0410, with the whole way of the oldest value."""
+    """E0410, with the whole path of the oldest value."""
     if facts.broken or facts.faulty or facts.rates.clash or facts.rates.misfits:
         return
     for node, element in bounded(facts):
@@ -188,7 +188,7 @@ def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
 
 
 def _at_least(age_s: Fraction) -> str:
-    """A length of time that is short to write and not less."""
+    """A duration that is not less and has few digits."""
     scale = 1000
     while age_s * scale < 100 and (age_s * scale).denominator != 1:
         scale *= 10
@@ -210,7 +210,7 @@ def _shorten(oldest: Trail, facts: Facts) -> str:
     return max(steps, key=lambda step: step[0])[1]
 
 
-# Where a value may be so and so old, a measurement is behind it.
+# Where the age of a value is limited, the value comes from a measurement.
 
 
 def ages_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
@@ -227,7 +227,7 @@ def ages_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-# Where a value may be so and so old, it is sent in every period or read only when it arrives.
+# Where the age of a value is limited, it is sent in every period or read only on arrival.
 
 
 _WAYS_OUT = {

@@ -1,4 +1,4 @@
-"""What is defined, sent or remembered for nothing."""
+"""What is defined, sent or remembered without being used."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def all_of(parts: Iterable[Ways]) -> Ways:
 
 
 def least(ways: Iterable[Way]) -> Ways:
-    """Without ways that ask for more than another one does; too many count as a free one."""
+    """Without ways that need more than another one does; too many ways count as no need at all."""
     found: list[Way] = []
     for way in sorted(set(ways), key=lambda w: (len(w), sorted(w))):
         if not any(other <= way for other in found):
@@ -268,7 +268,7 @@ class _Wait:
 
 
 def _resting(wait: _Wait, steps: Iterable[Step]) -> frozenset[str]:
-    """States of the sender that lead to no served one, and to no declared end either."""
+    """States from which the sender can reach neither a sending state nor a declared end."""
     sources = grouped((step.row.target, step.row.source) for step in steps)
     ends = (s.name for s in wait.sender.states if _is_end(s))
     active = reachable((*wait.served, *ends), lambda name: sources.get(name, ()))

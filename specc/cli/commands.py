@@ -160,7 +160,7 @@ def diff(options: Namespace) -> int:
 
 
 def witness(options: Namespace) -> int:
-    """Write tests that run what is refuted."""
+    """Write tests that run into the errors that proofs found."""
     from specc.cli.witness import run_witness
 
     return run_witness(options)

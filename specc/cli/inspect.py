@@ -211,5 +211,5 @@ def _in_processes(
 
 
 def _used_elsewhere(item: Finding, used: Iterable[Place], whole: bool) -> bool:
-    """Whether a comment that was of no use here was so, or may be, for another specification."""
+    """Whether a comment that is unused here is, or may be, used for another specification."""
     return item.diagnostic.code == "W0901" and (not whole or item.diagnostic.primary in used)

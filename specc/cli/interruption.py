@@ -44,7 +44,7 @@ def held() -> Iterator[None]:
 
 
 def raise_again() -> None:
-    """Mind Ctrl-C where Python would print and forget it: in callbacks such as those of imports."""
+    """Handle Ctrl-C where Python would print and forget it: in callbacks, e.g. of imports."""
     sys.unraisablehook = _unraisable
 
 

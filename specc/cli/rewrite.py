@@ -32,7 +32,7 @@ def rewrite(path: str, text: str) -> None:
 
     Raises:
         OSError: the system refuses, nobody may write the file, or a link leads out of the project;
-            it is as it was.
+            the file is unchanged.
     """
     if not reach_of(path).holds(path):
         raise OSError(errno.EPERM, "a link leads out of the project", path)
@@ -87,7 +87,7 @@ def _rewrite(target: Path, content: bytes) -> None:
 
 
 ROUNDS = 10
-"""A repair can bring up what another one hid; more rounds than this would be a circle."""
+"""A repair can uncover what another one hid; more rounds than this would be a cycle."""
 _MARK = "\ufeff"
 
 
@@ -95,7 +95,7 @@ def mend(findings: Iterable[Finding], arguments: Sequence[str]) -> bool:
     """Make the repairs of findings in files that arguments name, and say which; whether any was.
 
     Raises:
-        OSError: a file cannot be written; those before it are mended.
+        OSError: a file cannot be written; those before it are repaired.
     """
     found = by_file(findings)
     made = [_mend(path, wanted) for path, wanted in found.items() if is_named(path, arguments)]
@@ -103,7 +103,7 @@ def mend(findings: Iterable[Finding], arguments: Sequence[str]) -> bool:
 
 
 def report_left(findings: Iterable[Finding], arguments: Sequence[str]) -> None:
-    """Say which files could be mended but were not named, and how to have them mended."""
+    """Say which files could be repaired but were not named, and how to have them repaired."""
     for path, wanted in by_file(findings).items():
         if is_named(path, arguments):
             continue

@@ -10,7 +10,7 @@ from specc.resources import specs_dir
 
 
 def start(directory: str, name: str) -> int:
-    """Copy a skeleton into a directory, which is made if need be; nothing is ever overwritten."""
+    """Copy a skeleton into a directory, created if it does not exist; never overwrites a file."""
     target = Path(directory)
     if name not in names() or not directory or (target.exists() and not target.is_dir()):
         streams.say(f"specc: {_refusal(directory, name)}")

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 # Standard streams: what is printed on them, and those that are closed, full or no longer read.
 #
 # Files and specifications are strangers' texts, and nearly every output has parts of them. It goes
-# through `show` or `say`, which let no character through that steers a terminal and no line that a
-# runner of continuous integration takes for a command.
+# through `show` or `say`, which let through no character that controls a terminal and no line that
+# a CI runner would take for a command.
 
 
 _USUAL = 120
@@ -59,7 +59,7 @@ def columns(stream: TextIO) -> int:
 
 
 def abandon(stream: TextIO) -> None:
-    """Let a stream take whatever is left in it: Python flushes it once more at exit."""
+    """Discard what a stream still holds: Python flushes it once more at exit."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 

@@ -1,4 +1,4 @@
-"""`specc witness`: its arguments, and writing tests that run what was refuted."""
+"""`specc witness`: its arguments, and writing tests that run into the errors found."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def add_witness(commands: Any) -> None:
 
 
 def run_witness(options: argparse.Namespace) -> int:
-    """Write scenarios; 0 if nothing is refuted, 1 if something is, 2 for wrong usage."""
+    """Write scenarios; 0 if there is no such error, 1 if there is one, 2 for wrong usage."""
     from specc import pipeline
     from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve

@@ -1,4 +1,4 @@
-"""What is known of a kind of finding: its page in `codes/`, one Markdown file per code."""
+"""What is known about a kind of finding: its page in `codes/`, one Markdown file per code."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ _LONG_ENOUGH = 4
 def nearest(name: str, known: Iterable[str]) -> list[str]:
     """The known names closest to `name`, best first, at most three; case is no difference.
 
-    None once a run has compared as many as it may.
+    None once a run has made all the comparisons that it may make.
     """
     by_folded: dict[str, list[str]] = {}
     for candidate in dict.fromkeys(known):
@@ -22,7 +22,7 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
     if len(name) > _LONGEST or not spend("names compared", len(by_folded)):
         return []
     close = get_close_matches(name.casefold(), by_folded, n=MOST)
-    # Of `is` for `si` half the letters are wrong, and yet nothing else can be meant.
+    # In `is` for `si` half of the letters are wrong, but nothing else can be meant.
     close += [n for n in by_folded if n not in close and _is_swap(*_unlike(name, n))]
     return [candidate for match in close for candidate in by_folded[match]][:MOST]
 

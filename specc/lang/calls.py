@@ -28,7 +28,7 @@ from specc.model.system import Operator
 from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN
 
-# Typing rules of the functions that make and take poses apart.
+# Typing rules of the functions that build poses and take them apart.
 
 
 _TOLERANCES = "near(X, Y, position_tolerance, rotation_tolerance)"

@@ -107,7 +107,7 @@ def _check_equality(ctx: Context, left: Side, right: Side) -> None:
 
 
 def _exact(ctx: Context, left: ast.expr, right: ast.expr, type: Type) -> ExprError:
-    """The error of values of a type that are asked to be exactly equal."""
+    """The error of comparing values of this type exactly."""
     tolerance = "tolerance, rotation_tolerance" if isinstance(type, Pose) else "tolerance"
     help = f"write `near({ctx.quote(left)}, {ctx.quote(right)}, {tolerance})`"
     if isinstance(type, Spatial):
@@ -208,12 +208,12 @@ def choice(ctx: Context, node: ast.IfExp, hint: Type | None) -> Expr:
 
 
 def _branches(ctx: Context, nodes: list[ast.expr], hint: Type | None) -> list[Expr]:
-    """Branches of a choice may be None where nothing but a value of theirs is asked for."""
+    """Branches of a choice may be None where no particular type is required."""
     return infer_alike(ctx, nodes, hint, optional=hint is None)
 
 
 def unexpected_set(ctx: Context, node: ast.Set, hint: Type | None) -> Expr:
-    """Braces stand behind `in` only."""
+    """A set can stand only after `in`."""
     raise ctx.error(
         node, "a set can stand only after `in`", "a vector has square brackets", "E0302"
     )

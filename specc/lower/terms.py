@@ -22,11 +22,11 @@ NONE: Terms = frozenset()
 
 
 LARGEST = 100_000
-"""Terms that one method spells; lets that choose between lets can multiply beyond any use."""
+"""Most terms that one method may spell; conditional lets can multiply beyond any use."""
 
 
 class TooLarge(Exception):
-    """The work cycle of a subsystem would become a method beyond reason."""
+    """The work cycle of a subsystem would become too large a method."""
 
     def __init__(self, subsystem: str = "") -> None:
         self.subsystem = subsystem

@@ -22,7 +22,7 @@ _LARGEST_SCALE = 1e15
 class UnitError(ValueError):
     """A text that is not a unit; `start` and `end` are offsets into it.
 
-    `name` is the name that is no unit's, if that is what is wrong.
+    `name` is the unknown unit, if that is what is wrong.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Unit:
 
     @property
     def is_reasonable(self) -> bool:
-        """Whether exponents and scale are such as quantities have; a typing error has others."""
+        """Whether exponents and scale are plausible for a quantity; a typing error has others."""
         largest = max((abs(e) for _, e in self.dimensions), default=Fraction(0))
         in_range = 1 / _LARGEST_SCALE < self.scale < _LARGEST_SCALE
         return largest <= _LARGEST_EXPONENT and in_range

@@ -1,4 +1,4 @@
-"""Comments that speak to specc: `# specc: ignore[W0412] reason`, and what is wrong with them."""
+"""Comments for specc: `# specc: ignore[W0412] reason`, and what is wrong with them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FORM = "write `# specc: ignore[W0412] reason`"
 class Ignore:
     """One code of an ignore comment.
 
-    Findings of this code on `line` are held back if the comment gives a reason; `rest` are the
+    Findings of this code on `line` are suppressed if the comment gives a reason; `rest` are the
     other codes of the same comment.
     """
 
@@ -38,7 +38,7 @@ class Ignore:
 
 
 def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
-    """The codes that comments of a file hold back, and findings about such comments."""
+    """The codes that comments of a file suppress, and findings about such comments."""
     ignores: list[Ignore] = []
     findings: list[Diagnostic] = []
     # Most files have no such comment; looking for all comments would cost more than this.
@@ -61,7 +61,7 @@ def ignores_of(source: SourceFile) -> tuple[list[Ignore], list[Diagnostic]]:
 
 
 def unused(source: SourceFile, entry: Ignore) -> Diagnostic:
-    """The finding about a code that holds nothing back."""
+    """The finding about a code that suppresses nothing."""
     message = f"there is no {entry.code} here to ignore"
     if entry.rest:
         codes = ", ".join(entry.rest)

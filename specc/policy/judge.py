@@ -14,9 +14,9 @@ from specc.source import Place, SourceFile, Sources
 
 @frozen
 class Judged:
-    """Findings that are left; `used` are the places of the codes in comments that held some back.
+    """Findings that are left; `used` are the places of the codes in comments that suppressed some.
 
-    `ignored` counts the findings that comments or settings hold back.
+    `ignored` counts the findings that comments or settings suppress.
     """
 
     diagnostics: tuple[Diagnostic, ...]
@@ -67,7 +67,7 @@ def _all_ignores(sources: Sources) -> tuple[list[tuple[SourceFile, Ignore]], lis
 def _commented(
     found: list[Diagnostic], ignores: list[tuple[SourceFile, Ignore]], sources: Sources
 ) -> tuple[list[Diagnostic], set[Place]]:
-    """Findings that no comment holds back, and the places of codes that hold some back."""
+    """Findings that no comment suppresses, and the places of codes that suppress some."""
     by_line: dict[tuple[str, int, str], list[Place]] = {}
     for source, entry in ignores:
         by_line.setdefault((source.path, entry.line, entry.code), []).append(entry.place)

@@ -19,8 +19,8 @@ from specc.proof.verdict import Decision, InputName, RowVerdict
 from specc.proof.witness import none_of, only
 
 Moment = Literal["conditions", "functions", "start"]
-"""When something holds. Axioms hold but at the start of a run; `entered` and `elapsed` are known in
-conditions only, since these are not asked in the first period of a state."""
+"""When something holds. Axioms hold except at the start of a run; `entered` and `elapsed` are known
+in conditions only, since these are not asked in the first period of a state."""
 
 
 class Prover:

@@ -1,7 +1,7 @@
 """Whether answers to different questions have to do with each other: lazily, the solver's matter.
 
-Tables take the variables of conditions as independent. What they prove is true for that; where they
-refute, variables that are computed from one thing may not be independent after all.
+Tables treat the variables of conditions as independent. What they prove is true all the same; where
+they refute, variables computed from the same value may not be independent.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _CHOOSING = ("abs", "min", "max")
 
 
 class UnsureError(Exception):
-    """The solver gave no answer within its bounds, or is not there; the message says so."""
+    """The solver gave no answer within its bounds, or is not installed; the message says so."""
 
 
 class Relations:
@@ -164,7 +164,7 @@ class Judge:
 
     @cached_property
     def exact(self) -> Theory:
-        """Of exact numbers. Raises UnsureError if there is no solver, or too much to be said."""
+        """Of exact numbers. Raises UnsureError without a solver or for too large a question."""
         return self._theory(exact=True)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Truth tables over the answers that can come together, and the split into cases."""
+"""Truth tables over the answers that are consistent with each other, and the split into cases."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def _kinds_of_items(tests: list[Formula]) -> list[Answers]:
     return [kind for kind, _ in kinds]
 
 
-# Combinations of a table that may come about: those that the solver refutes are struck off.
+# Combinations of a table that are satisfiable: those that the solver refutes are removed.
 
 
 Refute = Callable[[Sequence[Answered]], tuple[Answered, ...] | None]
@@ -181,7 +181,7 @@ class Cases:
         judge: Judge | None,
         context: Sequence[Formula] = (),
     ) -> None:
-        """Without a judge, all combinations may come about. The `context` is assumed, too."""
+        """Without a judge, all combinations count as satisfiable. The `context` is assumed, too."""
         self._table = table
         self._judge = judge
         self._checks = 0
@@ -193,11 +193,11 @@ class Cases:
 
     @property
     def conceivable(self) -> int:
-        """The combinations that exact or rounded numbers may bring about."""
+        """The combinations that are satisfiable with exact or rounded numbers."""
         return self.allowed | self._rounded
 
     def some(self, bits: int) -> int:
-        """`bits` without combinations that cannot be, so that the first one left can be; or 0.
+        """`bits` without unsatisfiable combinations before the first satisfiable one; or 0.
 
         Raises:
             UnsureError: the solver does not say.
@@ -214,7 +214,7 @@ class Cases:
         return 0
 
     def some_rounded(self, bits: int) -> int:
-        """Like `some`, of the combinations that only rounded numbers can bring about."""
+        """Like `some`, of the combinations that are satisfiable only with rounded numbers."""
         while bits := bits & self._rounded:
             assert self._judge is not None  # only a judge knows of rounding
             core = self._conflict(self._judge.rounded.conflict, bits)

@@ -124,7 +124,7 @@ def _joined(op: str, parts: Sequence[Expr]) -> Expr:
     return Logic(op, tuple(parts), type=_BOOL)  # type: ignore[arg-type]  # and, or
 
 
-# What is told of a fault: a situation that shows it, all that do, and how it could be mended.
+# What is said about a fault: a situation that shows it, all that do, and a repair.
 
 
 def no_row(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
@@ -200,7 +200,7 @@ def _witness(
 def _causes(table: Table, cases: Cases, told: int) -> dict[Column, int]:
     """What must have ended a state where `told` holds, of all that may end it.
 
-    It goes without saying for a proof, but a reader looks for the cause; that time passes is none.
+    A proof does not need it, but a reader looks for the cause; that time passes is not one.
     """
     ended = told
     for formula in cases.context:

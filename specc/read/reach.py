@@ -23,7 +23,7 @@ class Reach:
         """Whether a file lies inside, wherever links lead."""
         try:
             real = os.path.realpath(path)
-        except ValueError:  # no name of a file, which reading it will say
+        except ValueError:  # not a valid file name, which reading it will report
             return True
         return not self.folders or any(
             os.path.commonpath((real, folder)) == folder for folder in self.folders
@@ -68,7 +68,7 @@ class Reach:
 def _entries(folder: str) -> list[str]:
     try:
         return [os.path.join(folder, name) for name in sorted(os.listdir(folder))]
-    except OSError:  # what cannot be looked into is read by nobody
+    except OSError:  # a folder that cannot be listed is not read either
         return []
 
 
@@ -76,5 +76,5 @@ ANYWHERE = Reach()
 
 
 def claims_to_be_one(text: str) -> bool:
-    """Whether a text says that it is a specification; any other is nobody's to show."""
+    """Whether a text says that it is a specification; any other must not be shown."""
     return _CLAIM.search(text) is not None

@@ -20,12 +20,12 @@ from specc.resolve.library import constant_scope
 from specc.schema.subsystem import ElementDef, InputDef, SubsystemDef
 
 DEEPEST_LET = 100
-"""How many lets may depend on each other in a row; nobody reads more, and passes recurse."""
+"""Longest chain of lets that depend on each other; nobody reads more, and passes recurse."""
 
 
 @dataclass(slots=True)
 class Buffers:
-    """Everything of a subsystem that stands still: ports, memory, lets, and the scope they make."""
+    """The static declarations of a subsystem: ports, memory, lets, and their scope."""
 
     ports: tuple[Port, ...] = ()
     """As they are declared; `other_end` is "" where the peer is unknown."""

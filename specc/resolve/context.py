@@ -173,7 +173,7 @@ class Findings:
         self._add(Diagnostic("O0205", message, place, help=help, lacks=_all(lacks)))
 
     def _add(self, found: Diagnostic) -> None:
-        """Add a diagnostic; a part that is not there is told once, with all that refers to it."""
+        """Add a diagnostic; a missing part is reported once, with everything that refers to it."""
         if found.code == "O0205":
             index = self._lacking.setdefault(_part(found), len(self.diagnostics))
             if index < len(self.diagnostics):
@@ -204,7 +204,7 @@ _MAY_COME = {
     "behaviour": "declare it under `behaviours:`",
     "state": "declare it under `states:`",
 }
-"""What may be still to come where it is referred to, and how it comes."""
+"""Parts that may be added later, and how to add them."""
 _MOST_RELATED = 4
 
 
@@ -256,7 +256,7 @@ def nobody_knows(where: Where, type_: Type) -> Unknown:
     return Unknown("/".join(map(str, where.route)), type=type_)
 
 
-# Lengths of time in the texts of a specification.
+# Durations in the texts of a specification.
 
 
 # A Fraction of `1e999999999` is computed digit by digit.

@@ -179,7 +179,7 @@ def _is_configured(name: str, around: AgentDef) -> bool:
 def _absent(
     kind: SubsystemKind, name: str, peer: str, elements: Collection[str], around: AgentDef
 ) -> str:
-    """The device, or the virtual effector of a device, that a buffer leads to and nobody is."""
+    """The device, or the virtual effector of a device, that a buffer names but nobody declares."""
     word = kind.removeprefix("virtual_")
     devices = around.real_effectors if word == "effector" else around.real_receptors
     if kind != "control" and peer == word[0].upper() and name not in devices:

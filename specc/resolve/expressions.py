@@ -103,7 +103,7 @@ class Expressions:
         return self._meant(where, text, scope, Bool(), None)
 
     def inside(self, where: Where, text: str, scope: Scope) -> None:
-        """Report what is wrong in an expression for whatever it is meant."""
+        """Report what is wrong in an expression, whatever it is used for."""
         tree = self.tree(where, text)
         if tree is None:
             return

@@ -126,7 +126,7 @@ class Library:
     def _is_free(
         self, own: Definitions, kind: Literal["type", "operator"], name: str, where: Where
     ) -> bool:
-        """Whether the name of a type or operator is nobody's; reports those of the language."""
+        """Whether the name of a type or operator is free; reports names of the language."""
         if name in (TYPE_WORDS if kind == "type" else RESERVED):
             message = f"`{name}` is a word of the language and cannot name {_A[kind]}"
             self.findings.report("E0221", message, where.key, help="choose another name")

@@ -18,7 +18,7 @@ _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
 
 @dataclass(slots=True)
 class Loader:
-    """`load` gives a file its shape; a file that fails is reported once and is None ever after.
+    """`load` gives a file its shape; a file that fails is reported once and is None from then on.
 
     `read` reads the file of a path; an editor puts its unsaved texts there.
     """

@@ -108,7 +108,7 @@ def resolve_task(
     findings: Findings,
     broken: Container[str],
 ) -> Task:
-    """The task; what it names in vain is reported.
+    """The task; unknown names in it are reported.
 
     What is not in a subsystem that is `broken` may be missing only because of its errors.
     """

@@ -173,7 +173,7 @@ class Driver:
         return self.patiently(take)
 
     def patiently(self, attempt: Callable[[list[Goal]], Found]) -> Found:
-        """What an attempt gives once the inputs that it reads in vain are among its goals.
+        """The result of an attempt once the inputs that it lacks are among its goals.
 
         Raises:
             StrayError: it fails otherwise, or needs what never comes.
@@ -207,7 +207,7 @@ class Driver:
         return waited, self.found(waited.at, goals, run.state)
 
     def _counted(self, run: Run, goals: Sequence[Goal]) -> tuple[Run, Situation]:
-        """The same where memory that changes meanwhile has to get there first."""
+        """The same where changing memory has to reach some value first."""
         if not any(self._depends(condition) for condition, _ in goals):
             raise StrayError(f"no inputs were found that end {run.state} as required")
         for _ in range(MOST_COUNTED):
@@ -257,10 +257,10 @@ class Driver:
         return self.inputs.with_company(found, goals)
 
     def replay(self, run: Run, last: Situation) -> None:
-        """Run it again with what operators give in the end, which they give from the beginning.
+        """Run it again with operators returning from the beginning what they return in the end.
 
         Raises:
-            StrayError: then it goes otherwise, or memory has other values than `last`.
+            StrayError: the run then differs, or memory has other values than in `last`.
         """
         answers, at = last.answers, self.after_first(run, last)
         for seen in run.periods:

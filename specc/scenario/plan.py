@@ -128,7 +128,7 @@ class AbsencePlanner:
         return self._driver.patiently(reach)
 
     def _read(self, reading: Reading, at: Situation) -> None:
-        """Make sure that the input is read in vain.
+        """Make sure that the input is read without a value.
 
         Raises:
             AbsentError: another one is.
@@ -143,7 +143,7 @@ class AbsencePlanner:
         raise StrayError("it is not read")
 
 
-# From a refutation to a script: driven by inputs where a run leads there, else put in place.
+# From a refutation to a script: driven by inputs where a run leads there, else set directly.
 
 
 class Planner:
@@ -162,7 +162,7 @@ class Planner:
         self._rows = tuple(self._own(row) for row in refutation.rows)
 
     def script(self) -> Script | None:
-        """The script that needs the least put in place; None if no values were found."""
+        """The script that sets the least directly; None if no values were found."""
         for goals in self._goals():
             for attempt in (self._driven, self._driven_towards, self._put):
                 script = attempt(goals)
@@ -224,7 +224,7 @@ class Planner:
         return self._driver.patiently(reach)
 
     def _remembered(self, run: Run, goals: list[Goal]) -> Script:
-        """The last step with memory, time and old inputs put in place."""
+        """The last step with memory, time and old inputs set directly."""
         seen, rows = self._settled(run.at, goals)
         self._driver.replay(run, replace(run.at, answers=seen.answers))
         periods = None if seen.periods == run.at.periods else seen.periods
@@ -232,7 +232,7 @@ class Planner:
         return Script(run.steps, placed, step_between(run.seen, seen), seen.answers, rows)
 
     def _put(self, goals: list[Goal]) -> Script | None:
-        """The state itself put in place after the first period."""
+        """The state itself set directly after the first period."""
         try:
             run = self._driver.first()
             at = replace(run.at, periods=1)

@@ -66,7 +66,7 @@ class Trial:
         self._load = load
 
     def operator(self, name: str, *args: Value, gives: Value) -> None:
-        """Let an operator give a value for some arguments; to be said before the first step."""
+        """Let an operator return a value for some arguments; to be called before the first step."""
         self._answers.append((name, args, gives))
 
     def step(
@@ -77,7 +77,7 @@ class Trial:
         absent: Collection[str] = (),
         periods: int = 1,
     ) -> None:
-        """One period, or several ones alike, at whose end the subsystem is in the state `into`.
+        """One period, or several equal ones, after which the subsystem is in the state `into`.
 
         What `arrives` is fresh, what is `there` has a value without being fresh, what is `absent`
         has none.
@@ -120,7 +120,7 @@ class Trial:
     ) -> None:
         """The period that matters: exactly one row applies, or the state goes on.
 
-        It is all right as well if an assumption says that this cannot be.
+        An assumption that excludes this is accepted as well.
         """
         __tracebackhide__ = True
         self._feed(arrives or {}, there or {}, absent)

@@ -154,7 +154,7 @@ def _shown(value: Any) -> str:
     return f"`{text}`" if len(text) <= _SHOWN else f"`{text[:_SHOWN]}...`"
 
 
-# From pydantic's errors to diagnostics: one finding for each thing that a person has to mend.
+# From pydantic's errors to diagnostics: one finding for each thing that a person has to correct.
 
 
 _LISTED_KEYS = 24

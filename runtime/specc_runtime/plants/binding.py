@@ -33,8 +33,8 @@ class SensorBinding:
         depth_noise: "kinect" adds the depth noise of `noise.kinect_depth`.
         rate_hz: the value is taken at the first sample in each period 1/rate_hz and held for the
             rest of it; none means taken afresh whenever time has passed.
-        sporadic: whether there may be no new sample, but at time 0.
-        max_gap_s: for how long there may be none; none means for any length of time.
+        sporadic: whether there may be no new sample; there always is one at time 0.
+        max_gap_s: longest time without a new sample; None means that it is not limited.
         contract: what every sample is checked with.
         declared: the type of the element, in the specification's words.
         is_vector: one raw number is a vector of one, not a number.

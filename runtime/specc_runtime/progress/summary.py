@@ -50,7 +50,7 @@ def _show(report: Report, console: Console) -> None:
 
 
 def _told(fault: dict[str, Any]) -> Iterator[str]:
-    """Who is to blame for what; then where, as far as it is known."""
+    """Who is to blame and for what; then where, as far as that is known."""
     yield f"[red]fault[/] {_safe(': '.join((fault['culprit'], fault['message'])))}"
     parts = [f"{fault['fault']} at {fault['time_s']:.3f} s"]
     if fault["subsystem"]:

@@ -45,7 +45,7 @@ class Session:
 
 
 class Theory:
-    """Answers to the questions of some atoms that are possible together.
+    """Which answers to the questions of some atoms are satisfiable together.
 
     With `exact`, numbers are taken as exact ones; what is impossible then may be possible with
     rounded ones.

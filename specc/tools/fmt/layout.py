@@ -1,4 +1,4 @@
-"""The canonical layout of a YAML text of specc.
+"""The canonical layout of a specification's YAML text.
 
 Whether a collection stands on one line or over several is the author's choice, as in gofmt, with
 two exceptions: braces that do not fit into the width become a block, and what was broken over

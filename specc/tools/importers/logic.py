@@ -21,7 +21,7 @@ _TOKEN = re.compile(
 
 
 class LogicError(Exception):
-    """A text that is no condition; `start` and `end` are offsets into it."""
+    """A text that is not a condition; `start` and `end` are offsets into it."""
 
     def __init__(self, message: str, start: int, end: int) -> None:
         super().__init__(message)

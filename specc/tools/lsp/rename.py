@@ -15,7 +15,7 @@ from specc.tools.lsp.project import Project
 from specc.tools.lsp.structure import Kind, role_of, signature_mentions, split, type_mentions
 from specc.tools.lsp.symbols import Symbol, node_at, values
 
-# Whether a symbol can have another name: what is no name, what is taken, what Python relies on.
+# Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
 
 
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -56,7 +56,7 @@ def _fixed(index: Index, symbol: Symbol) -> str:
 
 
 def check_name(symbol: Symbol, new: str) -> None:
-    """Raise `RenameError` if nothing of the kind of a symbol can have a name."""
+    """Raise `RenameError` if a name is not valid for a symbol of this kind."""
     if new == symbol.name:
         raise RenameError("it already has this name")
     if not _NAME.fullmatch(new) or not new.isidentifier():
@@ -229,7 +229,7 @@ def _spells(index: Index, path: str, occurrence: Occurrence) -> bool:
 
 
 def _check_effect(project: Project, edits: Iterable[Edit], new: str) -> None:
-    """With the new name specc finds what it found before, no more and no less."""
+    """With the new name specc reports exactly what it reported before."""
     texts = {
         path: apply(project.source(path).text, [e for e in edits if e.path == path], new)
         for path in {edit.path for edit in edits}

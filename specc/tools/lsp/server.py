@@ -107,7 +107,7 @@ class SpecServer(LanguageServer):
             yield "take", (document.uri, document.source)
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Tell the client of an error that no answer tells of."""
+        """Tell the client about an error that no answer reports."""
         refusal = unreadable(error)
         if refusal and isinstance(self.protocol, SpecProtocol):
             self.protocol.refuse(refusal)
