@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from math import gcd, lcm
 
-from specc.analysis.plant import Bound
+from specc.analysis.plant import BoundElement
 from specc.frozen import frozen
 from specc.model.fsm import Behaviour
 from specc.model.system import Device, Element, Port, Subsystem, System
@@ -49,7 +49,7 @@ class Clash:
 class Misfit:
     """A sensor whose rate does not fit those of `readers` or, without readers, the base tick."""
 
-    bound: Bound
+    bound: BoundElement
     rate_hz: Fraction
     readers: tuple[Subsystem, ...]
     tick_s: Fraction | None
@@ -65,7 +65,7 @@ class Rates:
         self,
         system: System,
         asked: Sequence[Subsystem],
-        bindings: Iterable[Bound],
+        bindings: Iterable[BoundElement],
         *,
         whole: bool,
     ) -> None:
@@ -110,7 +110,7 @@ def find_clash(subsystems: Sequence[Subsystem]) -> Clash | None:
 
 
 def find_misfits(
-    bindings: Iterable[Bound], readers: Sequence[Subsystem], tick_s: Fraction | None
+    bindings: Iterable[BoundElement], readers: Sequence[Subsystem], tick_s: Fraction | None
 ) -> Iterator[Misfit]:
     """Sensors whose rates fit neither those of their readers nor the tick, if known."""
     for bound in bindings:
@@ -127,7 +127,7 @@ def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
     return hyperperiod(periods) / base_tick(periods) if periods else Fraction(1)
 
 
-def _reads(subsystem: Subsystem, bound: Bound) -> bool:
+def _reads(subsystem: Subsystem, bound: BoundElement) -> bool:
     device = bound.binding.device
     return any(p.direction == "x" and p.other_end == device for p in subsystem.ports)
 

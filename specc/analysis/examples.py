@@ -11,7 +11,7 @@ from specc.analysis.vague import is_vague, sure, unmet
 from specc.analysis.words import facts_of
 from specc.example.assign import Freedom
 from specc.example.example import Example, Wanted, example, says_all
-from specc.example.numbers import Patience, runnable
+from specc.example.numbers import SearchBudget, runnable
 from specc.example.search import Goal
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value
 from specc.model.expr import Expr, walk
@@ -65,7 +65,7 @@ class Finder:
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
-        self._left = Patience(MOST_IN_ALL)
+        self._left = SearchBudget(MOST_IN_ALL)
         self._meanings: dict[str, Meaning] = {}
         self._changing: dict[str, frozenset[str]] = {}
         self._known: dict[object, Example | None] = {}
@@ -107,8 +107,8 @@ class Finder:
             size = 1 + sum(map(_size, (expr for expr, _ in wanted.goals))) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
                 start = _start(meaning, number)
-                with self._left.some(most // size) as patience:
-                    found = example(wanted, meaning, start, freedom, patience)
+                with self._left.some(most // size) as budget:
+                    found = example(wanted, meaning, start, freedom, budget)
                 if found:
                     return found
                 most = MOST_AGAIN

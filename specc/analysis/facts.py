@@ -10,7 +10,7 @@ from specc.analysis.connections import Connections, Rates
 from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
 from specc.analysis.lasting import Lasting
 from specc.analysis.misfits import Misfits
-from specc.analysis.plant import Bound, bound_elements, plant_model
+from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.presence import Presence, Readings, find_presence, names_any
 from specc.analysis.vague import Views, is_vague
 from specc.analysis.valueless import valueless
@@ -296,7 +296,7 @@ class Facts:
         return Readings(subsystem, close)
 
     @cached_property
-    def bindings(self) -> tuple[Bound, ...]:
+    def bindings(self) -> tuple[BoundElement, ...]:
         """The bindings of the plant whose device and element exist."""
         return tuple(bound_elements(self.system))
 

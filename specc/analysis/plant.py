@@ -20,7 +20,7 @@ PlantKind = Literal["model", "python", ""]
 
 
 @frozen
-class Bound:
+class BoundElement:
     """A binding of an element that exists; `commanded` tells x of a device from y.
 
     `plant` is of what kind the plant is; empty if it is of none or of both.
@@ -39,7 +39,7 @@ def plant_kind(plant: Plant | None) -> PlantKind:
     return "model" if plant.model else "python"
 
 
-def bound_elements(system: System) -> Iterator[Bound]:
+def bound_elements(system: System) -> Iterator[BoundElement]:
     """The bindings whose device and element exist."""
     devices = {device.qualified_name: device for device in system.devices}
     kind = plant_kind(system.plant)
@@ -50,7 +50,7 @@ def bound_elements(system: System) -> Iterator[Bound]:
         for elements, commanded in ((device.x, True), (device.y, False)):
             for element in elements:
                 if element.name == binding.element:
-                    yield Bound(binding, element, commanded, kind)
+                    yield BoundElement(binding, element, commanded, kind)
 
 
 def plant_model(system: System) -> Model | ModelError | None:
@@ -113,7 +113,7 @@ class Raw(NamedTuple):
     units: tuple[Unit | None, ...] | None
 
 
-def raw_numbers(bound: Bound, model: Model) -> Iterator[Raw]:
+def raw_numbers(bound: BoundElement, model: Model) -> Iterator[Raw]:
     """The numbers behind an element, or those that it sets, in their order."""
     binding = bound.binding
     if not bound.commanded:

@@ -20,7 +20,7 @@ from specc.source import Place
 # Which inputs the value of an expression is computed from, in the very period that computes it.
 
 
-Names = frozenset[InputName]
+InputNames = frozenset[InputName]
 
 
 class Read(NamedTuple):
@@ -37,7 +37,7 @@ class Flow:
         lets = {item.name: item for item in subsystem.lets}
         asked = Implied(lets, _asked)
         # Each way to a let counts: what is read where it is fresh may be older than elsewhere.
-        self._guards = Guards[Names](lets, lambda fresh, *test: fresh | asked.by(*test), eq)
+        self._guards = Guards[InputNames](lets, lambda fresh, *test: fresh | asked.by(*test), eq)
 
     def reads(self, expr: Expr) -> frozenset[Read]:
         """What the value of `expr` depends on."""
@@ -47,7 +47,7 @@ class Flow:
         return frozenset(Read(name, name in fresh) for name, fresh in names)
 
 
-def _asked(expr: Expr, holds: bool) -> Names:
+def _asked(expr: Expr, holds: bool) -> InputNames:
     """The input that must be fresh where a condition holds."""
     if holds and isinstance(expr, Fresh):
         return frozenset(((expr.input.peer, expr.input.element),))

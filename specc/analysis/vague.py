@@ -19,7 +19,7 @@ from specc.proof import Decision, InputName, Prover, RowVerdict, Witness
 # What is unknown may be asked otherwise, to see what a condition says without some of its parts.
 
 
-Bound = Callable[[Expr], Expr]
+Rewriting = Callable[[Expr], Expr]
 Asks = Callable[[Expr], bool]
 
 
@@ -65,8 +65,8 @@ class View:
     """A way to look at a machine with unknowns: what is taken to hold of them."""
 
     cause: Cause
-    ends: Bound
-    rows: Bound
+    ends: Rewriting
+    rows: Rewriting
 
     def of(self, subsystem: Subsystem) -> Subsystem:
         """The machine without unknowns; of its behaviours only the end by the cause counts."""
@@ -111,11 +111,11 @@ def is_vague(subsystem: Subsystem, state: State, cause: Cause) -> bool:
     return any(has_unknown(condition.when) for condition in conditions)
 
 
-def _row(row: Transition, bound: Bound) -> Transition:
+def _row(row: Transition, bound: Rewriting) -> Transition:
     return replace(row, condition=_known(row.condition, bound))
 
 
-def _known(condition: Condition, bound: Bound) -> Condition:
+def _known(condition: Condition, bound: Rewriting) -> Condition:
     return replace(condition, when=bound(condition.when))
 
 

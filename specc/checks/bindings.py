@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import Bound
+from specc.analysis.plant import BoundElement
 from specc.analysis.words import below, listed
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.lang import or_else
@@ -193,7 +193,7 @@ def sizes_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
             )
 
 
-def _number_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
+def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
     """Numbers of the element and of the plant, in words; None where one is not known."""
     wanted, binding = _size(bound.element.type), bound.binding
     parts = [model.actuators.get(name) for name in binding.actuators]
@@ -206,7 +206,7 @@ def _number_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
     return _numbers(wanted), _numbers(sum(known))
 
 
-def _image_sizes(bound: Bound, model: Model) -> tuple[str, str] | None:
+def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
     camera, type_ = bound.binding.camera, bound.element.type
     if camera not in model.cameras or not isinstance(type_, Image):
         return None

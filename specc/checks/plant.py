@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from specc.analysis import Facts
-from specc.analysis.plant import Bound, Raw, differs, raw_numbers, units_of
+from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_of
 from specc.analysis.words import below, listed
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
 from specc.mjcf import Model, ModelError
@@ -35,7 +35,7 @@ _OF_A_MODEL = (
 _OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
 
 
-def _wrong_kind(bound: Bound) -> tuple[str, str] | None:
+def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
     """What is wrong with the kind of a binding, and a way out; None if nothing is."""
     if not bound.plant:
         return None
@@ -58,7 +58,7 @@ def _sampled(binding: Binding) -> tuple[str, str] | None:
     return None
 
 
-def _in_python(bound: Bound) -> tuple[str, str] | None:
+def _in_python(bound: BoundElement) -> tuple[str, str] | None:
     """A plant in Python gives and takes the elements themselves."""
     name = bound.element.name
     modelled = _key(bound.binding, _OF_A_MODEL)
@@ -71,7 +71,7 @@ def _in_python(bound: Bound) -> tuple[str, str] | None:
     return _command_measured(bound, _OF_SAMPLES)
 
 
-def _moving(bound: Bound) -> tuple[str, str] | None:
+def _moving(bound: BoundElement) -> tuple[str, str] | None:
     binding, name = bound.binding, bound.element.name
     if not binding.actuators:
         return f"`{name}` is commanded, but moves no actuator", "add `actuators: [...]`"
@@ -79,7 +79,7 @@ def _moving(bound: Bound) -> tuple[str, str] | None:
     return _command_measured(bound, (*kinds, *_OF_SAMPLES)) or _type_without_through(bound)
 
 
-def _command_measured(bound: Bound, kinds: tuple[str, ...]) -> tuple[str, str] | None:
+def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str, str] | None:
     measured = _key(bound.binding, kinds) if bound.commanded else ""
     if not measured:
         return None
@@ -89,7 +89,7 @@ def _command_measured(bound: Bound, kinds: tuple[str, ...]) -> tuple[str, str] |
     )
 
 
-def _reporting(bound: Bound) -> tuple[str, str] | None:
+def _reporting(bound: BoundElement) -> tuple[str, str] | None:
     binding, name = bound.binding, bound.element.name
     numbers = _key(binding, ("joints", "sensors", "actuators"))
     if binding.camera:
@@ -104,7 +104,7 @@ def _reporting(bound: Bound) -> tuple[str, str] | None:
     return _type_without_through(bound)
 
 
-def _from_camera(bound: Bound, numbers: str) -> tuple[str, str] | None:
+def _from_camera(bound: BoundElement, numbers: str) -> tuple[str, str] | None:
     binding, type_ = bound.binding, bound.element.type
     if numbers:
         return f"a camera cannot be combined with `{numbers}`", f"delete `{numbers}` or `camera`"
@@ -123,7 +123,7 @@ def _from_camera(bound: Bound, numbers: str) -> tuple[str, str] | None:
     return None
 
 
-def _type_without_through(bound: Bound) -> tuple[str, str] | None:
+def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
     if bound.binding.through or _is_numbers(bound.element.type):
         return None
     message = f"the plant works with real numbers, not with {bound.element.type}"
@@ -203,7 +203,7 @@ def bindings_agree(system: System, facts: Facts) -> Iterator[Diagnostic]:
             yield from _disordered(bound, model)
 
 
-def _named_twice(bound: Bound) -> Iterator[Diagnostic]:
+def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
     """An actuator that is commanded twice is `actuators_driven_once`'s matter."""
     for kind in _LISTS[:2] if bound.commanded else _LISTS:
         names = getattr(bound.binding, kind)
@@ -219,7 +219,7 @@ def _named_twice(bound: Bound) -> Iterator[Diagnostic]:
                 )
 
 
-def _units_differ(bound: Bound, model: Model) -> Iterator[Diagnostic]:
+def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
     wanted = units_of(bound.element.type)
     if bound.binding.through or wanted is None:
         return
@@ -234,7 +234,7 @@ def _units_differ(bound: Bound, model: Model) -> Iterator[Diagnostic]:
         start += len(raw.units)
 
 
-def _another_unit(bound: Bound, raw: Raw, unit: Unit, other: Unit) -> Diagnostic:
+def _another_unit(bound: BoundElement, raw: Raw, unit: Unit, other: Unit) -> Diagnostic:
     verb = "takes" if bound.commanded else "gives"
     kind = raw.kind.removesuffix("s")
     return Diagnostic(
@@ -246,7 +246,7 @@ def _another_unit(bound: Bound, raw: Raw, unit: Unit, other: Unit) -> Diagnostic
     )
 
 
-def _disordered(bound: Bound, model: Model) -> Iterator[Diagnostic]:
+def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
     """W0513, of the joints that are listed and driven too."""
     listed = bound.binding.joints
     driven = [model.driven(name) for name in bound.binding.actuators]
@@ -311,7 +311,7 @@ def _deviations(binding: Binding) -> tuple[str, str] | None:
     return message, "give one for each of `sensors:`; joints and actuators have no noise"
 
 
-def _units(bound: Bound, model: Model | ModelError | None) -> Iterator[Diagnostic]:
+def _units(bound: BoundElement, model: Model | ModelError | None) -> Iterator[Diagnostic]:
     binding = bound.binding
     several = len(binding.noise) > 1
     for index, unit in enumerate(binding.noise_units):
@@ -330,11 +330,11 @@ def _units(bound: Bound, model: Model | ModelError | None) -> Iterator[Diagnosti
             )
 
 
-def _type(bound: Bound) -> Related:
+def _type(bound: BoundElement) -> Related:
     return Related(bound.element.place, f"`{bound.element.type}`")
 
 
-def _measured(bound: Bound, model: Model | ModelError | None, sensor: int) -> list[Unit]:
+def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int) -> list[Unit]:
     """Units of what a sensor gives, and of what the element has there; none if not known.
 
     Where the two differ, that is `bindings_agree`'s matter.

@@ -15,7 +15,7 @@ from specc.source import Place
 # How far a specification has come along the procedure of section 3 (Fig. 4).
 
 
-State = Literal["done", "open", "wrong"]
+Outcome = Literal["done", "open", "wrong"]
 
 SYSTEM_STEPS = ("scenario", "structure", "definitions")
 SIMULATED_STEPS = (*SYSTEM_STEPS, "simulation")
@@ -77,7 +77,7 @@ class Step:
     """A step of the procedure; `next` says what to do for it, empty if it is done."""
 
     name: str
-    state: State
+    state: Outcome
     next: str = ""
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from specc.example.numbers import Patience
+from specc.example.numbers import SearchBudget
 from specc.example.situation import Fields, Meaning, Situation, Value, alike, first_value
 from specc.frozen import frozen
 from specc.lang.evaluate import compose, inverse, position
@@ -168,11 +168,11 @@ def _is_number(value: Value) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-# Ways to give an expression a value, by changing one thing that it depends on.
+# Situations to give an expression a value, by changing one thing that it depends on.
 
 
 Holding = Callable[[m.Expr, bool, Situation], Iterator[Situation]]
-Ways = Iterator[Situation]
+Situations = Iterator[Situation]
 
 _CONDITIONS = (m.Logic, m.Compare, m.Among, m.Quantifier, m.Fresh, m.Present, m.IsNone)
 
@@ -181,14 +181,14 @@ class Assigning:
     """Solves `expression == value` for inputs, memory, results of operators and time."""
 
     def __init__(
-        self, meaning: Meaning, freedom: Freedom, holding: Holding, steps: Patience
+        self, meaning: Meaning, freedom: Freedom, holding: Holding, steps: SearchBudget
     ) -> None:
         """`holding` gives ways to make a condition hold or not; `steps` are left for one search."""
         self._steps = steps
         self._meaning = meaning
         self._freedom = freedom
         self._holding = holding
-        self._rules: dict[type, Callable[[Any, Value, Situation], Ways]] = {
+        self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
             m.Input: lambda e, v, at: freedom.input((e.peer, e.element), v, at),
             m.MemoryRef: lambda e, v, at: freedom.remembered(e.name, v, at),
             m.LetRef: lambda e, v, at: self.ways(meaning.lets[e.name], v, at),
@@ -205,7 +205,7 @@ class Assigning:
             m.Sure: lambda e, v, at: self.ways(e.value, v, at),
         }
 
-    def ways(self, expr: m.Expr, value: Value, at: Situation) -> Ways:
+    def ways(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
         """Situations in which the expression may have the value."""
         rule = self._rules.get(type(expr))
         if not self._steps.spend(1):
@@ -218,41 +218,41 @@ class Assigning:
     def _now(self, expr: m.Expr, at: Situation) -> Value:
         return self._meaning.value(expr, at)
 
-    def _call(self, call: m.Call, value: Value, at: Situation) -> Ways:
+    def _call(self, call: m.Call, value: Value, at: Situation) -> Situations:
         args = tuple(self._now(arg, at) for arg in call.args)
         others = tuple(a for a in at.answers if not (a[0] == call.operator and alike(a[1], args)))
         yield replace(at, answers=(*others, (call.operator, args, value)))
 
-    def _component(self, expr: m.Component, value: Value, at: Situation) -> Ways:
+    def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
         whole = list(self._now(expr.value, at))
         whole[expr.index] = value
         yield from self.ways(expr.value, tuple(whole), at)
 
-    def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Ways:
+    def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
         whole = self._now(expr.value, at)
         if isinstance(whole, Fields):
             yield from self.ways(expr.value, whole.having(expr.name, value), at)
 
-    def _items(self, expr: m.Items, value: Value, at: Situation) -> Ways:
+    def _items(self, expr: m.Items, value: Value, at: Situation) -> Situations:
         """The first item that differs; the others are the next steps' matter."""
         for item, wanted in zip(expr.items, value, strict=False):
             if not alike(self._now(item, at), wanted):
                 yield from self.ways(item, wanted, at)
                 return
 
-    def _unary(self, expr: m.Unary, value: Value, at: Situation) -> Ways:
+    def _unary(self, expr: m.Unary, value: Value, at: Situation) -> Situations:
         if expr.op == "not":
             yield from self._holding(expr, value, at)
         else:
             negative = tuple(-v for v in value) if isinstance(value, tuple) else -value
             yield from self.ways(expr.operand, negative, at)
 
-    def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Ways:
+    def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Situations:
         left, right = self._now(expr.left, at), self._now(expr.right, at)
         for side, wanted in inverted(expr.op, value, left, right):
             yield from self.ways(expr.left if side == 0 else expr.right, wanted, at)
 
-    def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Ways:
+    def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Situations:
         if expr.name == "near":
             yield from self._holding(expr, value, at)
         elif expr.name == "len":
@@ -262,19 +262,19 @@ class Assigning:
             for index, wanted in BUILTINS[expr.name](now, value):
                 yield from self.ways(expr.args[index], wanted, at)
 
-    def _length(self, of: m.Expr, value: Value, at: Situation) -> Ways:
+    def _length(self, of: m.Expr, value: Value, at: Situation) -> Situations:
         """A list made longer or shorter; vectors have the length of their type."""
         if isinstance(of.type, ListOf) and value >= 0:
             now = self._now(of, at)
             more = (first_value(of.type.element),) * max(0, int(value) - len(now))
             yield from self.ways(of, (*now, *more)[: int(value)], at)
 
-    def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Ways:
+    def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Situations:
         branch = expr.then if self._now(expr.test, at) else expr.otherwise
         yield from self.ways(branch, value, at)
         yield from self._holding(expr.test, not self._now(expr.test, at), at)
 
-    def _clock(self, expr: m.Clock, value: Value, at: Situation) -> Ways:
+    def _clock(self, expr: m.Clock, value: Value, at: Situation) -> Situations:
         if expr.name == "elapsed":
             exact = value / self._meaning.period_s
             for periods in dict.fromkeys((round(exact), int(exact) + 1, int(exact))):

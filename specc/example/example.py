@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from specc.example.assign import Freedom
-from specc.example.numbers import Patience
+from specc.example.numbers import SearchBudget
 from specc.example.search import Goal, find
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value
 from specc.frozen import frozen
@@ -270,12 +270,12 @@ class Example:
 
 
 def example(
-    wanted: Wanted, meaning: Meaning, start: Situation, freedom: Freedom, patience: Patience
+    wanted: Wanted, meaning: Meaning, start: Situation, freedom: Freedom, budget: SearchBudget
 ) -> Example | None:
     """An example near `start`; None if none was found."""
-    if patience.left <= 0:
+    if budget.left <= 0:
         return None
-    found = find(meaning, start, wanted.goals, freedom, patience)
+    found = find(meaning, start, wanted.goals, freedom, budget)
     if found is None or not _shows(meaning, wanted.goals, found):
         return None
     about = list(leaves(wanted.about, meaning.lets))

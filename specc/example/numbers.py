@@ -41,7 +41,7 @@ def _near(compared: m.Compare) -> m.Expr:
 # How much is tried until a search gives up, counted so that it always ends in the same place.
 
 
-class Patience:
+class SearchBudget:
     """A number of situations that may still be looked at."""
 
     def __init__(self, situations: int) -> None:
@@ -54,10 +54,10 @@ class Patience:
         return had
 
     @contextmanager
-    def some(self, most: int) -> Iterator[Patience]:
+    def some(self, most: int) -> Iterator[SearchBudget]:
         """A part of it; what is spent of it is spent of the whole."""
         given = max(0, min(most, self.left))
-        part = Patience(given)
+        part = SearchBudget(given)
         yield part
         self.left -= given - part.left
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from specc.example.assign import Assigning, Freedom, Ways, items_of
-from specc.example.numbers import HOLDS, Patience, Thresholds
+from specc.example.assign import Assigning, Freedom, Situations, items_of
+from specc.example.numbers import HOLDS, SearchBudget, Thresholds
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value, others
 from specc.lang.evaluate import compose, translation
 from specc.model import expr as m
@@ -35,9 +35,9 @@ class Conditions:
         self._meaning = meaning
         self._freedom = freedom
         self._thresholds = thresholds
-        self._steps = Patience(MOST_STEPS)
+        self._steps = SearchBudget(MOST_STEPS)
         self._assigning = Assigning(meaning, freedom, self.ways, self._steps)
-        self._rules: dict[type, Callable[[Any, bool, Situation], Ways]] = {
+        self._rules: dict[type, Callable[[Any, bool, Situation], Situations]] = {
             m.Unary: lambda e, wanted, at: self.ways(e.operand, not wanted, at),
             m.LetRef: lambda e, wanted, at: self.ways(meaning.lets[e.name], wanted, at),
             m.Logic: self._logic,
@@ -60,16 +60,16 @@ class Conditions:
         except NO_VALUE:
             return []
 
-    def ways(self, expr: m.Expr, wanted: bool, at: Situation) -> Ways:
+    def ways(self, expr: m.Expr, wanted: bool, at: Situation) -> Situations:
         """Situations in which the condition may hold, or fail, as `wanted`."""
         if self._steps.spend(1):
             rule = self._rules.get(type(expr), self._give)
             yield from rule(expr, wanted, at)
 
-    def _give(self, expr: m.Expr, value: Value, at: Situation) -> Ways:
+    def _give(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
         yield from self._assigning.ways(expr, value, at)
 
-    def _call(self, call: m.Call, wanted: bool, at: Situation) -> Ways:
+    def _call(self, call: m.Call, wanted: bool, at: Situation) -> Situations:
         """A result of an operator; for other arguments it may give something else."""
         yield from self._give(call, wanted, at)
         for arg in call.args:
@@ -77,22 +77,22 @@ class Conditions:
                 for moved in self._give(arg, value, at):
                     yield from self._give(call, wanted, moved)
 
-    def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Ways:
+    def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Situations:
         assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
         value = None if wanted else first_value(expr.value.type.value)
         yield from self._give(expr.value, value, at)
 
-    def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Ways:
+    def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Situations:
         for operand in expr.operands:
             if self._meaning.holds(operand, at) is not wanted:
                 yield from self.ways(operand, wanted, at)
 
-    def _choice(self, expr: m.Choice, wanted: bool, at: Situation) -> Ways:
+    def _choice(self, expr: m.Choice, wanted: bool, at: Situation) -> Situations:
         test = bool(self._meaning.holds(expr.test, at))
         yield from self.ways(expr.then if test else expr.otherwise, wanted, at)
         yield from self.ways(expr.test, not test, at)
 
-    def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Ways:
+    def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Situations:
         op = expr.op if wanted else _OPPOSITES[expr.op]
         left, right = self._meaning.value(expr.left, at), self._meaning.value(expr.right, at)
         for side, other, how in (
@@ -119,13 +119,13 @@ class Conditions:
             return (other,) if op == "==" else (_OTHER_TEXT,)
         return (other,) if op == "==" else others(other, kind)
 
-    def _among(self, expr: m.Among, wanted: bool, at: Situation) -> Ways:
+    def _among(self, expr: m.Among, wanted: bool, at: Situation) -> Situations:
         assert isinstance(expr.item.type, Enum)  # typing guarantees it
         for member in expr.item.type.members:
             if (member in expr.members) is wanted:
                 yield from self._give(expr.item, member, at)
 
-    def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Ways:
+    def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Situations:
         items = self._meaning.value(expr.over, at)
         bodies = [m.instance(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
         for body in bodies:
@@ -139,7 +139,7 @@ class Conditions:
         else:
             yield from self._give(expr.over, (), at)
 
-    def _near(self, expr: m.Builtin, wanted: bool, at: Situation) -> Ways:
+    def _near(self, expr: m.Builtin, wanted: bool, at: Situation) -> Situations:
         a, b, tolerance, *_ = (self._meaning.value(arg, at) for arg in expr.args)
         for side, other in ((expr.args[0], b), (expr.args[1], a)):
             for value in self._distant(other, side, tolerance, wanted):
@@ -219,13 +219,13 @@ def find(
     start: Situation,
     goals: Iterable[Goal],
     freedom: Freedom,
-    patience: Patience | None = None,
+    budget: SearchBudget | None = None,
 ) -> Situation | None:
     """A situation near `start` that meets all goals; None if none was found.
 
-    The same question always has the same answer, with the same patience.
+    The same question always has the same answer, with the same budget.
     """
-    patience = patience or Patience(_ALL)
+    budget = budget or SearchBudget(_ALL)
     wanted = [part for goal in goals for part in conjuncts(*goal, meaning)]
     if not _unmet(meaning, wanted, start):
         return start
@@ -233,7 +233,7 @@ def find(
     conditions = Conditions(meaning, freedom, thresholds)
     for seed in range(STARTS):
         rng = random.Random(seed)
-        found = _repaired(meaning, start, wanted, conditions, rng, patience)
+        found = _repaired(meaning, start, wanted, conditions, rng, budget)
         if found is not None:
             return found
     return None
@@ -245,7 +245,7 @@ def _repaired(
     wanted: Sequence[Goal],
     conditions: Conditions,
     rng: random.Random,
-    patience: Patience,
+    budget: SearchBudget,
 ) -> Situation | None:
     at = start
     for _ in range(REPAIRS):
@@ -253,7 +253,7 @@ def _repaired(
         if not unmet:
             return at
         ways = conditions.some_ways(*rng.choice(unmet), at)
-        if not patience.spend(1 + len(ways)):
+        if not budget.spend(1 + len(ways)):
             return None
         if not ways:
             continue

@@ -8,7 +8,7 @@ from functools import partial
 
 from specc.model.expr import Binary, Builtin, Clock, Expr, Number, Unary
 from specc.model.types import Int, ListOf
-from specc.proof.formula import Apart, Bound, Quantity
+from specc.proof.formula import Apart, Quantity, Threshold
 from specc.proof.numbering import Depths, Numbering, Scalar
 
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
@@ -31,7 +31,7 @@ _COMPUTED = {
 }
 _NEVER_NEGATIVE = ("abs", "norm", "sqrt")
 
-Question = tuple[Quantity, Bound, bool]
+Question = tuple[Quantity, Threshold, bool]
 Near = tuple[Quantity | Apart, object]
 
 

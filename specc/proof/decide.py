@@ -143,20 +143,22 @@ class Question:
         if self._more:
             assumed = [*assumed, *self._more]
             table, atoms = Table([*formulas, *self._more]), [*atoms, *atoms_of(self._more)]
-        judge = self._relations.between(list(dict.fromkeys(atoms)))
-        if judge is None:
+        procedure = self._relations.between(list(dict.fromkeys(atoms)))
+        if procedure is None:
             return decision
-        return _decision(table, Cases(table, assumed, judge, self._given), self._conditions)
+        return _decision(table, Cases(table, assumed, procedure, self._given), self._conditions)
 
     def _with_possible_rows(
         self, proved: Decision, table: Table, assumed: Sequence[Formula], atoms: Sequence[Atom]
     ) -> Decision:
         """A proof, with rows left out that can never apply for what their numbers are."""
-        judge = self._relations.between(atoms) if self._relations.in_sums(atoms) else None
-        if judge is None:
+        procedure = self._relations.between(atoms) if self._relations.in_sums(atoms) else None
+        if procedure is None:
             return proved
         try:
-            exact = _decision(table, Cases(table, assumed, judge, self._given), self._conditions)
+            exact = _decision(
+                table, Cases(table, assumed, procedure, self._given), self._conditions
+            )
         except UnsureError:
             return proved
         return replace(exact, gap=None, overlap=None, unknown="", way_out="")
@@ -166,9 +168,9 @@ class Question:
             from specc.proof.solver import solve
         except ImportError:
             return self._unknown(reason)
-        judge = self._relations.judge(list(atoms_of([*self._conditions, *assumed])))
+        procedure = self._relations.procedure(list(atoms_of([*self._conditions, *assumed])))
         try:
-            return solve(judge, self._conditions, assumed)
+            return solve(procedure, self._conditions, assumed)
         except UnsureError as error:
             return self._unknown(f"{reason}, and {error}")
 
@@ -204,7 +206,7 @@ def can_hold(formulas: Sequence[Formula], relations: Relations) -> bool | None:
 
 
 def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Decision:
-    """Raises UnsureError where the judge of the cases is."""
+    """Raises UnsureError where the decision procedure of the cases does."""
     rows = [table.bits(condition) for condition in conditions]
     enabled = several = 0
     for row in rows:
@@ -221,7 +223,7 @@ def _decision(table: Table, cases: Cases, conditions: Sequence[Formula]) -> Deci
         satisfiable=tuple(map(bool, holding)),
         ensures=_ensured(table, holding),
     )
-    # What is told comes last: it may spend what questions to the judge are left.
+    # What is told comes last: it may spend what questions to the decision procedure are left.
     gap = no_row(table, cases, none, conditions) if none else None
     overlap = two_rows(table, cases, several, conditions) if several else None
     return replace(decision, gap=gap, overlap=overlap)

@@ -78,7 +78,7 @@ class Arrival:
         return _distinct([tuple(test in state for test in tests) for state in states])
 
 
-Bound = tuple[str, float]
+Threshold = tuple[str, float]
 """One of <, <= and ==, and the constant to compare with."""
 
 
@@ -95,7 +95,7 @@ class Quantity:
     least: float | None = None
     """A lower bound by its nature, as of a length."""
 
-    def answers(self, tests: Sequence[Bound]) -> list[Answers]:
+    def answers(self, tests: Sequence[Threshold]) -> list[Answers]:
         """One for every threshold that can be met and every gap between thresholds."""
         thresholds = sorted({value for _, value in tests})
         found = []

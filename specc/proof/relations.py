@@ -63,15 +63,15 @@ class Relations:
         self._numbering = numbering
         self._roots: dict[Atom, frozenset[object]] = {}
 
-    def between(self, atoms: Sequence[Atom]) -> Judge | None:
-        """A judge of answers to the questions of the atoms; None if all answers are possible."""
+    def between(self, atoms: Sequence[Atom]) -> DecisionProcedure | None:
+        """What decides about answers of the atoms; None if all are possible together."""
         met: dict[object, Variable] = {}
         for atom in atoms:
             variable = atom.variable
             if isinstance(variable, Quantity) and self._computes(atom):
-                return self.judge(atoms)
+                return self.procedure(atoms)
             if any(met.setdefault(root, variable) != variable for root in self._of(atom)):
-                return self.judge(atoms)
+                return self.procedure(atoms)
         return None
 
     def in_sums(self, atoms: Sequence[Atom]) -> bool:
@@ -82,9 +82,9 @@ class Relations:
             for atom in atoms
         )
 
-    def judge(self, atoms: Sequence[Atom]) -> Judge:
-        """A judge of answers to the questions of the atoms, whatever they have in common."""
-        return Judge(partial(self._theory, atoms))
+    def procedure(self, atoms: Sequence[Atom]) -> DecisionProcedure:
+        """What decides about answers of the atoms, whatever they have in common."""
+        return DecisionProcedure(partial(self._theory, atoms))
 
     def _theory(self, atoms: Sequence[Atom], *, exact: bool) -> Theory:
         session = self._session
@@ -156,7 +156,7 @@ class Relations:
         )
 
 
-class Judge:
+class DecisionProcedure:
     """Tells which answers are impossible together; z3 is not imported before it is asked."""
 
     def __init__(self, theory: Callable[..., Theory]) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property
 from specc.frozen import frozen
 from specc.limits import OUT_OF_STEPS, spend
 from specc.proof.formula import Answers, Atom, Collection, Formula, Variable, atoms_of, in_order
-from specc.proof.relations import Answered, Judge, UnsureError
+from specc.proof.relations import Answered, DecisionProcedure, UnsureError
 
 # Truth tables as long integers: bit i is the value of a formula in the i-th combination.
 #
@@ -178,12 +178,12 @@ class Cases:
         self,
         table: Table,
         assumed: Sequence[Formula],
-        judge: Judge | None,
+        procedure: DecisionProcedure | None,
         context: Sequence[Formula] = (),
     ) -> None:
-        """Without a judge, all combinations count as satisfiable. The `context` is assumed, too."""
+        """Without a decision procedure, all combinations count as satisfiable."""
         self._table = table
-        self._judge = judge
+        self._procedure = procedure
         self._checks = 0
         self.allowed = table.full
         for formula in assumed:
@@ -203,12 +203,12 @@ class Cases:
             UnsureError: the solver does not say.
         """
         while bits := bits & self.allowed:
-            core = self._conflict(self._judge.exact.conflict, bits) if self._judge else None
+            core = self._conflict(self._procedure.exact.conflict, bits) if self._procedure else None
             if core is None:
                 return bits
-            assert self._judge is not None  # it found the conflict
+            assert self._procedure is not None  # it found the conflict
             struck = self._having(core)
-            if self._judge.rounded.conflict(core) is None:
+            if self._procedure.rounded.conflict(core) is None:
                 self._rounded |= struck & self.allowed
             self.allowed &= ~struck
         return 0
@@ -216,8 +216,8 @@ class Cases:
     def some_rounded(self, bits: int) -> int:
         """Like `some`, of the combinations that are satisfiable only with rounded numbers."""
         while bits := bits & self._rounded:
-            assert self._judge is not None  # only a judge knows of rounding
-            core = self._conflict(self._judge.rounded.conflict, bits)
+            assert self._procedure is not None  # nothing else knows of rounding
+            core = self._conflict(self._procedure.rounded.conflict, bits)
             if core is None:
                 return bits
             self._rounded &= ~self._having(core)

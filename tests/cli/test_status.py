@@ -77,7 +77,7 @@ def test_a_part_is_called_by_its_file(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["status", str(part)]) == 0
     shown = capsys.readouterr().out
     assert f"\n{part}  " in shown
-    assert f"  {part}, definitions: the file describes no system, but something for" in shown
+    assert f"  {part}, definitions: the file describes no system, only parts" in shown
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:

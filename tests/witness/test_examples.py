@@ -16,7 +16,7 @@ from bench.seeding.score import Bed
 from specc.analysis import Decided, Facts
 from specc.analysis.examples import Examples, Finder
 from specc.example.example import Example, says_all, worded
-from specc.example.numbers import Patience, runnable
+from specc.example.numbers import SearchBudget, runnable
 from specc.example.situation import Meaning
 from specc.model.expr import Expr
 from specc.model.system import System
@@ -196,8 +196,8 @@ def test_what_is_unknown_does_not_matter(tmp_path: Path) -> None:
     assert example_of(unknown) == "`x.c.d` = 3, `n` = 0"
 
 
-def test_patience_ends_and_is_shared() -> None:
-    whole = Patience(3)
+def test_a_search_budget_ends_and_is_shared() -> None:
+    whole = SearchBudget(3)
     with whole.some(2) as part:
         assert part.spend(1) and part.spend(5) and not part.spend(1)
     assert whole.left < 0 and not whole.spend(1)

@@ -14,7 +14,7 @@ from specc.model.expr import Among, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of, in_order
 from specc.proof.numbering import Numbering
-from specc.proof.relations import Answered, Judge, UnsureError
+from specc.proof.relations import Answered, DecisionProcedure, UnsureError
 from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived
 from specc.proof.verdict import Decision, InputName, Witness, rounding
 
@@ -204,17 +204,19 @@ MOST_QUESTIONS = 400
 """Questions to z3 for one decision."""
 
 
-def solve(judge: Judge, conditions: Sequence[Formula], assumed: Sequence[Formula]) -> Decision:
+def solve(
+    procedure: DecisionProcedure, conditions: Sequence[Formula], assumed: Sequence[Formula]
+) -> Decision:
     """Whether exactly one of the conditions holds where everything assumed does.
 
     Raises:
         UnsureError: the question is too hard.
     """
-    rounded = _Question(judge.rounded, conditions, assumed)
+    rounded = _Question(procedure.rounded, conditions, assumed)
     decision = rounded.decision()
-    if decision.proved or judge.rounded is judge.exact:
+    if decision.proved or procedure.rounded is procedure.exact:
         return decision
-    exact = _Question(judge.exact, conditions, assumed).decision()
+    exact = _Question(procedure.exact, conditions, assumed).decision()
     witness = decision.gap or decision.overlap
     return exact if witness is None or not exact.proved else rounding(witness.facts)
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from specc.lang import RESERVED
 
-# Names of other formats as names of a specification.
+# SpecNames of other formats as names of a specification.
 
 
 _LONGEST = 60
@@ -18,7 +18,7 @@ PEERS = frozenset(("c", "E", "R"))
 """What no agent can be called: these stand for parts of the agent itself (docs/language.md 6)."""
 
 
-class Names:
+class SpecNames:
     """Gives every foreign name a legal one that nothing else has."""
 
     def __init__(self, used: Iterable[str] = ()) -> None:

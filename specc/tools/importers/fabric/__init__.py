@@ -11,7 +11,7 @@ from specc.tools.importers.fabric.period import period_of
 from specc.tools.importers.fabric.reader import Definition, read_definition
 from specc.tools.importers.fabric.subsystem import Subsystem
 from specc.tools.importers.fabric.wiring import End, Ends, Library, Wiring, connect
-from specc.tools.importers.writing import PEERS, Data, Names, rate
+from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 _WAITING = "a subsystem of specc steps every period, whether or not data has come"
 _TIME = "whether time is simulated or real is decided by `specc run`"
@@ -75,7 +75,7 @@ def _text(
     notes: Notes,
     sources: Sources,
 ) -> str:
-    names, library = Names(PEERS), Library()
+    names, library = SpecNames(PEERS), Library()
     for definition in definitions:
         names.of(definition.name)
     agents: dict[str, Data] = {}
@@ -85,7 +85,7 @@ def _text(
         agents |= Subsystem(definition, own, ends, library, notes).agents()
         _assumed(definition, notes)
         notes.leftovers(definition.root, _REASONS)
-    system = Names().of(name or (definitions[0].name if len(definitions) == 1 else "fabric"))
+    system = SpecNames().of(name or (definitions[0].name if len(definitions) == 1 else "fabric"))
     data: dict[str, Data] = {"specc": "1", "system": system, "types": library.types}
     data |= {"operators": library.operators, "agents": agents}
     modules = ", ".join(library.modules)

@@ -50,7 +50,7 @@ class Arc:
 
 
 @frozen
-class State:
+class FabricState:
     """All behaviours of a state run together; a condition of any of them ends it."""
 
     name: str
@@ -68,7 +68,7 @@ class Definition:
     buffers: tuple[Buffer, ...]
     predicates: tuple[str, ...]
     behaviours: dict[str, Behaviour]
-    states: tuple[State, ...]
+    states: tuple[FabricState, ...]
     initial: str
     period_s: Fraction | None
     root: Element
@@ -77,11 +77,11 @@ class Definition:
         """The buffer of an alias."""
         return next((b for b in self.buffers if b.alias == alias), None)
 
-    def stop(self, state: State) -> Logic:
+    def stop(self, state: FabricState) -> Logic:
         """When a state is left without an error: FABRIC asks any of its behaviours."""
         return join("or", tuple(self.behaviours[b].stop for b in state.behaviours))
 
-    def error(self, state: State) -> Logic:
+    def error(self, state: FabricState) -> Logic:
         """When a state is left in error."""
         return join("or", tuple(self.behaviours[b].error for b in state.behaviours))
 
@@ -257,12 +257,12 @@ class _Reader:
 
     def _states(
         self, predicates: frozenset[str], behaviours: dict[str, Behaviour]
-    ) -> tuple[tuple[State, ...], str]:
+    ) -> tuple[tuple[FabricState, ...], str]:
         section = self.ask.section(self.root, "states")
         if section is None:
             return (), ""
         initial = self.ask.need(section, "initial")
-        found: dict[str, State] = {}
+        found: dict[str, FabricState] = {}
         for element in section.all("state"):
             state = self._state(element, predicates, behaviours)
             self._keep(found, state.name, state, f"state `{state.name}`", element)
@@ -276,7 +276,7 @@ class _Reader:
 
     def _state(
         self, element: Element, predicates: frozenset[str], behaviours: dict[str, Behaviour]
-    ) -> State:
+    ) -> FabricState:
         name = self.ask.name(element)
         running = []
         for item in element.all("behavior"):
@@ -298,7 +298,7 @@ class _Reader:
         period = None
         for group in element.all("buffer_group"):
             period = self.ask.seconds(group, "min_period") or period
-        return State(name, tuple(dict.fromkeys(running)), arcs, period, element)
+        return FabricState(name, tuple(dict.fromkeys(running)), arcs, period, element)
 
     def _condition(self, element: Element, attribute: str, known: frozenset[str]) -> Logic:
         if not self.ask.need(element, attribute):

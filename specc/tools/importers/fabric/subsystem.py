@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from specc.tools.importers.carried import Notes
-from specc.tools.importers.fabric.reader import IN_ERROR, OK, Arc, Definition, State
+from specc.tools.importers.fabric.reader import IN_ERROR, OK, Arc, Definition, FabricState
 from specc.tools.importers.fabric.wiring import PARTS, Ends, Library
 from specc.tools.importers.logic import FALSE, TRUE, Atom, Logic, Not, render, substitute
-from specc.tools.importers.writing import Data, Names
+from specc.tools.importers.writing import Data, SpecNames
 
 # Behaviours, states and rows of a FABRIC subsystem in the terms of a specification.
 
@@ -42,10 +42,10 @@ class _Maker:
         self._predicate = predicate
         self._notes = notes
         self._machine = Machine()
-        self._names = {kind: Names(("always", "never")) for kind in self._machine.conditions}
+        self._names = {kind: SpecNames(("always", "never")) for kind in self._machine.conditions}
         self._known: dict[tuple[str, str, str], str] = {}
-        self._behaviour_names = Names()
-        self._state_names = Names()
+        self._behaviour_names = SpecNames()
+        self._state_names = SpecNames()
 
     def make(self) -> Machine:
         definition = self._definition
@@ -65,7 +65,7 @@ class _Maker:
             self._notes.changed(f"state `{old}` is called `{new}`", place)
         return self._machine
 
-    def _behaviour(self, state: State) -> str:
+    def _behaviour(self, state: FabricState) -> str:
         """The behaviour of a state; several that run together become one."""
         name = self._behaviour_names.of(" and ".join(state.behaviours))
         if name not in self._machine.running:
@@ -78,7 +78,7 @@ class _Maker:
             }
         return name
 
-    def _rows(self, state: State, arc: Arc) -> None:
+    def _rows(self, state: FabricState, arc: Arc) -> None:
         """A row for each cause under which the arc can be taken."""
         ends = {"terminal": self._definition.stop(state), "error": self._definition.error(state)}
         conditions = {
@@ -128,7 +128,7 @@ class Subsystem:
         self._definition, self._rate, self._ends = definition, rate, ends
         self._library, self._notes = library, notes
         self._module = ends.own + PARTS
-        self._lets = Names(("components",))
+        self._lets = SpecNames(("components",))
         self._let: dict[str, Data] = {}
         self._input_data = self._opaque("InputData", "what the subsystem has read")
         self._components = self._opaque("Components", "the components with their state")
@@ -190,7 +190,7 @@ class Subsystem:
     def _inputs(self) -> None:
         """`input_data` gathers every input buffer and whether something new came into it."""
         parameters, arguments = [], []
-        names = Names()
+        names = SpecNames()
         for buffer in self._definition.buffers:
             if buffer.is_input:
                 alias, value = names.of(buffer.alias), self._ends.input(buffer)
@@ -226,5 +226,5 @@ class Subsystem:
         return self._library.opaque(name, self._module, title)
 
     def _operator(self, name: str, signature: str, title: str) -> str:
-        own = Names().of(name)
+        own = SpecNames().of(name)
         return self._library.operator(own, self._module, signature, title)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from specc.tools.importers.carried import Notes
 from specc.tools.importers.fabric.reader import Buffer, Definition
-from specc.tools.importers.writing import Data, Names
+from specc.tools.importers.writing import Data, SpecNames
 
 # Types and operators that imported subsystems need, and the Python modules behind them.
 
@@ -24,7 +24,7 @@ class Library:
     operators: dict[str, Data] = field(default_factory=dict)
     modules: dict[str, None] = field(default_factory=dict)
     """Python modules that the user provides, in order of appearance."""
-    names: Names = field(default_factory=Names)
+    names: SpecNames = field(default_factory=SpecNames)
 
     def message(self, type: str) -> str:
         """The name of a message type of ROS, which is opaque."""
@@ -197,7 +197,7 @@ class Ends:
     """What the buffers of one subsystem are connected with."""
 
     def __init__(
-        self, definition: Definition, agents: Names, library: Library, wiring: Wiring, rate: str
+        self, definition: Definition, agents: SpecNames, library: Library, wiring: Wiring, rate: str
     ) -> None:
         self._definition, self._agents, self._library = definition, agents, library
         self._wiring, self._rate = wiring, rate
@@ -234,7 +234,7 @@ class Ends:
     def element(self, buffer: Buffer) -> str:
         """Both ends of a connection have the name that the sender gives the buffer."""
         others = self._other_ends(buffer)
-        return Names().of(others[0][1] if others and buffer.is_input else buffer.alias)
+        return SpecNames().of(others[0][1] if others and buffer.is_input else buffer.alias)
 
     def _other_ends(self, buffer: Buffer) -> list[End]:
         own = self._definition.name, buffer.alias

@@ -9,9 +9,9 @@ from fractions import Fraction
 from specc.source import Sources
 from specc.tools.importers.carried import Imported, Notes, document, read_markup
 from specc.tools.importers.logic import atoms
-from specc.tools.importers.scxml.chart import Chart, State, read_chart
+from specc.tools.importers.scxml.chart import Chart, ChartState, read_chart
 from specc.tools.importers.scxml.machine import EVENTS, Events, Row, left, rows_of
-from specc.tools.importers.writing import PEERS, Data, Names, rate
+from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
 DEFAULT_PERIOD_S = Fraction(1, 100)
 _DATA = "there is no data model; a guard is an input of type bool"
@@ -43,7 +43,7 @@ def import_scxml(path: str, *, name: str = "", period: Fraction | None = None) -
         message = "a chart has no period; 10 ms is assumed"
         notes.changed(message, chart.root.place, "give one with `--period`")
     stem = os.path.splitext(os.path.basename(path))[0]
-    own = Names((*PEERS, "outside")).of(name or chart.name or stem)
+    own = SpecNames((*PEERS, "outside")).of(name or chart.name or stem)
     agents = _Maker(chart, own, period or DEFAULT_PERIOD_S, notes).agents()
     notes.leftovers(chart.root, _REASONS)
     data: dict[str, Data] = {"specc": "1", "system": own, **agents}
@@ -56,15 +56,15 @@ class _Maker:
     def __init__(self, chart: Chart, own: str, period: Fraction, notes: Notes) -> None:
         self._chart, self._own, self._period, self._notes = chart, own, period, notes
         self._events = Events(d for s in chart.states for t in s.transitions for d in t.events)
-        self._states = Names()
-        self._inputs_named = Names(("event", *self._events.members))
+        self._states = SpecNames()
+        self._inputs_named = SpecNames(("event", *self._events.members))
         self._guards: dict[str, str] = {}
-        self._lets = Names(self._events.members)
+        self._lets = SpecNames(self._events.members)
         self._let: dict[str, Data] = {}
         self._tests: dict[frozenset[str], str] = {}
         self._initial: dict[str, Data] = {}
         self._terminal: dict[str, Data] = {}
-        self._names = Names(("always", "never"))
+        self._names = SpecNames(("always", "never"))
         self._named: dict[tuple[int, str], str] = {}
 
     def agents(self) -> dict[str, Data]:
@@ -116,13 +116,13 @@ class _Maker:
             )
         return self._guards[text]
 
-    def _left(self, state: State) -> str:
+    def _left(self, state: ChartState) -> str:
         if not state.transitions:
             return "never"
         text = left(state, self._events, self._atom)
         return self._condition(self._terminal, text, f"{state.id}_left")
 
-    def _rows(self, state: State) -> list[list[Data]]:
+    def _rows(self, state: ChartState) -> list[list[Data]]:
         found: list[list[Data]] = []
         for row in rows_of(state, self._events, self._atom):
             if not row.condition:
@@ -131,7 +131,7 @@ class _Maker:
             found.append(self._row(state, row))
         return found
 
-    def _row(self, state: State, row: Row) -> list[Data]:
+    def _row(self, state: ChartState, row: Row) -> list[Data]:
         target = row.transition.target or state.id
         if not row.transition.target:
             message = f"a transition without a target enters `{state.id}` again"

@@ -28,7 +28,7 @@ class Transition:
 
 
 @frozen
-class State:
+class ChartState:
     """A state; a final one has no transitions."""
 
     id: str
@@ -41,7 +41,7 @@ class Chart:
     """States in document order."""
 
     name: str
-    states: tuple[State, ...]
+    states: tuple[ChartState, ...]
     initial: str
     root: Element
 
@@ -83,7 +83,7 @@ def _initial_element(root: Element) -> str:
     return ""
 
 
-def _state(element: Element, notes: Notes) -> State:
+def _state(element: Element, notes: Notes) -> ChartState:
     name = element.get("id") or ""
     if not name:
         message = f"<{element.tag}> needs the attribute `id`"
@@ -103,7 +103,7 @@ def _state(element: Element, notes: Notes) -> State:
         message = f"a final state has no transitions: `{name}`"
         place = transitions[0].element.place
         notes.error("E0808", message, place, "make it a <state>, or delete the transition")
-    return State(name, transitions, element)
+    return ChartState(name, transitions, element)
 
 
 def _refuse_nesting(element: Element, notes: Notes, tags: tuple[str, ...]) -> None:
@@ -146,7 +146,7 @@ def _nested(root: Element) -> Iterator[tuple[str, str]]:
 
 
 def _check_names(
-    states: list[State], initial: str, root: Element, nested: Mapping[str, str], notes: Notes
+    states: list[ChartState], initial: str, root: Element, nested: Mapping[str, str], notes: Notes
 ) -> None:
     known: set[str] = set()
     for state in states:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 from specc.frozen import frozen
 from specc.tools.importers.logic import FALSE, TRUE, Atom, Logic, join, negation, render
-from specc.tools.importers.scxml.chart import State, Transition
-from specc.tools.importers.writing import Names
+from specc.tools.importers.scxml.chart import ChartState, Transition
+from specc.tools.importers.writing import SpecNames
 
 # Events of a chart as members of one enum: the interpreter takes one at a time from its queue.
 
@@ -21,7 +21,7 @@ class Events:
     """The events that a chart names; each stands for those that no longer name covers."""
 
     def __init__(self, descriptors: Iterable[str]) -> None:
-        names = Names()
+        names = SpecNames()
         plain = dict.fromkeys(_plain(d) for d in descriptors)
         self._any = _ANY in plain
         self._members = {event: names.of(event) for event in plain if event != _ANY}
@@ -83,14 +83,14 @@ class Row:
     condition: str
 
 
-def rows_of(state: State, events: Events, name: Callable[[str], str]) -> list[Row]:
+def rows_of(state: ChartState, events: Events, name: Callable[[str], str]) -> list[Row]:
     """The rows of a state; `name` gives the expression of an atom."""
     ordered = sorted(state.transitions, key=lambda t: bool(t.events))
     known = [(t, events.matching(t.events) if t.events else None) for t in ordered]
     return [Row(t, _condition(t, known[:i], events, name)) for i, t in enumerate(ordered)]
 
 
-def left(state: State, events: Events, name: Callable[[str], str]) -> str:
+def left(state: ChartState, events: Events, name: Callable[[str], str]) -> str:
     """When some transition of a state is taken."""
     parts = [
         join("and", (_event(t.events, events), t.guard))
