@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
+from specc.analysis.graph import CAUSES
 from specc.model.expr import (
     Builtin,
     Choice,
@@ -21,6 +22,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
+from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Let
 from specc.model.types import Bool, Int, OptionalOf
 
@@ -125,6 +127,31 @@ class Implied(Generic[T]):
                     self._of_lets[key] = self.by(self.lets[name].value, holds)
                 return self._of_lets[key]
         return self.told(expr, holds)
+
+
+Tests = tuple[tuple[Expr, bool], ...]
+"""Conditions, and whether they held."""
+
+
+def ended(error: Condition, terminal: Condition, cause: Cause) -> Tests:
+    """What is true when a state ends by a cause; the error has priority (2.4)."""
+    if cause == "error":
+        return ((error.when, True),)
+    return (terminal.when, True), (error.when, False)
+
+
+def asked(state: State, rows: Sequence[Transition]) -> Iterator[tuple[Tests, list[Condition]]]:
+    """The conditions that may end a state, after what is true when they are asked."""
+    error, terminal = state.behaviour.error, state.behaviour.terminal
+    yield (), [error]
+    yield ((error.when, False),), [terminal]
+    for cause in CAUSES:
+        yield ended(error, terminal, cause), [r.condition for r in rows if r.cause == cause]
+
+
+def said(tests: Tests) -> tuple[Expr, ...]:
+    """Tests as conditions that hold."""
+    return tuple(test if holds else negation(test) for test, holds in tests)
 
 
 def there(value: Expr) -> Expr:

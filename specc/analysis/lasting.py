@@ -8,6 +8,7 @@ from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 from specc.analysis.graph import CAUSES
+from specc.analysis.guards import ended, said
 from specc.analysis.needs import Needs
 from specc.analysis.presence import names_any
 from specc.analysis.vague import possibly
@@ -18,7 +19,6 @@ from specc.model.expr import (
     LetRef,
     Logic,
     Number,
-    Unary,
     children,
     has_unknown,
 )
@@ -108,8 +108,10 @@ class Lasting:
 
     def excludes(self, row: Transition) -> bool:
         """Whether what is said of time is why a row is never taken, if it is never taken."""
-        source = self._subsystem.state(row.source)
-        return self.is_why(*ended(source, row.cause), row.condition.when)
+        source = self._subsystem.state(row.source).behaviour
+        return self.is_why(
+            *said(ended(source.error, source.terminal, row.cause)), row.condition.when
+        )
 
     def is_why(self, *conditions: Expr) -> bool:
         """Whether conditions that never hold together could, but for what they say of time."""
@@ -144,7 +146,7 @@ class Lasting:
                 return _Ending(
                     time_s,
                     (not other, not alone),
-                    {cause: [*_ended(error, terminal, cause), by_then] for cause in CAUSES},
+                    {cause: [*said(ended(error, terminal, cause)), by_then] for cause in CAUSES},
                 )
         return None
 
@@ -192,13 +194,3 @@ def _time(value: object) -> float | None:
 
 def _seconds(time_s: Fraction) -> Number:
     return Number(float(time_s), type=Real(SECOND))
-
-
-def ended(state: State, cause: Cause) -> list[Expr]:
-    """When a state ends by a cause: an error goes before."""
-    return _ended(state.behaviour.error, state.behaviour.terminal, cause)
-
-
-def _ended(error: Condition, terminal: Condition, cause: Cause) -> list[Expr]:
-    not_error = Unary("not", error.when, type=Bool())
-    return [error.when] if cause == "error" else [terminal.when, not_error]

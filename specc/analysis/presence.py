@@ -93,7 +93,7 @@ class Readings:
         self.close = close
         self.told = Implied(lets, self._told).by
         """Inputs that must have a value where a condition holds, or where it does not."""
-        self._guards = Guards(lets, self._behind)
+        self._guards = Guards(lets, self.behind)
         self._everything = all_inputs(subsystem)
 
     def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
@@ -111,7 +111,8 @@ class Readings:
                 return frozenset(((element.peer, element.element),))
         return _NONE
 
-    def _behind(self, present: Names, test: Expr, holds: bool) -> Names:
+    def behind(self, present: Names, test: Expr, holds: bool) -> Names:
+        """What is present after a test that held, or did not."""
         return self.close(present | self.told(test, holds))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from specc.analysis.facts import Facts
+from specc.analysis.guards import asked
 from specc.analysis.presence import Reading
 from specc.analysis.words import text_place
 from specc.diagnostics import Diagnostic, Related
@@ -148,20 +149,13 @@ def absences_in_conditions(subsystem: Subsystem, facts: Facts) -> Iterator[Absen
 
 
 def _asked(subsystem: Subsystem, state: State, facts: Facts) -> Iterator[Asked]:
-    """The conditions that may end a state, each with the inputs present when it is asked.
-
-    The error condition comes first; rows are asked when their cause has occurred.
-    """
+    """The conditions that may end a state, each with the inputs present when it is asked."""
     presence, readings = facts.presence(subsystem), facts.readings(subsystem)
-    error, terminal = state.behaviour.error, state.behaviour.terminal
-    present = presence.in_conditions(state.name)
-    yield error, present
-    failed = readings.close(present | readings.told(error.when, True))
-    going = readings.close(present | readings.told(error.when, False))
-    yield terminal, going
-    ended = readings.close(going | readings.told(terminal.when, True))
-    for row in facts.rows(subsystem, state.name):
-        yield row.condition, ended if row.cause == "terminal" else failed
+    for tests, conditions in asked(state, facts.rows(subsystem, state.name)):
+        present = presence.in_conditions(state.name)
+        for test, holds in tests:
+            present = readings.behind(present, test, holds)
+        yield from ((condition, present) for condition in conditions)
 
 
 # Initial values of memory come from what has a value in the first period.

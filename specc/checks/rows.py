@@ -8,6 +8,7 @@ from itertools import chain, count
 
 from specc.analysis.examples import Examples
 from specc.analysis.facts import Decided, Facts
+from specc.analysis.guards import ended, said
 from specc.analysis.words import ending, listed, operators_in, situation
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import show
@@ -15,7 +16,6 @@ from specc.model.expr import Expr
 from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem, System
 from specc.proof import Witness
-from specc.proof.witness import opposite
 
 # What is refuted of the rows of several states for one reason: it is told once.
 
@@ -111,10 +111,9 @@ def _covers(one: Decided, other: Decided, facts: Facts) -> bool:
 
 
 def _ended(decided: Decided) -> tuple[Expr, ...]:
-    """What holds whenever a state ends by a cause: the error condition has priority (2.4)."""
+    """What holds whenever a state ends by a cause."""
     behaviour = decided.state.behaviour
-    error = behaviour.error.when
-    return (error,) if decided.cause == "error" else (behaviour.terminal.when, opposite(error))
+    return said(ended(behaviour.error, behaviour.terminal, decided.cause))
 
 
 # Whenever a state ends by a cause, some row of that state and cause applies (2.4).

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from specc.analysis import Facts
-from specc.analysis.guards import negation
+from specc.analysis.guards import asked, ended, negation, said
 from specc.analysis.needs import Need, Needs, with_items
 from specc.analysis.presence import expressions
 from specc.analysis.words import text_place
@@ -14,7 +14,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.frozen import frozen
 from specc.lang import show
 from specc.model.expr import Expr, IsNone, Logic, MemoryRef, Sure, Truth, Unary, has_unknown, walk
-from specc.model.fsm import Cause, Condition, State, Transition
+from specc.model.fsm import Cause, State, Transition
 from specc.model.system import Subsystem, System
 from specc.model.types import ListOf, OptionalOf, Type
 from specc.proof import Moment
@@ -60,11 +60,9 @@ class Guarding:
         return frozenset(lasting) | self._made(state)
 
     def ended(self, state: State, cause: Cause) -> tuple[Expr, ...]:
-        """What is true when a state ends by a cause; the error has priority (2.4)."""
-        error = state.behaviour.error.when
-        if cause == "error":
-            return self.timeless(error)
-        return (*self.timeless(state.behaviour.terminal.when), *self.timeless(negation(error)))
+        """What is true of the next state when one ends by a cause."""
+        tests = said(ended(state.behaviour.error, state.behaviour.terminal, cause))
+        return tuple(part for test in tests for part in self.timeless(test))
 
     def timeless(self, condition: Expr) -> tuple[Expr, ...]:
         """The parts of a condition that are as true of the next state, whose clock starts anew."""
@@ -98,8 +96,8 @@ class Guarding:
             going = [part for end in ends for part in self.timeless(negation(end))]
             found[state.name] = [(state.name, going)]
         for row in self.steps:
-            ended = self.ended(self.subsystem.state(row.source), row.cause)
-            conditions = (*ended, *self.timeless(row.condition.when))
+            before = self.ended(self.subsystem.state(row.source), row.cause)
+            conditions = (*before, *self.timeless(row.condition.when))
             found[row.source].append((row.target, conditions))
         return found
 
@@ -227,21 +225,12 @@ def _uses(subsystem: Subsystem, guarding: Guarding) -> Iterator[_Use]:
 def _conditions(state: State, subsystem: Subsystem, guarding: Guarding) -> Iterator[_Use]:
     """The conditions that may end a state, each with what is known when it is asked."""
     known = tuple(sorted_(guarding.in_conditions(state)))
-    error, terminal = state.behaviour.error, state.behaviour.terminal
-
-    def use(condition: Condition, *before: Expr) -> _Use:
-        what = f"condition `{condition.name}`"
-        asked = (*known, *before)
-        return _Use(condition.when, condition.place, "when", what, asked, state, "conditions")
-
-    yield use(error)
-    going = negation(error.when)
-    yield use(terminal, going)
-    for row in guarding.steps:
-        if row.source == state.name and row.cause == "terminal":
-            yield use(row.condition, going, terminal.when)
-        elif row.source == state.name:
-            yield use(row.condition, error.when)
+    rows = [row for row in guarding.steps if row.source == state.name]
+    for tests, conditions in asked(state, rows):
+        context = (*known, *said(tests))
+        for condition in conditions:
+            what = f"condition `{condition.name}`"
+            yield _Use(condition.when, condition.place, "when", what, context, state, "conditions")
 
 
 def _place(need: Need, use: _Use) -> Place:

@@ -34,17 +34,20 @@ from specc.model.types import (
 def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     """Name and type of every enum and record in use, in the order of their declaration."""
     found: dict[str, Type] = {}
-    pending = list(_types(system))[::-1]
-    while pending:
-        type_ = pending.pop()
+
+    def note(type_: Type) -> None:
         match type_:
-            case ListOf(element=element) | Vector(element=element) | OptionalOf(value=element):
-                pending.append(element)
+            case ListOf(element=inner) | Vector(element=inner) | OptionalOf(value=inner):
+                note(inner)
             case Enum(name=name) | Opaque(name=name):
                 found.setdefault(name, type_)
             case Record(name=name, fields=fields) if name not in found:
                 found[name] = type_
-                pending.extend(inner for _, inner in fields)
+                for _, inner in reversed(fields):
+                    note(inner)
+
+    for used in _types(system):
+        note(used)
     order = {name: index for index, (name, _) in enumerate(system.types)}
     names = sorted(filter(None, found), key=lambda name: (order.get(name, len(order)), name))
     return tuple((name, found[name]) for name in names)

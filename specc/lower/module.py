@@ -15,7 +15,7 @@ from specc.lower.names import (
     joined,
     literal,
 )
-from specc.lower.plan import ConstantPlan, NamedPlan
+from specc.lower.plan import ConstantPlan, ModulePlan, NamedPlan
 from specc.lower.terms import Term
 from specc.model import expr as e
 from specc.model.system import Constant, Element, Subsystem, System
@@ -96,6 +96,18 @@ class Module:
         self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in subsystem.behaviours}
         self.memory = memory_names(subsystem)
         self.flags: set[tuple[str, str, str]] = set()
+
+    def plan(self) -> ModulePlan:
+        """What all that was asked for needs in the module."""
+        constants = self.constants.values()
+        return ModulePlan(
+            imports=self.imports.lines,
+            contracts=tuple(self.contracts.named),
+            operators=tuple(self.operators.values()),
+            constants=tuple(c for c in constants if not c.is_computed),
+            computed=tuple(c for c in constants if c.is_computed),
+            uses_files=self.uses_files,
+        )
 
     def local_names(self) -> Names:
         """Names for the inside of a method."""

@@ -18,7 +18,7 @@ class ConstantPlan:
 
 @frozen
 class NamedPlan:
-    """A name at the top of a module and its value: a contract, or an operator with its own."""
+    """A name at the top of a module and its value: an enum, a contract, an operator."""
 
     name: str
     value: str
@@ -65,16 +65,25 @@ class EquationsPlan:
 
 
 @frozen
+class ModulePlan:
+    """What stands above the classes of a module, and what its class computes when it is made."""
+
+    imports: tuple[str, ...]
+    contracts: tuple[NamedPlan, ...]
+    operators: tuple[NamedPlan, ...]
+    constants: tuple[ConstantPlan, ...]
+    computed: tuple[ConstantPlan, ...]
+    uses_files: bool
+
+
+@frozen
 class SubsystemPlan:
     """templates/subsystem.py.j2: the module of one subsystem."""
 
     title: str
     about: str
     spec: str
-    imports: tuple[str, ...]
-    contracts: tuple[NamedPlan, ...]
-    operators: tuple[NamedPlan, ...]
-    constants: tuple[ConstantPlan, ...]
+    module: ModulePlan
     class_name: str
     inputs: tuple[AttributePlan, ...]
     inputs_slots: str
@@ -93,9 +102,7 @@ class SubsystemPlan:
     equations: EquationsPlan | None
     """None if nothing has a number."""
     axioms: tuple[str, ...]
-    uses_files: bool
     uses_clock: bool
-    computed: tuple[ConstantPlan, ...]
     initial_inputs: tuple[str, ...]
     methods: tuple[MethodPlan, ...]
 
@@ -118,18 +125,13 @@ class DevicePlan:
     title: str
     about: str
     spec: str
-    imports: tuple[str, ...]
-    contracts: tuple[NamedPlan, ...]
-    operators: tuple[NamedPlan, ...]
-    constants: tuple[ConstantPlan, ...]
-    computed: tuple[ConstantPlan, ...]
+    module: ModulePlan
     class_name: str
     name: str
     samples: tuple[AttributePlan, ...]
     samples_slots: str
     elements: str
     reports: tuple[tuple[str, str], ...]
-    uses_files: bool
     values: tuple[SafePlan, ...]
 
 
@@ -143,21 +145,13 @@ class RecordPlan:
 
 
 @frozen
-class LiteralPlan:
-    """An enum."""
-
-    name: str
-    value: str
-
-
-@frozen
 class TypesPlan:
     """templates/types.py.j2: enums and records of the specification."""
 
     title: str
     spec: str
     imports: tuple[str, ...]
-    literals: tuple[LiteralPlan, ...]
+    literals: tuple[NamedPlan, ...]
     records: tuple[RecordPlan, ...]
 
 

@@ -44,23 +44,17 @@ def device_plan(
         AttributePlan(module.memory[e.name], module.annotations.of(e.type), comment(str(e.type)))
         for e in device.y
     )
-    constants = tuple(module.constants.values())
     return DevicePlan(
         title=in_docstring(device.title or device.name),
         about=in_docstring(f"{KINDS[device.kind]} {device.name} of agent {device.agent}"),
         spec=spec,
-        imports=module.imports.lines,
-        contracts=tuple(module.contracts.named),
-        operators=tuple(module.operators.values()),
-        constants=tuple(c for c in constants if not c.is_computed),
-        computed=tuple(c for c in constants if c.is_computed),
+        module=module.plan(),
         class_name=class_name,
         name=literal(device.qualified_name),
         samples=samples,
         samples_slots=literal(tuple(item.name for item in samples)),
         elements=literal(tuple(element.name for element, _ in device.safe)),
         reports=tuple((literal(e.name), literal(module.memory[e.name])) for e in device.y),
-        uses_files=module.uses_files,
         values=tuple(values),
     )
 

@@ -177,15 +177,11 @@ def _subsystem_plan(
     outputs = _attributes(module, subsystem, "y")
     memory = tuple(_remembered(module, item) for item in subsystem.memory)
     flags = _flags(module)
-    written_constants = tuple(module.constants.values())
     return SubsystemPlan(
         title=in_docstring(subsystem.title or subsystem.name),
         about=in_docstring(_about(subsystem)),
         spec=in_docstring(spec_file(system)),
-        imports=module.imports.lines,
-        contracts=tuple(module.contracts.named),
-        operators=tuple(module.operators.values()),
-        constants=tuple(c for c in written_constants if not c.is_computed),
+        module=module.plan(),
         class_name=class_name,
         inputs=inputs,
         inputs_slots=literal((*(item.name for item in inputs), *flags)),
@@ -203,9 +199,7 @@ def _subsystem_plan(
         sends=tuple(_sends(subsystem, module)),
         equations=Equations(system, subsystem).plan(),
         axioms=tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
-        uses_files=module.uses_files,
         uses_clock=bool(methods.clocked),
-        computed=tuple(c for c in written_constants if c.is_computed),
         initial_inputs=initial_inputs,
         methods=written,
     )

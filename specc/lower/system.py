@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import reduce
 from math import gcd
@@ -24,7 +24,7 @@ from specc.lower.names import (
 from specc.lower.plan import (
     AttributePlan,
     FilePlan,
-    LiteralPlan,
+    NamedPlan,
     PackagePlan,
     PlantPlan,
     RecordPlan,
@@ -141,25 +141,24 @@ def _call(name: str, arguments: Iterable[str]) -> str:
 
 def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(_name(binding))
-    for part in ("joints", "sensors", "actuators"):
-        if names := getattr(binding, part):
-            yield f"{part}={literal(names)}"
-    if binding.camera:
-        yield f"camera={literal(binding.camera)}"
-    if binding.image:
-        yield f"image={literal(binding.image)}"
+    parts = ("joints", "sensors", "actuators", "camera", "image")
+    yield from _given({part: getattr(binding, part) for part in parts})
     if binding.through:
         yield f"through={functions.use(binding.through)}"
-    if binding.noise:
-        yield f"noise={literal(binding.noise)}"
-    if binding.depth_noise:
-        yield f"depth_noise={literal(binding.depth_noise)}"
-    if binding.rate_hz is not None:
-        yield f"rate_hz={literal(float(binding.rate_hz))}"
-    if binding.sporadic:
-        yield "sporadic=True"
-    if binding.max_gap_s is not None:
-        yield f"max_gap_s={literal(float(binding.max_gap_s))}"
+    yield from _given(
+        {
+            "noise": binding.noise,
+            "depth_noise": binding.depth_noise,
+            "rate_hz": binding.rate_hz and float(binding.rate_hz),
+            "sporadic": binding.sporadic,
+            "max_gap_s": binding.max_gap_s and float(binding.max_gap_s),
+        }
+    )
+
+
+def _given(arguments: Mapping[str, object]) -> Iterator[str]:
+    """Named arguments, but those that say nothing."""
+    return (f"{name}={literal(value)}" for name, value in arguments.items() if value)
 
 
 def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[str]:
@@ -171,10 +170,7 @@ def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[s
 
 def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(_name(binding))
-    if binding.actuators:
-        yield f"actuators={literal(binding.actuators)}"
-    if binding.joints:
-        yield f"joints={literal(binding.joints)}"
+    yield from _given({"actuators": binding.actuators, "joints": binding.joints})
     if binding.through:
         yield f"through={functions.use(binding.through)}"
 
@@ -256,7 +252,7 @@ def _types(system: System, types: TypeNames, title: str) -> Iterator[tuple[str, 
     for name, type_ in types.declared:
         if isinstance(type_, Enum):
             imports.add("typing", "Literal")
-            literals.append(LiteralPlan(name, literal_type(type_)))
+            literals.append(NamedPlan(name, literal_type(type_)))
         elif isinstance(type_, Record):
             imports.add("dataclasses", "dataclass")
             said = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
@@ -331,15 +327,8 @@ def _common(a: Fraction, b: Fraction) -> Fraction:
 
 
 def _task(system: System, task: Task) -> Iterator[str]:
-    yield f"subsystem={literal(task.subsystem)}"
-    yield f"source={literal(task.source)}"
-    yield f"target={literal(task.target)}"
-    if task.scene:
-        yield f"scene={literal(task.scene)}"
-    if task.judge:
-        yield f"judge={literal(task.judge)}"
-    if task.watch:
-        yield f"watch={literal(_watched(system, task))}"
+    names = ("subsystem", "source", "target", "scene", "judge")
+    return _given({name: getattr(task, name) for name in names} | {"watch": _watched(system, task)})
 
 
 def _watched(system: System, task: Task) -> tuple[str, ...]:
