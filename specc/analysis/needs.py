@@ -90,13 +90,11 @@ def _behind(guards: tuple[Expr, ...], test: Expr, holds: bool) -> tuple[Expr, ..
 def with_items(conditions: Iterable[Expr]) -> list[Expr]:
     """Conditions with what they say of lists: where some item passes a test, there is one."""
     found: list[Expr] = []
-    pending = list(conditions)[::-1]
-    while pending:
-        condition = pending.pop()
+    for condition in conditions:
         found.append(condition)
         match condition:
             case Logic(op="and", operands=operands):
-                pending += operands
+                found += with_items(operands)
             case (
                 Quantifier(kind="any", over=over) | Unary(operand=Quantifier(kind="all", over=over))
             ) if isinstance(over.type, ListOf):
