@@ -1,4 +1,4 @@
-"""Putting the output of a build on disk: all of it or nothing, and comparing it without writing.
+"""Writing the output of a build, all of it or nothing; comparing it without writing.
 
 A directory of output is replaced as a whole, so that no file of an earlier build survives. A
 marker file says that specc may do so.

@@ -40,7 +40,7 @@ class Result:
         return self.can("build")
 
     def can(self, command: Command) -> bool:
-        """Whether nothing is wrong or missing that a command needs."""
+        """Whether everything that a command needs is there and right."""
         stopped = any(stops(finding.code, command) for finding in self.diagnostics)
         return self.system is not None and not stopped
 

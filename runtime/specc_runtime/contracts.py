@@ -1,4 +1,4 @@
-"""Contracts: what enters generated code is checked where it enters, against its declared type.
+"""Contracts: values that enter generated code are checked there against their declared types.
 
 A contract is a function `as_...`: it gives the value as its type says, with numbers of numpy turned
 into Python's and arrays copied and read-only, or raises `Unfit`. Values of opaque types are checked
@@ -53,7 +53,7 @@ def operator(
 
 
 def as_any(value: Any) -> Any:
-    """Whatever it is, with read-only arrays; for elements whose type nobody declared."""
+    """Any value, with read-only arrays; for elements without a declared type."""
     freeze(value)
     return value
 
@@ -226,7 +226,7 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
 
 
 def _repaired(finite: np.ndarray[Any, Any], rotation: bool) -> np.ndarray[Any, Any]:
-    """A pose whose last row is exact; raises Unfit where it is no pose."""
+    """A pose whose last row is exact; raises Unfit if it is not a pose."""
     last = finite[3].tolist()
     if not all(abs(n - m) <= _LAST_ROW_OFF for n, m in zip(last, _LAST_ROW, strict=True)):
         raise Unfit(f"an array whose last row is {last}", "a pose, with the last row 0 0 0 1")

@@ -96,7 +96,7 @@ class System:
     spec: str = ""
 
     def __post_init__(self) -> None:
-        """Raises ValueError with all that is inconsistent."""
+        """Raises ValueError that lists all inconsistencies."""
         problems = [*_bad_rates(self), *_bad_names(self)]
         if problems:
             raise ValueError(f"system {self.name!r}: {'; '.join(problems)}")

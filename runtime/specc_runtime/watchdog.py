@@ -68,7 +68,7 @@ class Watchdog:
     def _tell(self, line: str) -> None:
         try:
             say(f"{line}; Ctrl-C ends the run")
-        except (OSError, ValueError):  # nobody reads it
+        except (OSError, ValueError):  # standard error is closed
             self._over.set()
 
     def _arm(self) -> None:

@@ -189,7 +189,7 @@ class Connections:
         return found
 
     def device_elements(self, port: Port) -> tuple[Element, ...]:
-        """The elements of the device at the other end of `port`; empty if it is no device."""
+        """The elements of the device at the other end of `port`; empty if that is not a device."""
         device: Device | None = self.devices.get(port.other_end)
         if device is None:
             return ()

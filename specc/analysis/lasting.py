@@ -107,7 +107,7 @@ class Lasting:
                     yield Late(state, row.condition, row, *end)
 
     def excludes(self, row: Transition) -> bool:
-        """Whether what is said of time is why a row is never taken, if it is never taken."""
+        """Whether a row that is never taken is never taken because of conditions on time."""
         source = self._subsystem.state(row.source).behaviour
         return self.is_why(
             *said(ended(source.error, source.terminal, row.cause)), row.condition.when

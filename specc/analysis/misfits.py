@@ -1,7 +1,7 @@
 """Expressions that are well typed and cannot be meant, for what is known of their numbers.
 
-Known are numbers that are written down, also through lets, constants, parameters, and memory that
-nothing writes.
+Known numbers are those that are written down, also through lets, constants, parameters, and memory
+that nothing writes.
 """
 
 from __future__ import annotations

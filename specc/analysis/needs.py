@@ -1,4 +1,4 @@
-"""Where an expression needs what may not be there: an optional value, or an item of a list."""
+"""Where an expression needs what may be missing: an optional value, or an item of a list."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def _bound(expr: Expr, unknown: Expr, is_unknown: Asks) -> Expr:
 
 @frozen
 class View:
-    """A way to look at a machine with unknowns: what is taken to hold of them."""
+    """A view of a machine with unknowns: what is assumed about them."""
 
     cause: Cause
     ends: Rewriting

@@ -32,7 +32,7 @@ def facts_of(witness: Witness) -> str:
 
 
 def operators_in(witness: Witness) -> str:
-    """What a witness takes of operators, as a last remark; empty if it has to do with none."""
+    """A last remark on the operators in a witness; empty if it involves none."""
     nodes = (node for asked, _ in witness.answers for node in walk(asked))
     calls = (node.operator for node in nodes if isinstance(node, Call))
     names = [f"`{name}`" for name in dict.fromkeys(calls)]

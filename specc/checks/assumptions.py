@@ -36,7 +36,7 @@ def axioms_consistent(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def axioms_needed(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """W0610; of what has to do with rows that are wrong nobody knows yet what it is good for."""
+    """W0610; assumptions that concern wrong rows are not judged before these are correct."""
     for subsystem in facts.known_machines:
         if facts.dead_ends(subsystem) or not facts.conditions_vary(subsystem):
             continue

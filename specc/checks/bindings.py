@@ -53,7 +53,7 @@ def bindings_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
     hint = _suggestion(name, known)
-    # A real effector called a real receptor, or the other way round, is no other device.
+    # A real effector called a real receptor, or vice versa, is still the same device.
     if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
         return Diagnostic("E0503", message, binding.place, help=hint)
     absent = f"`{binding.device}.{binding.element}` is not there yet"

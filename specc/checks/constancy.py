@@ -36,11 +36,11 @@ from specc.proof import Moment
 from specc.reachable import reachable
 from specc.source import Place
 
-# Parts of conditions that have one truth value by what their own subsystem says.
+# Parts of conditions that have one truth value because of their own subsystem.
 #
-# What counts are conditions, the lets that they name, time, and memory to which only written-down
-# values are ever assigned. Literal `True` and `False`, constants and parameters are meant; what
-# peers happen to send may change, and assumptions are about that.
+# Conditions, the lets that they name, time, and memory that is only ever assigned literals count.
+# Literal `True` and `False`, constants and parameters are taken as intended; what peers happen to
+# send may change, which is the matter of assumptions.
 
 
 MOST_PARTS = 64
@@ -105,7 +105,7 @@ class Constancy:
             yield ConstantPart(condition, text, expr, holds)
 
     def _value(self, part: Expr, whole: Expr, *, anywhere: bool) -> bool | None:
-        """The one truth value of a part that is not meant to have one.
+        """The truth value of a part that is constant unintentionally.
 
         In the text of a let, which functions may name too, it has it at any moment.
         """
@@ -181,7 +181,7 @@ def _values_of(sources: dict[str, list[Expr]]) -> dict[str, list[_Literal]]:
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:
-    """What a value may come from: the branches of a choice, or the expression itself."""
+    """The values that an expression may have: the branches of a choice, or itself."""
     if isinstance(expr, Choice):
         yield from _leaves(expr.then)
         yield from _leaves(expr.otherwise)
@@ -233,7 +233,7 @@ def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _time(subsystem: Subsystem, condition: Condition, settled: bool, facts: Facts) -> str:
-    """That time settles a condition, if it does."""
+    """The remark that time decides a condition, if it does."""
     when = condition.when
     never = Unary("not", when, type=Bool()) if settled else when
     if not facts.lasting(subsystem).is_why(never):
@@ -316,7 +316,7 @@ def _finding(late: Late, subsystem: Subsystem) -> Diagnostic:
 
 
 def _too_late(late: Late) -> str:
-    """What is said of a condition; what ends a state and names no time does so at once."""
+    """The message; a condition without a time that ends a state does so at once."""
     state, name, over = late.state.name, late.condition.name, ms(late.over_s)
     if late.timed:
         return f"state `{state}` has ended, after {over}, before `{name}` can hold"

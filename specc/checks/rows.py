@@ -17,7 +17,7 @@ from specc.model.fsm import State, Transition
 from specc.model.system import Subsystem, System
 from specc.proof import Witness
 
-# What is refuted of the rows of several states for one reason: it is told once.
+# Refutations of the rows of several states that have one reason are reported once.
 
 
 MOST_NAMED = 3
@@ -168,7 +168,7 @@ def _numbered() -> Iterator[str]:
 
 
 _MOST = 6
-"""Rows of which every two are compared, and other pairs that are told."""
+"""Most rows of which every two are compared, and most other pairs that are reported."""
 
 
 def rows_exclusive(system: System, facts: Facts) -> Iterator[Diagnostic]:

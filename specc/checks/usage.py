@@ -97,7 +97,7 @@ def _read(expression: Expr) -> frozenset[str]:
 
 
 def unused(system: System) -> Iterator[tuple[Definition, tuple[Definition, ...]]]:
-    """What serves nothing and nobody, each with the others that serve only it."""
+    """What nothing uses, each with the others that only it uses."""
     edges = _edges(system)
     used = _closure(_needed_by_agents(system), edges)
     idle = {d.label: d for d in system.definitions if d.label not in used}

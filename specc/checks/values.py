@@ -157,7 +157,7 @@ def _is_there(fact: Expr, type_: Type) -> bool:
     return isinstance(type_, ListOf) and type_.nonempty
 
 
-# What may be None or empty is tested before it is taken for a value or an item.
+# What may be None or empty is tested before its value or an item is used.
 
 
 @frozen

@@ -305,7 +305,7 @@ def _sent(state: State, end: Port, port: Port) -> frozenset[InputName]:
 
 
 def waits_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """W0417, once for each sender that a state may wait for in vain."""
+    """W0417, once for each sender that a state may wait for forever."""
     waiting = Waiting(facts)
     for subsystem in facts.whole_subsystems:
         reached = facts.reached(subsystem)

@@ -34,7 +34,7 @@ class Outcome:
     used: frozenset[Place]
     read: frozenset[str]
     fault: Exception | None = None
-    """What specc failed with, which is no finding about the specification."""
+    """The failure of specc itself, which is not a finding about the specification."""
 
 
 class InspectionInterrupted(KeyboardInterrupt):

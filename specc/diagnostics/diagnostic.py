@@ -73,7 +73,7 @@ class Diagnostic:
 def without_follow_ups(
     uses: Iterable[Diagnostic], found: Iterable[Diagnostic]
 ) -> Iterator[Diagnostic]:
-    """The findings about `uses` of parts but those of parts whose lack is `found` already."""
+    """The findings about `uses` of parts, except of parts that are `found` missing already."""
     lacking = {place for finding in found for place in finding.lacks}
     for use in uses:
         if not any(
@@ -95,7 +95,7 @@ def severity_of(code: str) -> Severity:
 
 
 def stops(code: str, command: Command) -> bool:
-    """Whether a command needs what a finding says is wrong or not there yet."""
+    """Whether a finding is about something that the command needs."""
     if severity_of(code) != "open":
         return severity_of(code) == "error"
     return code not in _FOR_NOTHING and (command == "run" or code not in _FOR_RUNS)

@@ -234,7 +234,7 @@ class ExprError(ExprErrors):
         return self
 
     def not_there(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
-        """This finding, or an open point if the name is no slip: it may be still to come."""
+        """This finding, or an open point if the name is not a slip: it may be defined later."""
         if not is_slip(name, close):
             self.code, self.message = "O0205", message
             default = self.help in (help, *_WAYS_OUT.values())

@@ -29,7 +29,7 @@ from specc.model.types import (
 )
 from specc.model.units import UNITS, UnitError, unit_of
 
-# What is said about a text that is no unit, and which unit was surely meant.
+# What is said about a text that is not a unit, and which unit was surely meant.
 
 
 _LONG_ENOUGH = 3
@@ -59,7 +59,7 @@ def unit_error(error: UnitError, end: int, example: str) -> ExprError:
 
 
 def _surely_meant(name: str) -> str:
-    """The only unit that a name can be a slip of without another prefix: `mm` is no slip of `m`."""
+    """The only unit that a name can be a slip of; another prefix, `mm` for `m`, is not a slip."""
     same = [unit for unit in UNITS if unit.casefold() == name.casefold()]
     if same:
         # `MN` is a million newtons, not a thousandth of one.

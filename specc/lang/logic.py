@@ -119,7 +119,7 @@ def _exact(ctx: Context, left: ast.expr, right: ast.expr, type: Type) -> ExprErr
 def _exact_besides(
     ctx: Context, ops: Sequence[ast.cmpop], nodes: Sequence[ast.expr]
 ) -> Iterator[ExprError]:
-    """What is asked to be exactly equal beside a side of unknown type, whatever that is."""
+    """The error of an exact comparison with a side of unknown type."""
     for left, op, right in zip(nodes, ops, nodes[1:], strict=False):
         if isinstance(op, (ast.Eq, ast.NotEq)):
             types = [type for node in (left, right) if (type := _type_of(ctx, node))]

@@ -81,7 +81,7 @@ class TypeNames:
         self.declared: list[tuple[str, Type]] = []
         for name, type_ in types:
             if isinstance(type_, Opaque) and not type_.python:
-                continue  # nobody says what its values are
+                continue  # the types of its values are not known
             if isinstance(type_, (Enum, Record, Opaque)) and plain(type_) not in self.of:
                 self.of[plain(type_)] = names.new(name)
                 if not getattr(type_, "python", ""):
@@ -148,7 +148,7 @@ _PYTHON: dict[type[Type], str] = {
 
 
 def _value_name(type_: Type) -> str:
-    """The runtime's name for arrays of a type; "" for what is no array."""
+    """The runtime's name for arrays of a type; "" for a type that is not an array."""
     match type_:
         case Vector(element=Real()):
             return "Vector"

@@ -1,7 +1,7 @@
-"""Where arithmetic on finite numbers may give what is none, and where that is noticed.
+"""Where arithmetic on finite numbers may give infinity or NaN, and where that is noticed.
 
-Infinity and NaN show in the result of any further arithmetic that they enter, so that a value needs
-one look: before it is compared, written or handed to an operator.
+Infinity and NaN show in the result of any further arithmetic that they enter, so a value is checked
+only once: before it is compared, written or handed to an operator.
 """
 
 from __future__ import annotations

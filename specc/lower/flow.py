@@ -12,7 +12,7 @@ from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, T
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
 
-# What is evaluated in any case: what may be computed early, because it will be needed anyway.
+# What must be evaluated in any case, and may therefore be computed early.
 #
 # A term behind a guard (a later operand of `and` and `or`, a branch of a choice, the body of a
 # quantifier over a list) is not, unless both branches of a choice come to it.

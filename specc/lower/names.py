@@ -84,7 +84,7 @@ _WORD = re.compile(r"[A-Za-z0-9]+")
 
 
 def identifier(text: str) -> str:
-    """`text` as an ASCII identifier that is no keyword and does not start with an underscore.
+    """`text` as an ASCII identifier that is not a keyword and does not start with an underscore.
 
     Names with a leading underscore are private to classes, with two they are mangled.
     """

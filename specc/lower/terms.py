@@ -68,7 +68,7 @@ class Term:
     largest: float = math.inf
     """No component is larger than this, up to sign; infinite where nothing is known."""
     is_raw: bool = False
-    """A result of arithmetic that nobody has looked at: it may not be finite."""
+    """A result of arithmetic that has not been checked: it may not be finite."""
 
     @property
     def type(self) -> Type:

@@ -22,8 +22,9 @@ from specc.model.types import Pose
 def memory_order(works: Iterable[Work], known: Collection[Term]) -> tuple[list[Work], list[Work]]:
     """Memory elements to compute beforehand, and the rest in an order in which they may change.
 
-    Who needs an old value comes before who changes it. Only where elements need each other's old
-    values, one of them must be computed beforehand. The terms `known` have a local already.
+    An assignment that needs an old value comes before the one that changes it. Only where elements
+    need each other's old values, one of them must be computed beforehand. The terms `known` have a
+    local already.
     """
     left = {work: _reads(work.value, known) for work in works if not work.assignment.peer}
     before: list[Work] = []

@@ -127,7 +127,7 @@ class _Reader:
         return self._model
 
     def read_attached(self) -> None:
-        """See that the models that models are put together from keep inside too."""
+        """Check that the models that a model is assembled from lie inside too."""
         while self._attached:
             path = self._attached.pop()
             if real_path(path) not in self._files:

@@ -228,7 +228,7 @@ class Quantifier(Node):
 
 @frozen
 class Unknown(Node):
-    """What a text means that is missing or has an error in it: some value, nobody knows which.
+    """The meaning of a text that is missing or has an error in it: some unknown value.
 
     Nothing is generated from one. Two of one name are the same value.
     """

@@ -121,7 +121,7 @@ def reach_of(path: str) -> Reach:
 
 
 def forget() -> None:
-    """Read settings anew when they are asked for again: a file may have changed."""
+    """Read settings again the next time that they are needed: a file may have changed."""
     _settings_in.cache_clear()
 
 
@@ -228,7 +228,7 @@ def _unknown(key: str, place: Place) -> Diagnostic:
 
 
 def _key_place(source: SourceFile, key: str) -> Place:
-    """Where a key stands in the section; tomllib says no places."""
+    """Where a key stands in the section; tomllib does not give places."""
     section = _SECTION.search(source.text)
     start = section.end() if section else 0
     found = re.compile(rf"^[ \t]*({re.escape(key)})[ \t]*=", re.MULTILINE).search(

@@ -90,7 +90,7 @@ def resolve(
 
 
 def _definitions(library: Library, file: Loaded, instead: Mapping[str, Where]) -> Definitions:
-    """Those of the system; constants inside descriptions are no affair of `instead`."""
+    """Constants of the system; `instead` does not apply to those inside descriptions."""
     definitions = replace(library, instead=instead).definitions(file)
     known = [outside.name for outside in definitions.outside() if outside.kind == "constant"]
     for name, where in instead.items():

@@ -68,7 +68,7 @@ def _is_clear(name: str, expressions: Expressions) -> bool:
 
 
 def _without(scope: Scope, broken: Collection[str]) -> Scope:
-    """The scope without constants and files that would be taken for what has an error."""
+    """The scope without constants and files whose names could mean something with an error."""
     constants = scope.constants
     if any(name in constants for name in broken):
         constants = {name: type for name, type in constants.items() if name not in broken}

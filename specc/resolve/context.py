@@ -252,7 +252,7 @@ def trace_of(part: Traced) -> Trace:
 
 
 def nobody_knows(where: Where, type_: Type) -> Unknown:
-    """A value of its own for every place, so that no two of them are taken for the same."""
+    """A distinct value for every place, so that no two of them count as the same."""
     return Unknown("/".join(map(str, where.route)), type=type_)
 
 

@@ -122,7 +122,7 @@ class Definitions:
         return _Earlier(self.constants, self._serial, len(self._serial), of)
 
     def inlined(self, expr: Expr) -> Expr:
-        """The expression without constants that are no system's; see `inlining` for the error."""
+        """The expression without constants of descriptions; see `inlining` for the error."""
         return expr if self.given is None else inlined(expr, self.constants, self.given)
 
     def names(self, *, variables: bool = False) -> TypeNames:

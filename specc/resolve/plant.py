@@ -31,7 +31,7 @@ def resolve_plant(
 
 
 def _report_kind(definition: PlantDef, where: Where, findings: Findings) -> None:
-    """A plant that is of no kind, or of two."""
+    """A plant with neither `model` nor `python`, or with both."""
     if definition.model:
         findings.report(
             "E0104",

@@ -24,7 +24,7 @@ def show(report: Report, console: Console | None = None) -> None:
     own = console or Console()
     with own.capture() as captured:
         _show(report, own)
-    # Rich would end the process where nobody reads; who called says what that means.
+    # Rich would end the process where nobody reads the output; the caller decides instead.
     if sys.stdout is None:
         raise OSError(errno.EBADF, os.strerror(errno.EBADF))
     shown = captured.get()  # with escapes of rich on a terminal, where no runner reads it

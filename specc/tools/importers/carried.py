@@ -52,7 +52,7 @@ class Notes:
         return any(item.severity == "error" for item in self.diagnostics)
 
     def leftovers(self, root: Element, reasons: Mapping[tuple[str, str], str]) -> None:
-        """Report what nobody took from a document, once for each kind of element or attribute.
+        """Report what was not used of a document, once for each kind of element or attribute.
 
         `reasons` says why, by tag and attribute; the attribute is "" for an element.
         """

@@ -1,7 +1,7 @@
 """XML as a tree that remembers where it stands and what has been looked at.
 
 Document types and entities are refused: the formats that are imported have none, and entities make
-a short file endless. What nobody takes from the tree is reported: nothing is dropped silently.
+a short file endless. What is not used of the tree is reported: nothing is dropped silently.
 """
 
 from __future__ import annotations

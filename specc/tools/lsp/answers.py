@@ -170,7 +170,7 @@ def _stretch(sources: Sources, place: Place) -> Stretch:
 
 
 def _explained(project: Project, view: View, path: str, at: int) -> Hover | None:
-    """What is no symbol, but means something all the same."""
+    """What is not a symbol, but has a meaning all the same."""
     index = view.index
     found = cause_at(index, path, at) or code_at(index.text(path), at)
     where = _now(project, view, path, found[1], found[2]) if found else None

@@ -204,7 +204,7 @@ _CODE = re.compile(r"\b[EWO]\d{4}\b")
 
 
 def code_at(text: str, offset: int) -> tuple[str, int, int] | None:
-    """The title of the code at an offset of a text that is no value, and where it stands."""
+    """The title of the code at an offset outside of all values, and where it stands."""
     start = max(text.rfind("\n", 0, offset), text.rfind("\r", 0, offset)) + 1
     for found in _CODE.finditer(text, start, offset + 5):
         entry = all_codes().get(found.group())

@@ -87,7 +87,7 @@ _SYSTEM = re.compile(r"(?:^|\r)system\s*:", re.MULTILINE)
 _SUFFIXES = (".yaml", ".yml")
 _MOST_FILES = 2000
 _LITTLE = 200
-"""Characters; after a change of no more than them an earlier analysis says what matters."""
+"""Characters; after a change of at most so many an earlier analysis still serves."""
 Read = Callable[[str, tuple[str, ...]], Document]
 
 
@@ -157,7 +157,7 @@ class Project:
         return claims_to_be_one(self.source(path).text)
 
     def is_used(self, path: str) -> bool:
-        """Whether a known system reads the file, or looked for it in vain."""
+        """Whether a known system reads the file, or looked for it without finding it."""
         return any(root != path for root in self._using(path))
 
     def forget_deleted(self, path: str) -> None:

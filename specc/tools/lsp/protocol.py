@@ -17,7 +17,7 @@ from pygls.exceptions import (
 )
 from pygls.protocol import LanguageServerProtocol
 
-# What a client did wrong or gave up: it is told, and nobody reads it on standard error.
+# What a client did wrong or gave up is reported to the client, not on standard error.
 _TOLD = JsonRpcInvalidRequest, JsonRpcInvalidParams, JsonRpcContentModified
 _UNREADABLE = ValueError, RecursionError
 

@@ -353,7 +353,7 @@ class _Reader:
         return Reference(place, symbol, defines, type=mention.type)
 
     def _types(self, route: Route, found: Iterable[Mention]) -> Iterator[Reference]:
-        """Frames that a record takes as parameters stand for others and are no symbols."""
+        """Frames that a record takes as parameters stand for others and are not symbols."""
         local = self._frame_parameters(route)
         for mention in found:
             if mention.kinds != ("frame",) or mention.name not in local:

@@ -92,7 +92,7 @@ class SpecServer(LanguageServer):
         self._changed: dict[str, bool] = {}
         self._told: set[str] = set()
         self._alone: list[str] = []
-        """To be analysed one by one: one of them ended the process, which shows which one."""
+        """Files to be analysed one by one, to find out which of them ended the process."""
         self._given_up: set[str] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._check: Job | None = None
@@ -154,7 +154,7 @@ class SpecServer(LanguageServer):
         return tuple(filter(None, folders or [self.workspace.root_path]))
 
     def _analyse(self) -> None:
-        """Have analysed what has changed, unless the desk is at it: then once it is done."""
+        """Have changed files analysed, or, if the desk is busy with them, once it is done."""
         if self._check is None and (self._alone or self._changed):
             if self._alone:
                 changed = {self._alone.pop(): True}

@@ -1,7 +1,7 @@
 """A process that does jobs one after the other and can be ended at any time.
 
-Whatever a text makes of a job, the process that asked for it goes on: a job that is no longer
-wanted, or takes too long, is ended with its process, and another process takes its place.
+Whatever happens to a job, the process that asked for it goes on: a job that is no longer wanted, or
+takes too long, is ended with its process, and another process takes its place.
 """
 
 from __future__ import annotations

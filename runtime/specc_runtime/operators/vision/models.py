@@ -1,7 +1,6 @@
 """Object models (eqs 32 and 33), made from the meshes and textures of the objects themselves.
 
-A model is made anew in every start: that takes less than reading one from a file of its size would
-be worth, and no stale model can be left behind.
+Models are made anew at every start, which is quick enough, so none can be stale.
 """
 
 from __future__ import annotations

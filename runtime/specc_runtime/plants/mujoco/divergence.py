@@ -1,4 +1,4 @@
-"""Where a simulation left the finite numbers: the joint or actuator, and who drives it."""
+"""Where a simulation became infinite or NaN: the joint or actuator, and who drives it."""
 
 from typing import Any
 

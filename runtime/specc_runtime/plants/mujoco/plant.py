@@ -152,7 +152,7 @@ class MujocoPlant:
         return Viewer(self._model, self._data)
 
     def close(self) -> None:
-        """Free the graphics system; the plant is of no use afterwards."""
+        """Free the graphics system; the plant cannot be used afterwards."""
         self._cameras.close()
 
 
