@@ -147,7 +147,7 @@ def test_a_part_is_neither_built_nor_run(
 ) -> None:
     assert main([command, name]) == 1
     told = capsys.readouterr().err
-    assert "describes no system, but something for a system to use" in told
+    assert "describes no system, only parts for a system to use" in told
     assert told.count("error[") == 1
 
 

@@ -37,7 +37,7 @@ def test_its_own_file_is_written_anew_and_no_other(
     path.write_text("# mine\n", encoding="utf-8")
     assert main(["witness", str(OVERLAP), "--out", "out"]) == 2
     assert path.read_text(encoding="utf-8") == "# mine\n"
-    assert "is not a scenario of this specification and stays" in capsys.readouterr().err
+    assert "is not a test for this specification and is left as it is" in capsys.readouterr().err
     other = here / "other.yaml"
     other.write_text(OVERLAP.read_text(encoding="utf-8"), encoding="utf-8")
     path.write_text(written, encoding="utf-8")

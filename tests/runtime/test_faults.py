@@ -106,7 +106,7 @@ def test_undecided_transition_carries_its_rows_and_inputs() -> None:
         "run terminal hot -> run",
         "run terminal cold -> run",
     ]
-    assert "its rows 2" in fault.message
+    assert "2 of its rows apply" in fault.message
 
 
 def test_faults_are_of_one_kind() -> None:
