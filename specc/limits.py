@@ -39,7 +39,7 @@ MAX_SHOWN = 1_000
 
 Work = Literal["names compared", "proof"]
 ALLOWED: dict[Work, int] = {"names compared": 50_000, "proof": 2_000_000}
-"""Steps of a run: names that an unknown one is compared with, and about 1 us each of proofs."""
+"""Steps of a run: comparisons of names, and steps of proofs that take about 1 us each."""
 
 OUT_OF_STEPS = "the proofs of this run have used up their search budget"
 
@@ -48,7 +48,7 @@ _spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)
 
 @contextmanager
 def one_run() -> Iterator[None]:
-    """Inside, allowances are those of one run; inside another run, they are those of that one."""
+    """Work inside counts against the budget of one run; a run within a run shares its budget."""
     if _spent.get() is not None:
         yield
         return

@@ -209,7 +209,7 @@ class Ages:
         return source.reads if isinstance(source, Sent) else ()
 
     def _order(self, edges: Edges) -> list[Node]:
-        """Every node behind those that it is computed from; what makes a loop is taken out."""
+        """Every node after those that it is computed from; edges that make a loop are left out."""
         try:
             return list(TopologicalSorter(_targets(edges)).static_order())
         except CycleError:
@@ -225,7 +225,7 @@ class Ages:
             return list(TopologicalSorter(_targets(edges)).static_order())
 
     def _held(self, order: list[Node], edges: Edges, node: Node, on_arrival: bool) -> Held | None:
-        """The first value on the way to `node` that no arrival bounds in age."""
+        """The first value on the path to `node` whose age nothing limits."""
         held = {node} if not on_arrival else set()
         held |= {n for reads in edges.values() for n, arrival in reads if not arrival}
         for n in order:

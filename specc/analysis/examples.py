@@ -53,9 +53,9 @@ def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
 
 
 MOST, MOST_AGAIN = 160, 40
-"""Situations that are looked at for one finding, and then from other starts."""
+"""Most situations that are tried for one finding, and then from other starts."""
 EACH, MOST_IN_ALL = 10, 5000
-"""What a finding takes in any case, and what all of them may take."""
+"""What each finding may take in any case, and what all findings together may take."""
 LARGE = 200
 """Parts of conditions that take twice the time; then half as many situations are looked at."""
 

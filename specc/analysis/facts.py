@@ -204,9 +204,9 @@ class Facts:
         return not (known and self.lasting(subsystem).never_ends(decided.state, decided.cause))
 
     def settled(self, subsystem: Subsystem, condition: Condition) -> bool | None:
-        """The truth value of a condition that ought to have two; None if it has.
+        """The constant truth value of a condition that should change; None if it can change.
 
-        What is said to be `True` or `False` is meant, and a parameter may well settle a condition.
+        A literal `True` or `False` is intended, and a parameter may well decide a condition.
         """
         parameters = {constant.name for constant in subsystem.constants}
         if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
@@ -241,7 +241,7 @@ class Facts:
     def ways_are_known(self, subsystem: Subsystem) -> bool:
         """Whether no row is missing and no condition has one value by mistake.
 
-        Where the table has to be mended anyway, nobody knows yet which states can be reached.
+        If the table needs a repair anyway, it is not known yet which states can be reached.
         """
         return self.conditions_vary(subsystem) and not any(
             decided.verdict.decision.gap or self.lacks_rows(decided)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _ELAPSED = Clock("elapsed", type=Real(SECOND))
 _LONGEST_S = 1e6
 _MOST_TIMES = 12
-"""Times of one state at which it is asked whether it is over."""
+"""Most times of one state at which it is checked whether it has ended."""
 
 
 class Late(NamedTuple):
@@ -54,8 +54,8 @@ class Late(NamedTuple):
 class _Ending(NamedTuple):
     """The time at which a state surely ends, if it has not before.
 
-    `by` says whether the error ends it then, and whether the terminal condition does; `in_time` of
-    each cause that it ends the state by that time.
+    `by` says whether the error ends it then, and whether the terminal condition does; `in_time`
+    says of each cause whether it ends the state by that time.
     """
 
     over_s: Fraction

@@ -101,7 +101,7 @@ class Measured(NamedTuple):
 
     @property
     def unlimited(self) -> bool:
-        """Whether there may be no new sample for any length of time."""
+        """Whether there may be no new sample for an unlimited time."""
         return self.sporadic and not self.period_s
 
 

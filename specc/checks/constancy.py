@@ -44,7 +44,7 @@ from specc.source import Place
 
 
 MOST_PARTS = 64
-"""Parts of one condition that are looked at; a longer one is not looked into."""
+"""Most parts of one condition that are examined; a longer condition is skipped."""
 _MOST_VALUES = 8
 _Literal = Truth | Member | Number
 

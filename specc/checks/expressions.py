@@ -24,7 +24,7 @@ def constants_have_values(system: System, facts: Facts) -> Iterator[Diagnostic]:
         yield Diagnostic("E0334", message, constant.place, help="write another number")
 
 
-# Numbers and expressions are such as can be meant.
+# Numbers and expressions make sense.
 
 
 _CODES = {

@@ -34,7 +34,7 @@ class Shared:
     """Rows of several states that ask the same conditions and fail in the same situations.
 
     Whenever one of the `others` or the `first` state ends, the `widest` could end as well, so that
-    all that is said of its rows, which is the `witness`, holds of theirs.
+    the `witness`, which is about the rows of the `widest`, holds for theirs too.
     """
 
     first: Decided

@@ -43,7 +43,7 @@ def states_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def states_reached(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """W0607, once for states that hang together, at those from which the others are reached."""
+    """W0607, once for each group of connected states, where the others are reached from."""
     for subsystem in facts.finished_subsystems:
         reached = facts.reached(subsystem)
         left = [s.name for s in subsystem.states if s.name not in reached]

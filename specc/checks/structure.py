@@ -55,7 +55,7 @@ def buffers_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _side(device: Device, side: str) -> Place:
-    """What a device accepts or reports, or the device where it says nothing of that."""
+    """Where a device declares what it accepts or reports, or the device if it declares nothing."""
     return replace(device.place, route=(*device.place.route, side))
 
 

@@ -85,10 +85,10 @@ def least(ways: Iterable[Way]) -> Ways:
 
 
 class Rest(NamedTuple):
-    """A sender comes to `state` and from there to nothing that the waiting state needs.
+    """A sender gets to `state` and from there never sends what the waiting state needs.
 
-    `row` is the row of the sender that takes up what the waiting subsystem has sent, if it is that
-    which leads there, and the waiting state sends it no more.
+    `row` is the row of the sender that accepts what the waiting subsystem sent earlier and no
+    longer sends, if such a row leads there.
     """
 
     sender: Subsystem
@@ -179,7 +179,7 @@ class Waiting:
     def _unanswered(self, wait: _Wait, spent: Way, still: Way) -> Rest | None:
         """Where the sender may rest after it has taken up what was sent before this state.
 
-        `spent` is sent no more, and `still` is.
+        `spent` is no longer sent, `still` is still sent.
         """
         free: list[Step] = []
         taking: list[Step] = []

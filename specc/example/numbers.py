@@ -38,7 +38,7 @@ def _near(compared: m.Compare) -> m.Expr:
     return near if compared.op == "==" else m.Unary("not", near, type=Bool())
 
 
-# How much is tried until a search gives up, counted so that it always ends in the same place.
+# The budget of a search, counted in situations so that it always ends at the same one.
 
 
 class SearchBudget:

@@ -167,7 +167,7 @@ def _named(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
 
 
 FOR_WANT_OF_CONTEXT = ("E0231", "E0317", "E0318")
-"""Codes of what would not be wrong with an expression where its type is expected."""
+"""Codes of errors that an expression would not have if its type were expected there."""
 
 
 _WAYS_OUT = {
@@ -191,7 +191,7 @@ _WAYS_OUT = {
 class ExprErrors(Exception):
     """Everything that is wrong with one text; `errors` has at least one entry, in text order.
 
-    `expr` is what it means all the same, if that is clear but for unknown parts.
+    `expr` is its meaning all the same, if that is clear except for unknown parts.
     """
 
     def __init__(self, errors: Iterable[ExprError], expr: Expr | None = None) -> None:

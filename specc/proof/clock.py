@@ -1,4 +1,4 @@
-"""Comparisons with the time in a state: whole periods, at one of which the answer turns."""
+"""Comparisons with the time in a state: whole periods, at one of which the answer changes."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ OPERATIONS: dict[str, Operation] = {
 """By the sign or name of what the language computes with numbers and truth values."""
 
 
-# Conditions about the time in a state: whole periods, at some of which their truth turns.
+# Conditions about the time in a state: whole periods, at some of which their truth changes.
 
 
 LONGEST = 2**40

@@ -151,7 +151,7 @@ class Question:
     def _with_possible_rows(
         self, proved: Decision, table: Table, assumed: Sequence[Formula], atoms: Sequence[Atom]
     ) -> Decision:
-        """A proof, with rows left out that can never apply for what their numbers are."""
+        """A proof, without rows that can never apply because of the values of their numbers."""
         procedure = self._relations.between(atoms) if self._relations.in_sums(atoms) else None
         if procedure is None:
             return proved

@@ -30,9 +30,9 @@ class Witness:
     the situations there are, or `everywhere` holds in all of them and in no other; where this would
     take too many words, they are only `some`.
 
-    `holding` are indices of conditions that all hold. `repair` is what a new condition, or instead
-    of it the condition of index `repaired`, could ask; it is None where one of the conditions that
-    hold has to go, since others hold wherever it does.
+    `holding` are indices of conditions that all hold. `repair` is a new condition or, if there is a
+    `repaired`, what replaces the condition of that index. It is None where one of the conditions
+    that hold has to be removed, since others hold wherever it does.
     """
 
     facts: Facts

@@ -141,8 +141,8 @@ def no_row(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula
 def two_rows(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
     """That several conditions hold in the combinations `faults`, of which the first can be.
 
-    The one that could ask for less keeps what no other condition holds in, so that it stays apart
-    from all of them; without such a one, each that could would ask for what another one asks.
+    The condition to narrow keeps the combinations in which no other one holds, so it stays
+    distinct. If there are none, narrowing could only make two conditions equal.
     """
     rows = [table.bits(condition) for condition in conditions]
     asked = frozenset(atoms_of(conditions))

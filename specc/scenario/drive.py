@@ -114,7 +114,7 @@ class Driver:
         ]
 
     def first(self, wanted: Situation | None = None) -> Run:
-        """The first period; what a later situation needs comes then already if it can.
+        """The first period; inputs that a later situation needs arrive already then if they can.
 
         Raises:
             StrayError: it fails.

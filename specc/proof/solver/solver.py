@@ -264,9 +264,9 @@ class _Question:
         return z3.AtLeast(*self._rows, 2)
 
     def _narrowed(self, pair: tuple[int, int]) -> int | None:
-        """The condition of a pair that could ask for less, since it holds where no other one does.
+        """The condition of a pair that can be narrowed, since it holds where no other one does.
 
-        Without the other one it still asks for what none of them asks, and so never for the same.
+        Narrowed, it still holds there, so it does not become equal to another one.
         """
         for index in reversed(pair):
             others = [z3.Not(row) for number, row in enumerate(self._rows) if number != index]
@@ -311,7 +311,7 @@ class _Question:
         return self._model(parts) is not None
 
     def _may_hold(self, parts: Sequence[Any]) -> bool:
-        """Whether something is not known to be impossible; no verdict depends on it."""
+        """Whether something may be possible; no verdict depends on it."""
         try:
             return self._holds(parts)
         except UnsureError:

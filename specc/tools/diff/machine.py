@@ -88,7 +88,7 @@ def compare_axioms(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
 
 
 def compare_conditions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
-    """A condition matters where it is used, so one that comes or goes alone changes nothing."""
+    """A condition matters where it is used; only adding or removing it changes nothing."""
     pairs = paired(old.conditions, new.conditions, lambda c: f"{c.kind} condition {c.name}")
     for before, after in pairs.both.values():
         verdict = meaning.compare([before.when], [after.when])

@@ -125,7 +125,7 @@ def _texts(
 
 
 def _constants(old: System, new: System, book: Book) -> None:
-    """A constant matters where it is used, so one that comes or goes alone changes nothing."""
+    """A constant matters where it is used; only adding or removing it changes nothing."""
     values = Constants(old, new)
     pairs = paired(old.constants, new.constants, lambda c: c.name)
     for name, constant in pairs.removed.items():

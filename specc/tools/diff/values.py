@@ -89,7 +89,7 @@ def compare_memory(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
 
 
 def compare_lets(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
-    """A let is a name for an expression: one that comes or goes alone changes nothing."""
+    """A let is a name for an expression; only adding or removing it changes nothing."""
     pairs = paired(old.lets, new.lets, lambda item: item.name)
     for name, item in pairs.removed.items():
         book.removed("let", name, show(item.value), semantic=False)
@@ -112,7 +112,7 @@ def compare_parameters(old: Subsystem, new: Subsystem, meaning: Meaning, book: B
 
 
 def compare_functions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
-    """A function matters in behaviours: one that comes or goes is seen in what they assign."""
+    """A function matters in behaviours; adding or removing it shows in what they assign."""
     pairs = paired(old.functions, new.functions, lambda f: f.name)
     for name, function in pairs.removed.items():
         book.removed("function", name, _targets(function), semantic=False)

@@ -72,7 +72,7 @@ class Desk:
     def analyse(
         self, changed: dict[str, bool], folders: tuple[str, ...], told: set[str]
     ) -> dict[str, list[lsp.Diagnostic]]:
-        """Analyse what has changed; what is to be told now, by URI, with what was `told` before.
+        """Analyse what has changed; returns what to report now, by URI; `told` was reported before.
 
         `changed` says of each URI whether the systems that use it are looked for on the disk.
         """

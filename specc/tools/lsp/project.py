@@ -23,7 +23,7 @@ from specc.tools.lsp.mending import Shift, mended, shift
 
 # What is certainly wrong in a text with errors that keep it from being read as a whole.
 #
-# It is found in the mended text. What only follows from what is missing there is not told: that
+# It is found in the mended text. What only follows from the missing parts is not reported, since it
 # would go away with the error.
 
 
@@ -41,9 +41,9 @@ def certain(
     present: Sources,
     earlier: Iterable[Diagnostic],
 ) -> Iterator[Diagnostic]:
-    """Of what was found in mended texts, what is said of the present ones, at offsets in them.
+    """Findings of mended texts that also hold of the present texts, at offsets in these.
 
-    What an earlier analysis of the whole has said is told again.
+    Findings of an earlier analysis of the whole text are repeated.
     """
     known = {(diagnostic.code, diagnostic.message) for diagnostic in earlier}
     missing = {word for source in mended for word in _missing(source.text, present, source.path)}
