@@ -1,7 +1,7 @@
 # Everything below works in .venv, which the first target that needs it creates.
 #
 #   make demo    set up and run one pick of the flagship, specs/irp_picking.yaml
-#   make test    set up and run the tests
+#   make test    set up and run the tests, but for those over many seeds
 #   make check   linters, types, import directions, committed output against the specs
 #   make build   regenerate generated/ from specs/
 #   make bench   print the benchmarks
@@ -17,6 +17,8 @@ READY := .venv/.ready
 SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
 BENCHMARKS := $(sort $(wildcard bench/*.py))
 TEST_WORKERS ?= 2
+# Continuous integration runs the long ones, too.
+TESTS ?= not long
 # A test that hangs is ended with its traceback, and fails.
 ENDED := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
@@ -34,7 +36,7 @@ demo: $(READY)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
 
 test: $(READY)
-	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile $(ENDED)
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile -m "$(TESTS)" $(ENDED)
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -1,6 +1,7 @@
 """Renaming changes every place that means the symbol, or nothing."""
 
 import random
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,12 +30,12 @@ def renamed(project: Project, path: str, offset: int, new: str) -> dict[str, str
     }
 
 
-def samples() -> list[tuple[str, int]]:
+def samples() -> Iterator[object]:
     """One symbol of each kind in each subsystem of the flagship that can be renamed."""
     project = Project()
     view_of = {FLAGSHIP: project.analyse(FLAGSHIP).index}
     index = view_of[FLAGSHIP]
-    found: dict[object, list[tuple[str, int]]] = {}
+    found: dict[tuple[str, object], list[tuple[str, int]]] = {}
     for occurrence in index.occurrences(FLAGSHIP):
         symbol = occurrence.symbol
         try:
@@ -44,10 +45,13 @@ def samples() -> list[tuple[str, int]]:
         key = (symbol.kind, symbol.owner)
         found.setdefault(key, []).append((f"{symbol.kind} {symbol.name}", occurrence.start))
     rng = random.Random(3)
-    return [rng.choice(places) for places in found.values()]
+    kinds: set[object] = set()
+    for (kind, _), places in found.items():
+        yield pytest.param(*rng.choice(places), marks=pytest.mark.long if kind in kinds else ())
+        kinds.add(kind)
 
 
-@pytest.mark.parametrize(("name", "offset"), samples())
+@pytest.mark.parametrize(("name", "offset"), list(samples()))
 def test_renaming_there_and_back_is_nothing(name: str, offset: int) -> None:
     project = Project()
     project.analyse(FLAGSHIP)

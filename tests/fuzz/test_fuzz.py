@@ -21,7 +21,7 @@ from specc import pipeline
 FILES = 300
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_files_are_accepted_or_refused_within_limits(seed: int, tmp_path: Path) -> None:
     script = ROOT / "bench/fuzz.py"
     paths = os.pathsep.join((str(ROOT), str(ROOT / "runtime")))

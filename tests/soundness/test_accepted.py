@@ -46,6 +46,7 @@ def test_the_flagship_goes_through_most_of_its_states() -> None:
     assert findings.visited > 0.3 * findings.states
 
 
+@pytest.mark.long
 def test_random_specifications(tmp_path: Path) -> None:
     findings = Findings()
     for seed in range(20):

@@ -131,6 +131,7 @@ def test_random_specifications(folder: Path, rng: Random, seed: int) -> None:
     judged(specification(rng), folder, str(seed))
 
 
+@pytest.mark.long
 def test_many_specifications_are_accepted_and_many_are_not(folder: Path) -> None:
     counts: Counter[str] = Counter()
     for seed in range(16):

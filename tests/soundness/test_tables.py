@@ -123,7 +123,7 @@ def for_machine(given: Any, element: str) -> Any:
     return np.array(given) if DOMAINS.get(element, ("",))[0] == "vector[2]" else given
 
 
-@pytest.mark.parametrize("block", range(2))
+@pytest.mark.parametrize("block", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_random_tables(block: int, folder: Path) -> None:
     counts: Counter[str] = Counter()
     for seed in range(block * 15, block * 15 + 15):

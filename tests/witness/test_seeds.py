@@ -32,7 +32,13 @@ def seeded() -> Iterator[tuple[str, Bed, Seed]]:
 CASES = list(seeded())
 
 
-@pytest.mark.parametrize(("bed", "seed"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
+@pytest.mark.parametrize(
+    ("bed", "seed"),
+    [
+        pytest.param(bed, seed, id=name, marks=() if name.endswith(" 0") else pytest.mark.long)
+        for name, bed, seed in CASES
+    ],
+)
 def test_scenarios_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> None:
     specs = tmp_path / "specs"
     shutil.copytree(SPECS, specs, ignore=shutil.ignore_patterns("*.png", "*.ply", "*.npz"))
