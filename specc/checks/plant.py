@@ -260,7 +260,7 @@ def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
             actuator = bound.binding.actuators[driven.index(other)]
             yield Diagnostic(
                 "W0513",
-                f"joint `{name}` stands where actuator `{actuator}` has `{other}`",
+                f"joint `{name}` is listed where actuator `{actuator}` drives `{other}`",
                 below(place, "joints", listed.index(name)),
                 related=(
                     Related(below(place, "actuators", driven.index(other)), f"drives `{other}`"),

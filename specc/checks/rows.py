@@ -133,7 +133,7 @@ def rows_complete(system: System, facts: Facts) -> Iterator[Diagnostic]:
             (
                 *told.places,
                 *(
-                    Related(row.place, f"asks `{row.condition.name}`")
+                    Related(row.place, f"requires `{row.condition.name}`")
                     for row in decided.verdict.rows
                 ),
             ),
@@ -203,7 +203,7 @@ def _others(told: Shared, facts: Facts) -> Iterator[Related]:
         if overlap and left:
             left -= 1
             name = rows[pair[0]].condition.name
-            words = f"applies {situation(overlap)}, and so does the row that asks `{name}`"
+            words = f"applies {situation(overlap)}, and so does the row with `{name}`"
             yield Related(rows[pair[1]].place, words)
 
 
@@ -215,7 +215,9 @@ def _with_one_row_less(told: Shared) -> str:
         return f"delete one of the two rows{also}, {other}"
     which = "this row" if overlap.repaired == overlap.holding[-1] else "the other row"
     asked = rows[overlap.repaired].condition.name
-    return f'let {which} ask for "{show(overlap.repair)}" instead of `{asked}`{also}, {other}'
+    return (
+        f'give {which} the condition "{show(overlap.repair)}" instead of `{asked}`{also}, {other}'
+    )
 
 
 # A cause that can occur in a state has rows; a state without any row is not finished.

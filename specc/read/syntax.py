@@ -114,7 +114,7 @@ _PROBLEMS = (
     (
         "found unexpected ':'",
         "a `:` is not expected inside { } and [ ]",
-        "put the text in double quotes; a colon that ends a key has a space behind it",
+        "put the text in double quotes; a colon that ends a key has a space after it",
     ),
     ("block sequence entries", "a `- ` item is not expected here", _INDENT),
     ("mapping keys are not allowed", "a key is not expected here", _INDENT),

@@ -17,7 +17,7 @@ CASES = ROOT / "tests" / "cases"
 ADDED = re.compile(
     r'the row `\[(\w+), (\w+), (\w+), \.\.\.\]` with the initial condition `\w+: "(.*)"`'
 )
-ASKED = re.compile(r'let (this row|the other row) ask for "(.*)" instead of `(\w+)`')
+ASKED = re.compile(r'give (this row|the other row) the condition "(.*)" instead of `(\w+)`')
 _serial = itertools.count()
 
 
