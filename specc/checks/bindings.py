@@ -11,7 +11,8 @@ from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.system import Binding, System
-from specc.model.types import Image, Real, Spatial, Type, Vector, records_in
+from specc.model.types import Image, Real, Record, Spatial, Type, Vector, inner_types
+from specc.reachable import reachable
 from specc.source import Place
 
 # The model of the plant is there and is MJCF.
@@ -107,7 +108,8 @@ def _made(system: System, facts: Facts) -> Iterator[tuple[Type, Sequence[Type], 
 
 
 def _classless(type_: Type) -> set[str]:
-    return {name for name, record in records_in(type_).items() if not record.python}
+    found = reachable([type_], inner_types)
+    return {part.name for part in found if isinstance(part, Record) and not part.python}
 
 
 # What is to be simulated has a plant behind its devices and a task to count.

@@ -25,8 +25,10 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
+    inner_types,
     whole,
 )
+from specc.reachable import reachable
 
 # The named types of a system, found in everything that has a type.
 
@@ -34,20 +36,9 @@ from specc.model.types import (
 def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     """Name and type of every enum and record in use, in the order of their declaration."""
     found: dict[str, Type] = {}
-
-    def note(type_: Type) -> None:
-        match type_:
-            case ListOf(element=inner) | Vector(element=inner) | OptionalOf(value=inner):
-                note(inner)
-            case Enum(name=name) | Opaque(name=name):
-                found.setdefault(name, type_)
-            case Record(name=name, fields=fields) if name not in found:
-                found[name] = type_
-                for _, inner in reversed(fields):
-                    note(inner)
-
-    for used in _types(system):
-        note(used)
+    for type_ in reachable(_types(system), inner_types):
+        if isinstance(type_, Enum | Opaque | Record):
+            found.setdefault(type_.name, type_)
     order = {name: index for index, (name, _) in enumerate(system.types)}
     names = sorted(filter(None, found), key=lambda name: (order.get(name, len(order)), name))
     return tuple((name, found[name]) for name in names)

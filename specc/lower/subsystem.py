@@ -21,7 +21,7 @@ from specc.model.expr import Number
 from specc.model.fsm import Behaviour, Condition
 from specc.model.system import Element, Memory, Subsystem, System
 from specc.model.trace import Trace
-from specc.model.types import ListOf, OptionalOf, Real, Record, Type, Vector
+from specc.model.types import Real, Type, inner_types
 from specc.model.units import SECOND
 
 # Equation numbers of what a step can execute, found once, for the report of a run.
@@ -113,17 +113,8 @@ class Equations:
     def _of_type(self, type_: Type) -> Numbers:
         if type_ not in self._types:
             numbers = _of(self._declared.get(getattr(type_, "name", None) or "", Trace()))
-            self._types[type_] = numbers.union(*map(self._of_type, _parts(type_)))
+            self._types[type_] = numbers.union(*map(self._of_type, inner_types(type_)))
         return self._types[type_]
-
-
-def _parts(type_: Type) -> Iterable[Type]:
-    match type_:
-        case ListOf(element=inner) | Vector(element=inner) | OptionalOf(value=inner):
-            return (inner,)
-        case Record(fields=fields):
-            return (field for _, field in fields)
-    return ()
 
 
 def _of(trace: Trace) -> Numbers:

@@ -202,18 +202,14 @@ Type = (
 )  # fmt: skip
 
 
-def records_in(type_: Type) -> dict[str, Record]:
-    """The records in a type, itself included, by their names."""
-    found: dict[str, Record] = {}
-    pending = [type_]
-    while pending:
-        match pending.pop():
-            case ListOf(element=inner) | OptionalOf(value=inner):
-                pending.append(inner)
-            case Record(name=name) as record if name not in found:
-                found[name] = record
-                pending.extend(inner for _, inner in record.fields)
-    return found
+def inner_types(type_: Type) -> tuple[Type, ...]:
+    """The types that a type is made of."""
+    match type_:
+        case ListOf(element=inner) | Vector(element=inner) | OptionalOf(value=inner):
+            return (inner,)
+        case Record(fields=fields):
+            return tuple(inner for _, inner in fields)
+    return ()
 
 
 def extent(type_: Type) -> tuple[int, int]:

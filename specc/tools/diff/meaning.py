@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,17 @@ from specc.analysis.connections import Connections
 from specc.frozen import frozen
 from specc.model.expr import ConstantRef, Expr, LetRef, mapped
 from specc.model.system import Subsystem, System
-from specc.model.types import Bool, Enum, ListOf, Opaque, OptionalOf, Record, Type, Vector
+from specc.model.types import (
+    Bool,
+    Enum,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    Record,
+    Type,
+    Vector,
+    inner_types,
+)
 from specc.proof.decide import conjuncts, related
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
@@ -18,6 +28,7 @@ from specc.proof.table import Table, TooLargeError
 from specc.proof.translate import Translator
 from specc.proof.verdict import Facts
 from specc.proof.witness import describe
+from specc.reachable import reachable
 from specc.tools.diff.record import Book, Verdict
 
 # Changes of named types, each reported once and not wherever the type is used.
@@ -67,7 +78,7 @@ def _named(system: System) -> dict[str, dict[str, str]]:
     return found
 
 
-def _types(system: System) -> Iterator[Type]:
+def _types(system: System) -> Iterable[Type]:
     """All types of the system with the types inside them."""
     roots: list[Type] = []
     for device in system.devices:
@@ -77,18 +88,7 @@ def _types(system: System) -> Iterator[Type]:
         roots += [memory.type for memory in subsystem.memory]
     for operator in system.operators:
         roots += [*(type for _, type in operator.parameters), operator.result]
-    seen: set[Type] = set()
-    while roots:
-        type = roots.pop()
-        if type in seen:
-            continue
-        seen.add(type)
-        yield type
-        match type:
-            case ListOf(element=element) | Vector(element=element) | OptionalOf(value=element):
-                roots.append(element)
-            case Record(fields=fields):
-                roots += [field for _, field in fields]
+    return reachable(roots, inner_types)
 
 
 # Whether two expressions of two versions of a subsystem mean the same.
