@@ -1,6 +1,6 @@
-"""Whether what users bring along, plants, scenes and judges, can be called as the run will.
+"""Whether plants, scenes and judges that users provide can be called as a run calls them.
 
-The protocols say how; they are the only place where that stands.
+The protocols say how; they are the only place that says so.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _attribute(thing: object, name: str) -> str:
 def _method(thing: object, asked: FunctionType) -> str:
     name, (_, *arguments) = asked.__name__, inspect.signature(asked).parameters
     member = getattr(thing, name, None)
-    # Who names the protocol as a base class inherits methods that do nothing.
+    # A class derived from the protocol inherits methods that do nothing.
     if member is None or getattr(member, "__func__", None) is asked:
         return f"has no method `{name}({', '.join(arguments)})`"
     if not callable(member):

@@ -1,4 +1,4 @@
-"""The record of a step, which everything that watches a run reads, and the digest of a run."""
+"""The record of a step, read by everything that watches a run, and the digest of a run."""
 
 from __future__ import annotations
 

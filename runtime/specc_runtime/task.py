@@ -1,4 +1,4 @@
-"""What a task brings along: a scene to begin with and a judge of each cycle.
+"""What a task provides: a scene to begin with and a judge of each cycle.
 
 Both see the plant as it really is. Nothing of them reaches an agent.
 """

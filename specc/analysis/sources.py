@@ -17,7 +17,7 @@ from specc.model.system import Binding, Device, Element, Subsystem
 from specc.proof import InputName
 from specc.source import Place
 
-# Which inputs the value of an expression is computed from, in the very period that computes it.
+# Which inputs of the same period the value of an expression is computed from.
 
 
 InputNames = frozenset[InputName]

@@ -18,7 +18,7 @@ from specc.source import Place
 
 
 def situation(witness: Witness) -> str:
-    """`when a is true and b is false`, or whatever else holds in all situations of a witness."""
+    """`when a is true and b is false`, or whatever holds in all situations of a witness."""
     if witness.everywhere is not None:
         return f"when `{show(witness.everywhere)}`"
     if not witness.facts:

@@ -130,7 +130,7 @@ class _Lack(NamedTuple):
 
     @property
     def others(self) -> tuple[Related, ...]:
-        """Where the other end has it, of many the first."""
+        """Where the other end has it; the first of many."""
         return tuple(
             Related(element.place, f"`{element.type}`, missing at the other end")
             for element in self.elements[:_MOST_SHOWN]
@@ -161,7 +161,7 @@ def _missing(lack: _Lack) -> Diagnostic:
 
 
 def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
-    """Each end has what the other lacks: another name, or the list of another buffer."""
+    """Each end has what the other lacks: a different name, or the elements of another buffer."""
     return Diagnostic(
         "E0404",
         f"the buffer lacks {here.names}, and its other end lacks {there.names}",

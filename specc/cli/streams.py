@@ -26,7 +26,7 @@ _USUAL = 120
 
 
 def prepare() -> None:
-    """Make the standard streams take any character, and give those that are closed a stand-in.
+    """Make the standard streams accept any character, and replace those that are closed.
 
     What is written to a closed standard output is an error when it is flushed, as it is with other
     commands; nobody would read a message about a closed standard error.

@@ -1,7 +1,7 @@
-"""A file that no system is known to use: all of it that can be checked by itself.
+"""A file that no known system uses: what can be checked of it by itself.
 
-Its parameters have types and no values, its peers are whoever the user has. What is certain then is
-what the texts mean and what holds of the tables; what the other ends would have to say is left out.
+Its parameters have types but no values, and its peers are not known. The meaning of texts and what
+holds of the tables is certain even so; what depends on the other ends is left out.
 """
 
 from __future__ import annotations

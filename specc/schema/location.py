@@ -1,6 +1,6 @@
 """From pydantic's location of an error to a route in the YAML.
 
-Pydantic mixes inventions into a location: the names of union members, validators and "[key]".
+Pydantic adds steps of its own to a location: the names of union members, validators and "[key]".
 Walking the location along the model tells them from keys of the file.
 """
 

@@ -1,4 +1,4 @@
-"""The line of a file around a spot, cut to a bearable width, and the columns to underline."""
+"""The line of a file around a spot, cut to a readable width, and the columns to underline."""
 
 from specc.diagnostics.render.visible import visible, width
 from specc.frozen import frozen

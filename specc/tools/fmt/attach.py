@@ -1,4 +1,4 @@
-"""Which entry a comment belongs to, and before what an empty line stands."""
+"""Which entry a comment belongs to, and which entry an empty line precedes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""XML as a tree that remembers where it stands and what has been looked at.
+"""XML as a tree with places in the text, which remembers what has been used.
 
 Document types and entities are refused: the formats that are imported have none, and entities make
 a short file endless. What is not used of the tree is reported: nothing is dropped silently.

@@ -15,11 +15,11 @@ from specc.lang import RESERVED
 
 _LONGEST = 60
 PEERS = frozenset(("c", "E", "R"))
-"""What no agent can be called: these stand for parts of the agent itself (docs/language.md 6)."""
+"""Names that no agent can have: these stand for parts of the agent itself (docs/language.md 6)."""
 
 
 class SpecNames:
-    """Gives every foreign name a legal one that nothing else has."""
+    """Gives every foreign name a legal and unique one."""
 
     def __init__(self, used: Iterable[str] = ()) -> None:
         self._given: dict[str, str] = {}

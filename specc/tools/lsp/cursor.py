@@ -1,4 +1,4 @@
-"""Where the cursor stands in a text that may not be finished."""
+"""Where the cursor is in a text that may be unfinished."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts that are being typed: made readable, places moved along."""
+"""Texts that are being typed: made readable, with places moved along."""
 
 from __future__ import annotations
 

@@ -223,7 +223,7 @@ class _Reader:
         return bool(name)
 
     def _buffer_groups(self, inputs: set[str]) -> None:
-        """Groups say what a state waits for; a subsystem of specc waits for nothing."""
+        """Groups say what data a state waits for; a subsystem of specc never waits for data."""
         section = self.ask.section(self.root, "buffer_groups", needed=False)
         for group in section.all("buffer_group") if section else ():
             for member in group.children:
