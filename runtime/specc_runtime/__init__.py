@@ -13,10 +13,9 @@ if TYPE_CHECKING:
     from specc_runtime.application import open_judge, open_plant
     from specc_runtime.cycle import Executor
     from specc_runtime.faults import Fault
-    from specc_runtime.latest import Latest
     from specc_runtime.loading import load_system
     from specc_runtime.options import UsageError
-    from specc_runtime.plant import NO_SAMPLE, Deferred, Plant
+    from specc_runtime.plant import NO_SAMPLE, Deferred, Latest, Plant
     from specc_runtime.plants.errors import PlantError
     from specc_runtime.records import StepRecord
     from specc_runtime.system import System
@@ -43,10 +42,9 @@ _HOMES = {
     "application": ("open_judge", "open_plant"),
     "cycle": ("Executor",),
     "faults": ("Fault",),
-    "latest": ("Latest",),
     "loading": ("load_system",),
     "options": ("UsageError",),
-    "plant": ("NO_SAMPLE", "Deferred", "Plant"),
+    "plant": ("NO_SAMPLE", "Deferred", "Latest", "Plant"),
     "plants.errors": ("PlantError",),
     "records": ("StepRecord",),
     "system": ("System",),

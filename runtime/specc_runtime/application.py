@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import Companion, FilmError
+from specc_runtime.companion import Companion, FilmError, Keeper, Viewer
 from specc_runtime.conformity import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S
-from specc_runtime.keeper import Keeper
 from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Pictured, Plant, Viewable
@@ -47,7 +46,7 @@ def execute(options: Options) -> int:
         session.interruption.last_resort = partial(_leave, session, options)
         _accompany(companions, session, options, system, plant, clock)
         if options.report is not None:
-            companions.append(Keeper(session, options.report, clock))
+            companions.append(Keeper(session.report, options.report, clock))
         session.run(companions)
     except (UsageError, PlantError) as error:
         say(f"error: {error}")
@@ -198,8 +197,6 @@ def _accompany(
         if wanted and (lacking := shortcomings(plant, protocol)):
             raise UsageError(f"{option}: the plant {'; '.join(lacking)}")
     if options.viewer:
-        from specc_runtime.viewer import Viewer
-
         companions.append(Viewer(plant, clock, session.interruption.request))
     if options.video is not None:
         from specc_runtime.video import Video

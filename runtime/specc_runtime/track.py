@@ -1,22 +1,31 @@
-"""One subsystem under way: it starts steps and commits what came of them."""
+"""One subsystem under way: its steps, here or in a worker thread, and what came of them."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
-from typing import Any
+from concurrent.futures import Future
+from typing import Any, Protocol
 
 from specc_runtime.buffers import Sent
-from specc_runtime.faults import Fault
+from specc_runtime.clock import WallClock
+from specc_runtime.faults import AxiomViolated, DeviceFailed, Fault, StepAbandoned, StepFailed
+from specc_runtime.interruption import Abandoned
 from specc_runtime.records import StepRecord
-from specc_runtime.runner import Runner
-from specc_runtime.sampling import Port
+from specc_runtime.sampling import Port, compute_deferred
+from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.system import Scheduled
+from specc_runtime.workers import Workers
+
+Outcome = int | Fault
+"""The transition taken or -1, or why the step failed."""
 
 
 class Track:
-    """`pending` tells whether a step was started at `started_tick` and is not committed yet.
+    """Starts steps and commits what came of them.
 
-    `last` is the record of the last step that the others have seen.
+    `pending` tells whether a step was started at `started_tick` and is not committed yet; `last` is
+    the record of the last step that the others have seen.
     """
 
     __slots__ = (
@@ -72,3 +81,118 @@ class Track:
         sent = self._send[state](subsystem.y)
         self.last = StepRecord(self.name, self.stamp, time_s, state, outcome, sent, watched)
         return self.last
+
+
+class Runner(Protocol):
+    """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps.
+
+    A step begins with the deferred samples among its inputs `sensed`.
+    """
+
+    subsystem: Subsystem
+    busy_s: float
+
+    def start(self) -> None:
+        """Begin the step. From now on new inputs belong to the next one."""
+
+    def outcome(self) -> Outcome:
+        """What came of the step that was started, once it is there."""
+
+
+class InlineRunner:
+    """Steps at once, in the thread of the executor."""
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        sensed: tuple[str, ...],
+        clear: Callable[[], None],
+        clock: WallClock,
+    ) -> None:
+        self.subsystem = subsystem
+        self.busy_s = 0.0
+        self._sensed = sensed
+        self._clear = clear
+        self._now_s = clock.now_s
+        self._outcome: Outcome = -1
+
+    def start(self) -> None:
+        """Step and lower the fresh flags."""
+        begin_s = self._now_s()
+        self._outcome = outcome_of(self.subsystem, self._sensed)
+        self.busy_s += self._now_s() - begin_s
+        self._clear()
+
+    def outcome(self) -> Outcome:
+        """The outcome of the last step."""
+        return self._outcome
+
+
+class WorkerRunner:
+    """Steps in a pool, on a copy of the inputs, while the executor goes on."""
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        sensed: tuple[str, ...],
+        clear: Callable[[], None],
+        clock: WallClock,
+        pool: Workers,
+    ) -> None:
+        self.subsystem = subsystem
+        self.busy_s = 0.0
+        self._sensed = sensed
+        self._inbox = subsystem.x
+        self._clear = clear
+        self._now_s = clock.now_s
+        self._pool = pool
+        self._future: Future[Outcome] | None = None
+
+    def start(self) -> None:
+        """Hand the step over and lower the fresh flags of the inbox."""
+        self.subsystem.x = copy.copy(self._inbox)
+        self._clear()
+        self._future = self._pool.submit(self._step)
+
+    def outcome(self) -> Outcome:
+        """Wait for the step that was started."""
+        return -1 if self._future is None else self._future.result()
+
+    def _step(self) -> Outcome:
+        begin_s = self._now_s()
+        outcome = outcome_of(self.subsystem, self._sensed)
+        self.busy_s += self._now_s() - begin_s
+        return outcome
+
+
+def outcome_of(subsystem: Subsystem, sensed: tuple[str, ...]) -> Outcome:
+    """One step; whatever goes wrong in it becomes a fault, with the broken axioms first."""
+    try:
+        compute_deferred(subsystem.x, sensed)
+        outcome: Outcome = subsystem.step()
+    except DeviceFailed as failed:
+        return failed
+    except BaseException as error:  # noqa: BLE001  # whatever an operator raises ends the run as a fault
+        outcome = _fault(subsystem, error)
+    if not subsystem.violations:
+        return outcome
+    axioms = [subsystem.axioms[index] for index in subsystem.violations]
+    violated = AxiomViolated(subsystem.name, subsystem.state, axioms)
+    violated.inputs = contents(subsystem.x)
+    violated.__cause__ = outcome if isinstance(outcome, Fault) else None
+    return violated
+
+
+def _fault(subsystem: Subsystem, error: BaseException) -> Fault:
+    """The fault of a step that raised an exception, with all that is known of it."""
+    if isinstance(error, Fault):
+        fault = error
+    else:
+        module = type(subsystem).__module__
+        kind = StepAbandoned if isinstance(error, Abandoned) else StepFailed
+        fault = kind(subsystem.name, subsystem.state, error, module)
+    fault.inputs = fault.inputs or contents(subsystem.x)
+    asked = subsystem.state, fault.origin.condition
+    rows = [str(row) for row in subsystem.transitions if (row.source, row.condition) == asked]
+    fault.row = fault.row or "; ".join(rows)
+    return fault

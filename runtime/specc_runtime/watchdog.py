@@ -13,9 +13,9 @@ from types import FrameType, TracebackType
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import Frames, StepAbandoned, computed_at
 from specc_runtime.interruption import Interruption
-from specc_runtime.runner import outcome_of
 from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.telling import say
+from specc_runtime.track import outcome_of
 
 PATIENCE_S = 10.0
 """Wall time without progress after which what is under way is reported."""

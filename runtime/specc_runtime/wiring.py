@@ -11,12 +11,11 @@ from specc_runtime.buffers import Put, lower_flags, sender, setter
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed, Fault
 from specc_runtime.plant import Plant
-from specc_runtime.runner import InlineRunner, Runner, WorkerRunner
 from specc_runtime.safety import Commands
 from specc_runtime.sampling import Port, Sensor
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import PlantOutput, System
-from specc_runtime.track import Track
+from specc_runtime.track import InlineRunner, Runner, Track, WorkerRunner
 from specc_runtime.workers import Workers
 
 WORKER_PERIOD_S = 0.05

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from specc_runtime.latest import Latest
-from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.plant import NO_SAMPLE, Latest
 from specc_runtime.plants.errors import PlantError
 
 LONG_S = 30.0
