@@ -52,7 +52,7 @@ PLACES: Places = {
     "physics": ((MujocoPlant, "advance"),),
     "drives": ((Actuator, "drive"),),
     "rendering": ((GlRenderer, "render"), (RaycastRenderer, "render")),
-    "noise of depth": ((noise, "kinect_depth"),),
+    "noise of depth": ((noise, "grain"), (noise, "kinect_depth")),
     "sensors": ((MujocoPlant, "sample"),),
     "buffers": ((Track, "commit"), (Port, "deliver")),
     "records, hashing": ((RecordDigest, "__call__"),),

@@ -43,7 +43,7 @@ class Companion(Protocol):
 
 
 class Keeper:
-    """Writes the report at the beginning and from time to time, for the case that the run is killed."""
+    """Writes the report at the beginning and from time to time: a run may be killed."""
 
     period_s = 0.01
 

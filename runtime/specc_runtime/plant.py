@@ -30,27 +30,45 @@ class Deferred:
     come from a stream of the sample's own, since other samples may be computed before or never.
     """
 
-    __slots__ = ("_compute", "_error", "_lock", "_value")
+    __slots__ = ("_begin", "_compute", "_error", "_lock", "_value")
 
-    def __init__(self, compute: Callable[[], Any]) -> None:
-        """`compute` is called once, or never if nobody asks."""
+    def __init__(
+        self, compute: Callable[[], Any], begin: Callable[[], None] = lambda: None
+    ) -> None:
+        """`begin` and then `compute` are called once, or never if nobody asks.
+
+        Before a step computes its samples it begins all of them, so that what `begin` starts in
+        other threads goes on at the same time.
+        """
+        self._begin: Callable[[], None] | None = begin
         self._compute: Callable[[], Any] | None = compute
         self._error: BaseException | None = None
         self._value: Any = None
         self._lock = Lock()
 
-    def value(self) -> Any:
-        """The value; raises what `compute` raised, every time."""
+    def begin(self) -> None:
+        """Start what takes time; never raises."""
         with self._lock:
-            if self._compute is not None:
-                try:
-                    self._value = self._compute()
-                except BaseException as error:  # noqa: BLE001  # it is raised below, to all who ask
-                    self._error = error
-                self._compute = None
+            if self._begin is not None:
+                begin, self._begin = self._begin, None
+                self._noted(begin)
+
+    def value(self) -> Any:
+        """The value; raises what was raised on the way to it, every time."""
+        self.begin()
+        with self._lock:
+            if self._compute is not None and self._error is None:
+                self._value = self._noted(self._compute)
+            self._compute = None
         if self._error is not None:
             raise self._error
         return self._value
+
+    def _noted(self, call: Callable[[], Any]) -> Any:
+        try:
+            return call()
+        except BaseException as error:  # noqa: BLE001  # it is raised to all who ask for the value
+            self._error = error
 
     def __repr__(self) -> str:
         return "<a sample that is computed when it is read>"

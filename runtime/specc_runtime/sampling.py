@@ -42,7 +42,7 @@ class Sensor:
                 raise DeviceFailed(self.name, PlantError(why))
             return
         if type(value) is Deferred:
-            self.value = Deferred(partial(self._computed, value))
+            self.value = Deferred(partial(self._computed, value), value.begin)
         else:
             self.value = self._accepted(value)
         self.count += 1
@@ -101,10 +101,11 @@ class Port:
 
 def compute_deferred(buffer: object, elements: tuple[str, ...]) -> None:
     """Put values in the place of deferred samples in a buffer; raises `DeviceFailed`."""
-    for element in elements:
-        value = getattr(buffer, element, None)
-        if type(value) is Deferred:
-            setattr(buffer, element, value.value())
+    deferred = [e for e in elements if type(getattr(buffer, e, None)) is Deferred]
+    for element in deferred:
+        getattr(buffer, element).begin()
+    for element in deferred:
+        setattr(buffer, element, getattr(buffer, element).value())
 
 
 def sensor_rates(system: System) -> dict[str, SensorRate]:

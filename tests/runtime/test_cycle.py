@@ -17,9 +17,10 @@ from specc_runtime.contracts import as_int
 from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.records import StepRecord
+from specc_runtime.sampling import compute_deferred
 from specc_runtime.system import PlantInput, PlantOutput, PlantSpec, Task
 
-from tests.runtime.tiny import TICK_S, Node, Run, system
+from tests.runtime.tiny import TICK_S, Node, Run, buffer, system
 
 RATES = st.integers(1, 12)
 
@@ -297,6 +298,20 @@ def test_a_deferred_sample_is_that_of_its_instant_and_computed_once_if_it_is_rea
     assert run.executor.faults == []
     assert [dict(r.sent)["value"] for r in run.of("n")] == [0, 25, 50, 75, 100]
     assert plant.computed == [0, 25, 50, 75, 100]
+
+
+def test_samples_are_begun_together_and_what_fails_then_is_told_by_the_value() -> None:
+    log: list[str] = []
+    x = buffer("a", "b", "c")
+    x.a = Deferred(lambda: log.append("value a"), lambda: log.append("begin a"))
+    x.b = Deferred(lambda: log.append("value b"), lambda: log.append("begin b"))
+    compute_deferred(x, ("a", "b", "c"))
+    assert log == ["begin a", "begin b", "value a", "value b"]
+    lost = Deferred(lambda: log.append("never"), lambda: log.remove("lens"))
+    for _ in range(2):
+        with pytest.raises(ValueError):
+            lost.value()
+    assert "never" not in log
 
 
 def _broken(taken: int) -> object:

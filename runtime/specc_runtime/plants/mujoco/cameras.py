@@ -35,7 +35,7 @@ class Cameras:
         self._wanted = renderer
         self._renderer: Renderer | None = None
         self._thread: Workers | None = None
-        self._starting = Lock()
+        self._lock = Lock()
         self._shot: Shot | None = None
 
     def camera(self, name: str, width: int = 0, height: int = 0) -> Camera:
@@ -48,7 +48,8 @@ class Cameras:
 
     def open(self) -> None:
         """Begin to open the renderer, in its thread; what fails is told when it is used."""
-        self._submit(self._opened)
+        with self._lock:
+            self._submit(self._opened)
 
     def shot(self) -> Shot:
         """The present state, from which frames can be drawn at any time after."""
@@ -56,19 +57,20 @@ class Cameras:
             self._shot = Shot(copy(self._data))
         return self._shot
 
-    def frame(self, camera: Camera, shot: Shot) -> Frame:
-        """What a camera sees in a shot; waits until it is drawn."""
-
-        def draw() -> Frame:
+    def frame(self, camera: Camera, shot: Shot) -> Future[Frame]:
+        """What a camera sees in a shot, once it is drawn."""
+        with self._lock:
             if camera not in shot.frames:
-                shot.frames[camera] = self._opened().render(camera, shot.state)
+                shot.frames[camera] = self._submit(
+                    lambda: self._opened().render(camera, shot.state)
+                )
             return shot.frames[camera]
 
-        return self._drawn(draw)
-
     def picture(self, camera: Camera) -> NDArray[np.uint8]:
-        """What a camera for people sees now."""
-        return self._drawn(lambda: self._opened().picture(camera, self._data))
+        """What a camera for people sees now; waits until it is drawn."""
+        with self._lock:
+            drawn = self._submit(lambda: self._opened().picture(camera, self._data))
+        return drawn.result()
 
     def forget(self) -> None:
         """Take a new shot: the state has changed without time passing."""
@@ -76,21 +78,19 @@ class Cameras:
 
     def close(self) -> None:
         """Close the renderer."""
-        if self._thread is not None:
-            self._drawn(self._close)
+        with self._lock:
+            if self._thread is None:
+                return
+            closed = self._submit(self._close)
             self._thread.close()
             self._thread = None
+        closed.result()
 
-    def _drawn(self, call: Callable[[], T]) -> T:
-        """What a call gives in the thread that draws."""
-        drawn: T = self._submit(call).result()
-        return drawn
-
-    def _submit(self, call: Callable[[], object]) -> Future[Any]:
-        with self._starting:
-            if self._thread is None:
-                self._thread = Workers(1, "specc-camera")
-            return self._thread.submit(call)
+    def _submit(self, call: Callable[[], T]) -> Future[T]:
+        """Have it called by the thread that draws; the lock is held."""
+        if self._thread is None:
+            self._thread = Workers(1, "specc-camera")
+        return self._thread.submit(call)
 
     def _opened(self) -> Renderer:
         if self._renderer is None:

@@ -92,7 +92,8 @@ class GlRenderer:
         near = self._model.vis.map.znear * self._model.stat.extent
         far = self._model.vis.map.zfar * self._model.stat.extent
         offset = near / (far - near)
-        metres = np.float32(far * offset) / (window_depth + np.float32(offset))
+        metres = window_depth + np.float32(offset)
+        np.divide(np.float32(far * offset), metres, out=metres)
         metres[window_depth <= 0] = 0
         return metres
 

@@ -27,18 +27,23 @@ def standard_deviations(noise: Sequence[float], sizes: Sequence[int]) -> Array:
     return np.repeat(np.asarray(noise, dtype=float), sizes)
 
 
-def kinect_depth(depth: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Depth image with the noise of a structured-light camera; 0 (no reading) stays 0.
+def grain(rng: np.random.Generator, size: tuple[int, int]) -> NDArray[np.float32]:
+    """Independent Gaussian noise of unit variance for each pixel of an image (h, w)."""
+    return rng.standard_normal(size, dtype=np.float32)
+
+
+def kinect_depth(depth: NDArray[np.float32], grain: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Depth image (h, w) with the noise of a structured-light camera; 0 (no reading) stays 0.
 
     Gaussian with sigma = 1.425e-3 z^2 (z in m), then rounded to whole steps of disparity, which is
-    proportional to 1/z: steps of 2.7e-3 z^2. The noise of neighbouring pixels is independent.
+    proportional to 1/z: steps of 2.7e-3 z^2.
     """
     missing = depth == 0
-    disparity = 1.0 / np.where(missing, np.float32(1), depth)
+    noisy = np.reciprocal(np.where(missing, np.float32(1), depth))
     # d(1/z) = dz / z^2: in disparity both sigma and step are the same at all distances.
-    noise = rng.standard_normal(depth.shape, dtype=np.float32)
-    disparity += np.float32(KINECT_SIGMA_PER_M) * noise
-    steps = np.maximum(np.rint(disparity / np.float32(KINECT_STEP_PER_M)), 1)
-    noisy = np.float32(1 / KINECT_STEP_PER_M) / steps
+    noisy += np.float32(KINECT_SIGMA_PER_M) * grain
+    noisy /= np.float32(KINECT_STEP_PER_M)
+    np.maximum(np.rint(noisy, out=noisy), 1, out=noisy)
+    np.divide(np.float32(1 / KINECT_STEP_PER_M), noisy, out=noisy)
     noisy[missing] = 0
-    return noisy.astype(np.float32, copy=False)
+    return noisy

@@ -1,10 +1,12 @@
 """Sensors: from a binding to its value at the present time."""
 
 from collections.abc import Callable
+from functools import partial
 from math import floor
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.operators.arrays import Array
@@ -66,20 +68,29 @@ class Sensor:
         return self._value_of(raw)
 
     def _take_image(self) -> Deferred:
-        shot, name = self._cameras.shot(), self._binding.name
-        seed, number = self._seed, self._images
+        camera, cameras, shot = self._camera, self._cameras, self._cameras.shot()
+        noisy = self._binding.depth_noise == "kinect"
+        grain: Callable[[], Any] = partial(self._grain, self._seed, self._images)
         self._images += 1
+        grains = []
+
+        def begin() -> None:
+            cameras.frame(camera, shot)
+            if noisy:  # while the frame is drawn
+                grains.append(grain())
 
         def develop() -> Any:
-            frame = self._cameras.frame(self._camera, shot)
+            frame = cameras.frame(camera, shot).result()
             if self._binding.image == "rgb":
                 return self._value_of(frame.rgb)
-            if self._binding.depth_noise == "kinect":
-                rng = noise.stream(seed, name, number)
-                return self._value_of(noise.kinect_depth(frame.depth, rng))
-            return self._value_of(frame.depth)
+            depth = noise.kinect_depth(frame.depth, grains.pop()) if noisy else frame.depth
+            return self._value_of(depth)
 
-        return Deferred(develop)
+        return Deferred(develop, begin)
+
+    def _grain(self, seed: int, number: int) -> NDArray[np.float32]:
+        size = self._camera.height, self._camera.width
+        return noise.grain(noise.stream(seed, self._binding.name, number), size)
 
     def _value_of(self, raw: Any) -> Any:
         through = self._binding.through

@@ -1,5 +1,6 @@
 """What a camera is and what it sees; renderers and those who use them meet here."""
 
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -34,10 +35,10 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """The plant at one instant: a copy of its state, an MjData, and the frames drawn so far."""
+    """The plant at one instant: a copy of its state, an MjData, and the frames drawn of it."""
 
     state: Any
-    frames: dict[Camera, Frame] = field(default_factory=dict)
+    frames: dict[Camera, Future[Frame]] = field(default_factory=dict)
 
 
 class Renderer(Protocol):
