@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import warnings
+from functools import lru_cache
 
 from specc.lang.errors import ExprError
 
@@ -71,6 +72,9 @@ _HINTS = (
 )
 
 
+_SHORT, _KEPT = 200, 1_000
+"""Characters of a text whose tree is kept, and how many are: an editor reads most of them again."""
+
 # A byte of the command line that is no UTF-8 arrives as half of a surrogate pair.
 _FOREIGN = re.compile("[\0\ud800-\udfff]")
 
@@ -90,7 +94,11 @@ def parse_syntax(text: str) -> ast.expr:
 
 
 def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
-    """The tree and all its nodes, parents first."""
+    """The tree and all its nodes, parents first; nobody changes them."""
+    return _known(text) if len(text) <= _SHORT else _parsed(text)
+
+
+def _parsed(text: str) -> tuple[ast.expr, list[ast.AST]]:
     if len(text) > LONGEST:
         message = f"the expression has {len(text)} characters; at most {LONGEST} are read"
         raise ExprError(message, LONGEST, len(text), "split it with `let:`", "E0303")
@@ -112,6 +120,9 @@ def _read(text: str) -> tuple[ast.expr, list[ast.AST]]:
     if "#" in line:
         _refuse_comment(constants, line)
     return tree, nodes
+
+
+_known = lru_cache(_KEPT)(_parsed)
 
 
 def _python_tree(text: str, line: str, lead: int) -> ast.expr:

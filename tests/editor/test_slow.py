@@ -116,19 +116,19 @@ def test_what_ends_the_process_is_told_and_other_texts_are_found_anew(
     assert errors(client, uris[0]) == set()
 
 
-@pytest.mark.parametrize(
-    ("method", "params"),
-    [
-        ("hover", {"x": 1}),
-        ("hover", []),
-        ("hover", None),
-        ("hover", {"textDocument": {"uri": 7}, "position": {"line": "a", "character": 0}}),
-        ("hover", {"textDocument": {"uri": "file:///a"}, "position": {"line": -1, "character": 0}}),
-        ("rename", {"textDocument": {"uri": "file:///a"}, "position": {"line": 0, "character": 0}}),
-        ("codeAction", {"textDocument": {"uri": "file:///a"}, "range": {}, "context": {}}),
-    ],
-)
-def test_malformed_requests_get_invalid_params(client: Client, method: str, params: Any) -> None:
-    with pytest.raises(ServerError) as refused:
-        client.request(f"textDocument/{method}", params)
-    assert refused.value.code == INVALID_PARAMS
+MALFORMED: list[tuple[str, Any]] = [
+    ("hover", {"x": 1}),
+    ("hover", []),
+    ("hover", None),
+    ("hover", {"textDocument": {"uri": 7}, "position": {"line": "a", "character": 0}}),
+    ("hover", {"textDocument": {"uri": "file:///a"}, "position": {"line": -1, "character": 0}}),
+    ("rename", {"textDocument": {"uri": "file:///a"}, "position": {"line": 0, "character": 0}}),
+    ("codeAction", {"textDocument": {"uri": "file:///a"}, "range": {}, "context": {}}),
+]
+
+
+def test_malformed_requests_get_invalid_params(client: Client) -> None:
+    for method, params in MALFORMED:
+        with pytest.raises(ServerError) as refused:
+            client.request(f"textDocument/{method}", params)
+        assert refused.value.code == INVALID_PARAMS
