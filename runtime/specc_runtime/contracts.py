@@ -3,13 +3,16 @@
 A contract is a function `as_...`: it gives the value as its type says, with numbers of numpy turned
 into Python's and arrays copied and read-only, or raises `Unfit`. Values of opaque types are checked
 by their class only: nobody but operators looks into them. Contracts are always on.
+
+A class is what `type` says, not what a value says of itself, and values of subclasses are converted
+by the methods of their base: no code of a foreign class is executed.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import fields, is_dataclass
 from typing import Any, ParamSpec, TypeVar, cast
 
@@ -28,7 +31,9 @@ _ORTHONORMAL = 1e-3
 _LAST_ROW = [0.0, 0.0, 0.0, 1.0]
 _LAST_ROW_OFF = 1e-9
 """How far the last row of a pose may be off, e.g. after an inversion; it is made exact."""
-_NUMBERS = (float, int, np.floating, np.integer)
+_INTS = (int, np.integer)
+_NUMBERS = (*_INTS, np.floating)
+_NO_NUMBERS = (bool, np.timedelta64)  # subclasses of the above
 
 
 def operator(
@@ -47,7 +52,11 @@ def operator(
             return contract(untyped(*args))
         except Unfit as unfit:
             raise WrongValue(f"operator {name}", declared, unfit, trace) from None
+        except StopIteration as stop:  # a generator around the call would take it for its own
+            error = RuntimeError(f"operator {name} raised StopIteration")
+            raise error.with_traceback(stop.__traceback__) from stop
 
+    call.trace = trace  # type: ignore[attr-defined]  # for faults
     call.with_function = lambda other: operator(name, other, contract, declared, trace)  # type: ignore[attr-defined]  # for examinations
     return cast("Callable[P, R]", call)
 
@@ -60,7 +69,7 @@ def as_any(value: Any) -> Any:
 
 def as_bool(value: Any) -> bool:
     """A truth value; numpy's becomes Python's."""
-    if isinstance(value, bool | np.bool_):
+    if type(value) in (bool, np.bool_):  # nothing inherits from these
         return bool(value)
     raise Unfit(said(value), "True or False")
 
@@ -69,8 +78,9 @@ def as_int(value: Any) -> int:
     """A whole number of any size; numpy's becomes Python's, so that it never wraps."""
     if type(value) is int:
         return value
-    if isinstance(value, int | np.integer) and not isinstance(value, bool):
-        return int(value)
+    kind = type(value)
+    if issubclass(kind, _INTS) and not issubclass(kind, _NO_NUMBERS):
+        return int.__int__(value) if issubclass(kind, int) else np.generic.__int__(value)
     raise Unfit(said(value), "an int")
 
 
@@ -78,19 +88,15 @@ def as_real(value: Any) -> float:
     """A finite number, SI units."""
     if type(value) is float and math.isfinite(value):
         return value
-    if isinstance(value, _NUMBERS) and not isinstance(value, bool):
-        try:
-            number = float(value)
-        except OverflowError:
-            raise Unfit("an int beyond all floats", "a finite float") from None
-        if math.isfinite(number):
-            return number
+    number = _number(value)
+    if math.isfinite(number):
+        return number
     raise Unfit(said(value), "a finite float")
 
 
 def as_text(value: Any) -> str:
     """A text without lone surrogates, which no file can hold."""
-    if isinstance(value, str):
+    if issubclass(type(value), str):
         text = str.__str__(value)
         try:
             text.encode()
@@ -106,7 +112,9 @@ def as_member(*members: str) -> Contract:
     wanted = f"one of {', '.join(map(repr, members))}"
 
     def accept(value: Any) -> str:
-        if isinstance(value, str) and value in known:
+        if type(value) is not str and issubclass(type(value), str):
+            value = str.__str__(value)
+        if type(value) is str and value in known:
             return known[value]
         raise Unfit(said(value), wanted)
 
@@ -171,7 +179,14 @@ def as_rgb(height: int, width: int) -> Contract:
 
 def as_depth(height: int, width: int) -> Contract:
     """A depth map (height, width) in metres, finite, 0 where there is no reading."""
-    return lambda value: _array(value, (height, width), np.dtype(np.float32), kinds="f")
+
+    def accept(value: Any) -> np.ndarray[Any, Any]:
+        depth = _array(value, (height, width), np.dtype(np.float32), kinds="f")
+        if depth.min() < 0:
+            raise _unfit_at(depth, depth < 0, "metres, 0 where there is no reading")
+        return depth
+
+    return accept
 
 
 def as_tuple(contract: Contract, size: int) -> Contract:
@@ -196,7 +211,7 @@ def as_instance(kind: type) -> Contract:
         raise TypeError(f"{_name_of(kind)} cannot be the class of an opaque type")
 
     def accept(value: Any) -> Any:
-        if isinstance(value, kind):
+        if type(value) is kind or issubclass(type(value), kind):
             return value
         raise Unfit(said(value), f"a value of class {kind.__name__}")
 
@@ -206,13 +221,13 @@ def as_instance(kind: type) -> Contract:
 def as_record(kind: type, /, **parts: Contract) -> Contract:
     """A record of class `kind` with these fields.
 
-    Raises TypeError for a class whose values can be changed, or that lacks a field.
+    Raises TypeError for a class whose values can be changed, or that has other fields.
     """
-    build = _builder(kind, tuple(parts))
+    build = _builder(kind, parts.keys())
     items = tuple(parts.items())
 
     def accept(value: Any) -> Any:
-        if not isinstance(value, kind):
+        if type(value) is not kind and not issubclass(type(value), kind):
             raise Unfit(said(value), f"a value of class {kind.__module__}:{kind.__qualname__}")
         accepted = {}
         for name, contract in items:
@@ -220,9 +235,22 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
                 accepted[name] = contract(getattr(value, name, None))
             except Unfit as unfit:
                 raise unfit.inside(f".{name}") from None
-        return build(value, accepted)
+        return build(accepted)
 
     return accept
+
+
+def _number(value: Any) -> float:
+    """A number of any kind as a float, NaN for what is none."""
+    kind = type(value)
+    if issubclass(kind, float):
+        return float.__float__(value)
+    if not issubclass(kind, _NUMBERS) or issubclass(kind, _NO_NUMBERS):
+        return math.nan
+    try:
+        return int.__float__(value) if issubclass(kind, int) else np.generic.__float__(value)
+    except OverflowError:
+        raise Unfit("an int beyond all floats", "a finite float") from None
 
 
 def _repaired(finite: np.ndarray[Any, Any], rotation: bool) -> np.ndarray[Any, Any]:
@@ -256,16 +284,21 @@ def _array(
         owned = value.astype(dtype)
     bad = np.isinf(owned) if partial else ~np.isfinite(owned)
     if bad.any():
-        at = tuple(map(int, np.argwhere(bad)[0]))
-        where = at[0] if len(at) == 1 else at
-        raise Unfit(f"an array with {owned[at]} at {where}", "finite numbers")
+        raise _unfit_at(owned, bad, "finite numbers")
     owned.setflags(write=False)
     return owned
 
 
+def _unfit_at(array: np.ndarray[Any, Any], bad: np.ndarray[Any, Any], wanted: str) -> Unfit:
+    at = tuple(map(int, np.argwhere(bad)[0]))
+    return Unfit(f"an array with {array[at]} at {at[0] if len(at) == 1 else at}", wanted)
+
+
 def _items(contract: Contract, wanted: str, fits: Callable[[int], bool]) -> Contract:
     def accept(value: Any) -> tuple[Any, ...]:
-        if not isinstance(value, tuple) or not fits(len(value)):
+        if type(value) is not tuple and issubclass(type(value), tuple):
+            value = tuple.__getitem__(value, slice(None))
+        if type(value) is not tuple or not fits(len(value)):
             raise Unfit(said(value), wanted)
         return tuple(_each(contract, value))
 
@@ -280,7 +313,7 @@ def _each(contract: Contract, values: Iterable[Any]) -> Iterable[Any]:
             raise unfit.inside(f"[{index}]") from None
 
 
-def _builder(kind: Any, names: tuple[str, ...]) -> Callable[[Any, dict[str, Any]], Any]:
+def _builder(kind: Any, names: Set[str]) -> Callable[[dict[str, Any]], Any]:
     """What rebuilds a record from its fields once they are checked.
 
     No code of the class is executed, which could change them.
@@ -289,16 +322,15 @@ def _builder(kind: Any, names: tuple[str, ...]) -> Callable[[Any, dict[str, Any]
     if isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields"):
         known = kind._fields
 
-        def build(value: Any, accepted: dict[str, Any]) -> Any:
-            return tuple.__new__(kind, [accepted.get(n, getattr(value, n)) for n in known])
+        def build(accepted: dict[str, Any]) -> Any:
+            return tuple.__new__(kind, [accepted[name] for name in known])
 
-    elif is_dataclass(kind) and vars(kind)["__dataclass_params__"].frozen:
+    elif is_dataclass(kind) and owner.__dataclass_params__.frozen:
         known = tuple(part.name for part in fields(kind))
 
-        def build(value: Any, accepted: dict[str, Any]) -> Any:
+        def build(accepted: dict[str, Any]) -> Any:
             made = object.__new__(owner)
-            for name in known:
-                part = accepted[name] if name in accepted else getattr(value, name)
+            for name, part in accepted.items():
                 object.__setattr__(made, name, part)
             return made
 
@@ -307,8 +339,13 @@ def _builder(kind: Any, names: tuple[str, ...]) -> Callable[[Any, dict[str, Any]
             f"{_name_of(kind)} of a record has to be a frozen dataclass or a NamedTuple, "
             "so that its values do not change"
         )
-    if missing := sorted(set(names) - set(known)):
+    if missing := sorted(names - set(known)):
         raise TypeError(f"{_name_of(kind)} has no field {', '.join(missing)}")
+    if others := [name for name in known if name not in names]:
+        raise TypeError(
+            f"{_name_of(kind)} has fields that its record does not declare: {', '.join(others)}; "
+            "declare them, so that they are checked as well"
+        )
     return build
 
 

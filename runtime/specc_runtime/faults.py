@@ -126,6 +126,7 @@ class StepFailed(Fault):
         self.origin, operator = computed_at(_frames(error.__traceback__), module)
         if isinstance(error, Blamed):
             self.culprit = error.origin
+            self.origin = self.origin.and_of(getattr(error, "trace", ""))
         elif operator:
             self.culprit = f"operator {operator}"
 
@@ -255,7 +256,10 @@ def computed_at(frames: Frames, module: str) -> tuple[Origin, str]:
             continue  # the language's own functions, and checks around an operator
         name = called(callee.f_code, frame.f_globals)
         python = f"{home}:{callee.f_code.co_qualname}"
-        return origin, f"{name} ({python})" if name else python
+        if not name:
+            return origin, python
+        trace = getattr(frame.f_globals[name], "trace", "")
+        return origin.and_of(trace), f"{name} ({python})"
     return origin, ""
 
 

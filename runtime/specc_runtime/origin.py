@@ -13,7 +13,7 @@ import linecache
 import re
 import tokenize
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from types import CodeType
 
@@ -27,6 +27,11 @@ class Origin:
     line: str = ""
     condition: str = ""
     equations: tuple[int, ...] = ()
+
+    def and_of(self, trace: str) -> Origin:
+        """The same with the equations of an operator that it uses, from the operator's trace."""
+        more = [number for number in _numbers(trace) if number not in self.equations]
+        return replace(self, equations=(*self.equations, *more))
 
 
 def origin_of_line(file: str, line: int, names: Mapping[str, object] | None = None) -> Origin:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, NamedTuple
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -211,13 +212,34 @@ class Loose:
     a = 0.0
 
 
+class Same(Pair):
+    """A class that only inherits."""
+
+
+@dataclass(frozen=True)
+class Width:
+    a: float
+
+
+class Inherits(Width):
+    """A class that only inherits."""
+
+
 def test_classes_of_records_keep_their_values() -> None:
-    accept = c.as_record(Pair, a=c.as_real)
+    accept = c.as_record(Pair, a=c.as_real, b=c.as_text)
     assert accept(Pair(np.float64(1.0), "b")) == Pair(1.0, "b")
     with pytest.raises(TypeError, match="frozen dataclass or a NamedTuple"):
         c.as_record(Loose, a=c.as_real)
     with pytest.raises(TypeError, match="no field c"):
-        c.as_record(Pair, c=c.as_real)
+        c.as_record(Pair, a=c.as_real, b=c.as_text, c=c.as_real)
+    with pytest.raises(TypeError, match=r"class Pair has fields .* not declare: b;"):
+        c.as_record(Pair, a=c.as_real)
+
+
+def test_a_class_that_inherits_from_one_of_a_record_is_one() -> None:
+    assert c.as_record(Inherits, a=c.as_real)(Inherits(1.0)) == Inherits(1.0)
+    made = c.as_record(Same, a=c.as_real, b=c.as_text)(Same(1.0, "b"))
+    assert type(made) is Same and made == Same(1.0, "b")
 
 
 def test_through_is_named_where_it_computes_the_sample() -> None:
@@ -244,6 +266,97 @@ def test_no_code_of_a_foreign_class_is_executed_to_tell_of_it() -> None:
     for contract in (c.as_real, c.as_text, c.as_member("a"), c.as_vector(2), c.as_list(c.as_int)):
         with pytest.raises(Unfit, match="a value of class Trap"):
             contract(Trap())
+
+
+def _refuse(*_: object) -> Any:
+    raise SystemExit
+
+
+class _Int(int):
+    __int__ = __index__ = __float__ = __eq__ = _refuse  # type: ignore[assignment]  # all traps
+    __hash__ = _refuse
+
+
+class _Numpy(np.int32):
+    __int__ = __index__ = __float__ = item = _refuse
+
+
+class _Float(float):
+    __float__ = __eq__ = _refuse  # type: ignore[assignment]  # all traps
+    __hash__ = _refuse
+
+
+class _Text(str):
+    __str__ = __eq__ = encode = _refuse  # type: ignore[assignment]  # all traps
+    __hash__ = _refuse
+
+
+class _Tuple(tuple[Any, ...]):
+    __iter__ = __len__ = __getitem__ = _refuse  # type: ignore[assignment]  # all traps
+
+
+def test_no_code_of_a_subclass_is_executed() -> None:
+    cases: list[tuple[Any, Any, Any]] = [
+        (c.as_int, _Int(3), 3),
+        (c.as_int, _Numpy(3), 3),
+        (c.as_real, _Int(3), 3.0),
+        (c.as_real, _Numpy(3), 3.0),
+        (c.as_real, _Float(0.5), 0.5),
+        (c.as_text, _Text("a"), "a"),
+        (c.as_member("a"), _Text("a"), "a"),
+        (c.as_tuple(c.as_int, 2), _Tuple((1, 2)), (1, 2)),
+        (c.as_list(c.as_int, least=1), _Tuple((1,)), (1,)),
+    ]
+    for contract, value, plain in cases:
+        accepted = contract(value)
+        assert accepted == plain and type(accepted) is type(plain)
+
+
+@pytest.mark.parametrize("contract", [c.as_tuple(c.as_int, 2), c.as_list(c.as_int, least=1)])
+def test_a_tuple_has_the_items_that_it_holds(contract: Any) -> None:
+    class Two(tuple[Any, ...]):
+        def __iter__(self) -> Iterator[Any]:
+            return iter((1, 2))
+
+        def __len__(self) -> int:
+            return 2
+
+    with pytest.raises(Unfit, match="a tuple of 0"):
+        contract(Two())
+
+
+@pytest.mark.parametrize("unit", ["ns", "s", "D"])
+def test_durations_of_numpy_are_no_numbers(unit: str) -> None:
+    for value in (np.timedelta64(5, unit), np.timedelta64("NaT", unit)):  # type: ignore[call-overload]  # any unit
+        for contract in (c.as_int, c.as_real):
+            with pytest.raises(Unfit, match="timedelta64"):
+                contract(value)
+    with pytest.raises(Unfit, match="timedelta64"):
+        c.as_vector(1)(np.zeros(1, "m8[ns]"))
+
+
+@pytest.mark.parametrize(
+    ("contract", "kind"),
+    [
+        (c.as_bool, bool),
+        (c.as_int, int),
+        (c.as_real, float),
+        (c.as_text, str),
+        (c.as_member("a"), str),
+        (c.as_list(c.as_int), tuple),
+        (c.as_instance(Loose), Loose),
+        (c.as_record(Width, a=c.as_real), Width),
+    ],
+)
+def test_what_passes_for_another_class_is_not_of_it(contract: Any, kind: type) -> None:
+    with pytest.raises(Unfit, match="a value of class"):
+        contract(Mock(spec=kind))
+
+
+def test_no_distance_is_negative() -> None:
+    with pytest.raises(Unfit, match=r"an array with -1.0 at \(1, 0\)") as raised:
+        c.as_depth(2, 2)(np.array([[1.0, 0.0], [-1.0, -2.0]]))
+    assert raised.value.wanted == "metres, 0 where there is no reading"
 
 
 @pytest.mark.parametrize("size", [1e200, 1e-200, 5e-324, 1.7e308])

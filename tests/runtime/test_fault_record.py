@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.runtime.hinge import hinge, run
+from tests.runtime.hinge import SPEC, hinge, run
 
 KEYS = {
     "fault", "culprit", "subsystem", "state", "stamp", "time_s", "message", "row", "condition",
@@ -48,6 +48,26 @@ def test_operator_in_a_row(tmp_path: Path) -> None:
     assert fault["culprit"] == "operator high (hinge_parts:high)"
     assert (fault["condition"], fault["equations"]) == ("is_high", [3])
     assert fault["row"] == "S0 terminal is_high -> S0"
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("raise StopIteration", "RuntimeError: operator high raised StopIteration"),
+        ("raise ValueError('no')", "ValueError: no"),
+        ("return 1", "operator high gave the int 1"),
+    ],
+)
+def test_operator_in_a_quantifier(tmp_path: Path, body: str, said: str) -> None:
+    spec = SPEC.replace("high(x.E.q)", "any(high(a) for a in l)")
+    spec = spec.replace('parts:high"', 'parts:high", eq: 8')
+    spec = spec.replace(
+        "  let:", '  memory: {l: {type: "list[real[rad]]", init: "[1[rad]]"}}\n        let:'
+    )
+    fault = fault_of(tmp_path, spec=spec, high=f"def high(q):\n    {body}")
+    assert fault["culprit"].startswith("operator high")
+    assert said in fault["message"]
+    assert fault["equations"] == [3, 8]
 
 
 def test_operator_of_a_constant(tmp_path: Path) -> None:
