@@ -146,6 +146,7 @@ BUILTINS: dict[str, Callable[[Sequence[Value], Value], Wanted]] = {
     "translation": _translation,
     "norm": _norm,
     "abs": _absolute,
+    "float": lambda now, value: iter([(0, int(value))]),
     "sqrt": _root,
     "min": _any_argument,
     "max": _any_argument,

@@ -103,6 +103,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "norm": lambda v: math.hypot(*v),
     "len": len,
     "abs": abs,
+    "float": float,  # nobody writes it: what an integer in the place of a real becomes
     "sqrt": math.sqrt,
     "min": min,
     "max": max,
@@ -230,6 +231,18 @@ def _extreme(kind: str, numbers: list[float], items: Sequence[Value]) -> Value:
     return items[numbers.index(best)]
 
 
+def _choice(e: m.Choice, env: Environment) -> Value:
+    (value,) = _placed(e, [evaluate(e.then if evaluate(e.test, env) else e.otherwise, env)])
+    return value
+
+
+def _placed(whole: m.Expr, values: Sequence[Value]) -> Sequence[Value]:
+    """What an expression chooses from: where it is a real, integers become floats."""
+    if isinstance(whole.type, Real):
+        return [float(value) if isinstance(value, int) else value for value in values]
+    return values
+
+
 def _literal(e: Any, env: Environment) -> Value:
     return e.value
 
@@ -257,13 +270,13 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,
     m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
-    m.Builtin: lambda e, env: FUNCTIONS[e.name](*_arguments(e.args, env)),
+    m.Builtin: lambda e, env: FUNCTIONS[e.name](*_placed(e, _arguments(e.args, env))),
     m.Unary: _unary,
     m.Binary: _binary,
     m.Compare: lambda e, env: _COMPARISONS[e.op](evaluate(e.left, env), evaluate(e.right, env)),
     m.Among: lambda e, env: evaluate(e.item, env) in e.members,
     m.Logic: _logic,
-    m.Choice: lambda e, env: evaluate(e.then if evaluate(e.test, env) else e.otherwise, env),
+    m.Choice: _choice,
     m.Items: _items,
     m.FieldOf: lambda e, env: getattr(evaluate(e.value, env), e.name),
     m.Component: lambda e, env: evaluate(e.value, env)[e.index],

@@ -20,6 +20,8 @@ def show(expr: m.Expr) -> str:
 
 def _print(expr: m.Expr) -> tuple[str, int]:
     """Text, and how tightly its outermost operator binds."""
+    if isinstance(expr, m.Builtin) and expr.name == "float":
+        return _print(expr.args[0])  # nobody wrote it
     printer = _PRINTERS.get(type(expr))
     return (_ATOMS[type(expr)](expr), _ATOM) if printer is None else printer(expr)
 

@@ -49,7 +49,7 @@ Answered = tuple[Atom, bool]
 _LOOKED_INTO = (
     Among, Binary, Choice, Compare, Component, Items, Logic, Quantifier, Unary
 )  # fmt: skip
-_CHOOSING = ("abs", "min", "max")
+_COMPUTED = ("abs", "float", "max", "min")
 
 
 class UnsureError(Exception):
@@ -150,7 +150,7 @@ class Relations:
             and not in_time
             and any(
                 isinstance(side, (Binary, Choice))
-                or (isinstance(side, Builtin) and side.name in _CHOOSING)
+                or (isinstance(side, Builtin) and side.name in _COMPUTED)
                 for side in map(self._numbering.looked_through, (expr.left, expr.right))
             )
         )
@@ -177,7 +177,7 @@ class DecisionProcedure:
 def _is_looked_into(expr: Expr) -> bool:
     """Whether the solver knows a function of the language by what it computes."""
     return isinstance(expr, Builtin) and (
-        expr.name in _CHOOSING or (expr.name == "near" and len(expr.args) == 3)
+        expr.name in _COMPUTED or (expr.name == "near" and len(expr.args) == 3)
     )
 
 

@@ -28,7 +28,7 @@ from specc.model.expr import (
     Truth,
     Unary,
 )
-from specc.model.types import Bool, Enum, ListOf, OptionalOf, Text, Vector
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Text, Type, Vector
 from specc.proof.clock import Timer, Turns
 from specc.proof.comparisons import Comparisons
 from specc.proof.formula import (
@@ -192,7 +192,7 @@ class Translator:
                 self._bool(left.test, bound),
                 *(
                     self._compare(_like(whole, op, a, right), op, a, right, bound)
-                    for a in (left.then, left.otherwise)
+                    for a in self._arms(left)
                 ),
             )
         assert isinstance(right, Choice)  # one of the two is
@@ -200,9 +200,14 @@ class Translator:
             self._bool(right.test, bound),
             *(
                 self._compare(_like(whole, op, left, b), op, left, b, bound)
-                for b in (right.then, right.otherwise)
+                for b in self._arms(right)
             ),
         )
+
+    def _arms(self, choice: Choice) -> tuple[Expr, Expr]:
+        """The values that a choice is one of: an integer beside a real becomes a float."""
+        then, otherwise = (self._look_through(arm) for arm in (choice.then, choice.otherwise))
+        return _as_float(then, choice.type), _as_float(otherwise, choice.type)
 
     def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
@@ -283,6 +288,16 @@ class Translator:
         number = self._numbering.number(whole.over, bound)
         nonempty = isinstance(over, ListOf) and over.nonempty
         return self._ask(Collection(number, size, nonempty), test, whole, exists)
+
+
+def _as_float(arm: Expr, place: Type) -> Expr:
+    """What stands in a place of type `place`: in that of a real, an integer becomes a float."""
+    if not (isinstance(place, Real) and isinstance(arm.type, Int)):
+        return arm
+    if isinstance(arm, Choice):
+        arms = (_as_float(part, place) for part in (arm.then, arm.otherwise))
+        return Choice(arm.test, *arms, type=place)
+    return Builtin("float", (arm,), type=place)
 
 
 def _none(value: Expr) -> Expr:

@@ -130,7 +130,7 @@ def rounding(facts: Facts) -> Decision:
     """The verdict where only rounded sums can go wrong, with the answers of such a case."""
     case = " and ".join(f"`{question}` {answer}" for question, answer in facts)
     return Decision(
-        unknown=f"it is true of exact numbers, but sums are rounded, which may make {case}",
+        unknown=f"it is true of exact numbers, but floats are rounded, which may make {case}",
         way_out=WAY_OUT,
     )
 

@@ -16,15 +16,19 @@ SUMS = (
     "d + 0.1 + 0.2", "d + 0.3", "d * 0.1", "n", "n + d", "n / 3", "n * 2", "n + k", "f - e",
     "abs(d)", "abs(d - e)", "max(d, e)", "min(d, n)", "(d if p else e) + 1", "d * e", "d / 2",
     "q[0]", "q[1] + d", "(q - r)[0]", "(2 * q)[1]", "norm(q)", "size(d)", "-(d + e)",
+    "(n if p else 0.5)", "max(n, 1.5)", "max(n, d)", "(n if n > 5 else d)", "min(n, k)",
 )  # fmt: skip
-LIMITS = ("0", "1", "0.3", "-0.5", "1e300", "d", "e", "f", "n", "9007199254740993", "q[0]", "f - d")
+LIMITS = (
+    "0", "1", "0.3", "-0.5", "1e300", "d", "e", "f", "n", "9007199254740992", "9007199254740993",
+    "q[0]", "f - d",
+)  # fmt: skip
 WHOLES = ("near(q, r, 1)", "near(d, e, 0.1)", "all(v < 1 for v in q)", "any(v >= d for v in r)")
 OPS = ("<", "<=", ">", ">=")
 VALUES = (
     0.0, -0.0, 1.0, 0.1, 0.2, 0.3, 0.1 + 0.2, -0.5, 1 / 3, 5e-324, 1e-300, 1e16, 1e300, -1e300,
     1.7e308, -1.7e308, math.nextafter(1.0, 2.0), 2.0**53,
 )  # fmt: skip
-WHOLE_VALUES = (0, 1, -1, 2, 7, 2**53 + 1, 2**60 - 1, -(2**53) - 1)
+WHOLE_VALUES = (0, 1, -1, 2, 7, 2**53, 2**53 + 1, 2**60 - 1, -(2**53) - 1)
 
 
 def comparison(rng: random.Random) -> str:
@@ -48,6 +52,8 @@ def rows(rng: random.Random) -> list[str]:
         [a, b],
         [f"({a}) and ({b})", f"not (({a}) and ({b}))"],
         [f"({a}) and d < e", f"({a}) and d >= e", f"not ({a})"],
+        [f"max(n, d) > {right}", f"n <= {right} and d <= {right}"],
+        [f"(n if p else d) > {right}", f"p and n <= {right} or not p and d <= {right}"],
     )
     return list(rng.choice(tables))
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import z3
 
-from specc.model.expr import Binary, Builtin, Choice, Clock, Component, Expr, Number, Unary
+from specc.model.expr import Binary, Builtin, Choice, Clock, Component, Expr, Unary
 from specc.model.types import Int, Real
 from specc.proof.comparisons import least
 from specc.proof.numbering import Numbering
@@ -52,16 +53,28 @@ class Arithmetic(Values):
         match expr:
             case Unary(op="-", operand=operand):
                 return -self.number(operand)
-            case Choice(test=test, then=then, otherwise=otherwise) if not _is_mixed(expr):
-                return z3.If(self.boolean(test), self.number(then), self.number(otherwise))
+            case Choice(test=test, then=then, otherwise=otherwise):
+                arms = self._converted((then, otherwise), expr)
+                return z3.If(self.boolean(test), *arms)
             case Binary(op="+" | "-" | "*" | "/"):
                 return self._operation(expr, key)
             case Component():
                 return self._component(expr)
-            case Builtin(name="abs" | "min" | "max" as name, args=args):
-                if not _is_mixed(expr):
-                    return _chosen(name, [self.number(arg) for arg in args])
+            case Builtin():
+                return self._builtin(expr)
         return self._leaf(expr)
+
+    def _builtin(self, expr: Builtin) -> Any:
+        if expr.name == "float":
+            return self.as_float(expr.args[0])
+        if expr.name in ("abs", "min", "max"):
+            return _chosen(expr.name, self._converted(expr.args, expr))
+        return self._leaf(expr)
+
+    def _converted(self, chosen: Sequence[Expr], expr: Expr) -> list[Any]:
+        """What an expression chooses from: an integer among reals becomes a float first."""
+        read = self.number if isinstance(expr.type, Int) else self.as_float
+        return [read(part) for part in chosen]
 
     def _operation(self, expr: Binary, key: int) -> Any:
         whole = isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
@@ -88,16 +101,14 @@ class Arithmetic(Values):
 
     def as_float(self, expr: Expr) -> Any:
         """A number as an operation on floats takes it."""
-        term = self.number(expr)
+        if not isinstance(expr.type, Int):
+            return self.number(expr)
         key = self._numbering.number(expr)
-        if z3.is_int(term):
-            term = z3.ToReal(term)
         known = self._numbering.value(key)
-        if isinstance(known, int) and _LARGEST_EXACT < abs(known) < _LARGEST_FLOAT:
-            return exact(float(known))
-        if not isinstance(expr.type, Int) or known is not None:
-            return term
-        return self.rounding.rounded(f"float {key}", term)
+        if isinstance(known, (int, float)) and abs(known) < _LARGEST_FLOAT:
+            return self.rounding.float(exact(float(known)))
+        term = z3.ToReal(self.number(expr))
+        return term if known is not None else self.rounding.rounded(f"float {key}", term)
 
     def _component(self, expr: Component) -> Any:
         """A component of a vector, by the components of what it is computed from."""
@@ -173,13 +184,6 @@ def compared(op: str, a: Any, b: Any) -> Any:
 def _has_parts(expr: Expr, component: Component) -> bool:
     """Whether an operand is a vector itself, and not what one is multiplied by."""
     return expr.type == component.value.type or not isinstance(expr.type, (Int, Real))
-
-
-def _is_mixed(expr: Builtin | Choice) -> bool:
-    """Whether the value is a float in some cases and an integer in others."""
-    chosen = expr.args if isinstance(expr, Builtin) else (expr.then, expr.otherwise)
-    whole = {isinstance(arg.type, Int) for arg in chosen if not isinstance(arg, Number)}
-    return len(whole) == 2
 
 
 def _chosen(name: str, terms: list[Any]) -> Any:
