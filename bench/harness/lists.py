@@ -18,6 +18,8 @@ MAIN = "spec.yaml"
 MODEL = "plant.xml"
 GROWING: dict[str, Callable[[int], Files]] = {}
 """Name of a list -> files with n parts in it."""
+COMPONENTS = "components of vectors that are compared"
+"""The list that is a number in the file, however long it is."""
 
 _Grow = Callable[[Spec, int], None]
 
@@ -584,6 +586,41 @@ def _booleans(spec: Spec, n: int) -> None:
 def _vector(spec: Spec, n: int) -> None:
     _m(spec)["memory"]["v"] = {"type": f"vector[{n}]", "init": f"[{', '.join(['0.5'] * n)}]"}
     _m(spec)["functions"]["pass"]["v"] = "2 * v"
+
+
+def _first_of(spec: Spec, first: str, second: str) -> None:
+    """Two rows, of conditions of which the solver is asked whether they exclude each other."""
+    _m(spec)["conditions"]["initial"] = {"first": first, "second": second}
+    _m(spec)["behaviours"]["pass"]["terminal"] = "always"
+    _m(spec)["transitions"] = [["S0", "terminal", i, "S0"] for i in ("first", "second")]
+
+
+@_listed(COMPONENTS)
+def _compared_vectors(spec: Spec, n: int) -> None:
+    for element in ("v", "w"):
+        _m(spec)["x"]["E"][element] = f"vector[{n}, int]"
+        spec["agents"]["a"]["real_effectors"]["m"]["y"][element] = f"vector[{n}, int]"
+    _first_of(spec, "x.E.v == x.E.w", "x.E.v[0] != x.E.w[0]")
+
+
+def _with_lists(spec: Spec) -> None:
+    for element in ("l", "k"):
+        _m(spec)["x"]["E"][element] = "list[real]"
+        spec["agents"]["a"]["real_effectors"]["m"]["y"][element] = "list[real]"
+
+
+@_listed("quantifiers over one list, and its length")
+def _quantifiers(spec: Spec, n: int) -> None:
+    _with_lists(spec)
+    some = " or ".join(f"len(x.E.l) > {i} and any(v > {i} for v in x.E.l)" for i in range(n))
+    _first_of(spec, some, "len(x.E.l) > 0")
+
+
+@_listed("quantifiers in quantifiers over two lists")
+def _nested_quantifiers(spec: Spec, n: int) -> None:
+    _with_lists(spec)
+    each = (f"any(all(v > w + {i} for v in x.E.l) for w in x.E.k)" for i in range(n))
+    _first_of(spec, " and ".join(each), "len(x.E.l) > 0")
 
 
 @_listed("characters of titles")

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from specc.limits import left, one_run
 from specc.model.expr import (
     Binary,
     Choice,
@@ -47,6 +48,28 @@ def test_sums_beyond_bounds_are_not_proved_and_say_so() -> None:
     sums = " and ".join(f"d * {i}.5 + e < f" for i in range(70))
     decision = prove(sums, f"not ({sums}) and d * 1.5 < f").decision
     assert "too many sums" in decision.unknown
+
+
+LONG = {
+    "quantifiers": " or ".join(f"len(l) > {i} and any(v > {i} for v in l)" for i in range(80)),
+    "nested": " and ".join(f"any(all(v > it + {i} for v in q) for it in l)" for i in range(60)),
+}
+
+
+@pytest.mark.parametrize("row", LONG.values(), ids=LONG)
+def test_quantifiers_too_long_to_spell_out_are_not_proved_and_say_so(row: str) -> None:
+    decision = prove(row, "len(l) > 0").decision
+    assert "spelt out" in decision.unknown
+
+
+def test_spelling_out_counts_against_the_budget_of_a_run() -> None:
+    row = " or ".join(f"len(l) > {i} and any(v > {i} for v in l)" for i in range(20))
+    with one_run():
+        before = left("proof")
+        prove(row, f"not ({row})")
+        plain = before - left("proof")
+        prove(row, "len(l) > 0")
+        assert before - plain - left("proof") > 20 * 20
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from types import FrameType
 
 import pytest
 
-from bench.harness.lists import DOUBLED, GROWING, MAIN, put
+from bench.harness.lists import COMPONENTS, DOUBLED, GROWING, MAIN, put
 from specc.cli.main import main
 
 SIZES = (25, 50, 100)
@@ -24,6 +24,13 @@ SQUARES: dict[str, str] = {
     "enum members, with a row for each": "each answer to each question, as above",
     "faulty: rows that overlap": "pairs of rows; tables have an allowance",
     "terms of a condition": "each answer to each question, as above",
+    **dict.fromkeys(
+        (
+            "quantifiers over one list, and its length",
+            "quantifiers in quantifiers over two lists",
+        ),
+        "each quantifier is said of as many items as there are; a question has an allowance",
+    ),
     **dict.fromkeys(
         (
             "ignore comments of unknown codes",
@@ -68,6 +75,12 @@ def test_calls_grow_with_the_list(
     calls(tmp_path, name, 3)  # imports what it takes
     few, more, many = (calls(tmp_path, name, size) for size in SIZES)
     assert many - more < 2.4 * max(more - few, FEW), (few, more, many)
+
+
+def test_a_number_in_a_file_is_no_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    _, few, many = (calls(tmp_path, COMPONENTS, size) for size in (3, 100, 20_000))
+    assert many < few + FEW
 
 
 @pytest.mark.parametrize("name", DOUBLED)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import z3
 
+from specc.limits import OUT_OF_STEPS, spend
 from specc.model.expr import (
     Among,
     Builtin,
@@ -24,17 +25,18 @@ from specc.model.expr import (
     Unary,
     children,
     instance,
+    walk,
 )
-from specc.model.types import Bool, Enum, Int, ListOf, Real, Spatial, Text, Vector
+from specc.model.types import Bool, Enum, Int, ListOf, Real, Text, Vector
 from specc.proof.numbering import Numbering
+from specc.proof.relations import UnsureError
 from specc.proof.solver.arithmetic import Arithmetic, compared
 
 MOST_ITEMS = 64
-"""Components of a vector that a quantifier is spelt out for."""
-
-
-class TooManyItemsError(Exception):
-    """A quantifier goes over more components than are spelt out."""
+"""Components of a vector that a condition is spelt out for."""
+MOST_PARTS = 12_000
+"""Parts of conditions that are spelt out for items, in one question: a part takes about 25 us."""
+_STEPS_OF_A_PART = 25
 
 
 class Conditions(Arithmetic):
@@ -56,6 +58,7 @@ class Conditions(Arithmetic):
         super().__init__(numbering, exact=exact)
         self._quantified = quantified
         self._booleans: dict[int, Any] = {}
+        self._parts = 0
 
     def boolean(self, expr: Expr) -> Any:
         """The term of an expression of type bool."""
@@ -119,9 +122,7 @@ class Conditions(Arithmetic):
             return compared(op, *self._sides(left, right))
         if not isinstance(kind, Vector):
             return compared(op, self.argument(left), self.argument(right))
-        same = z3.And(
-            [self._compare("==", *_parts(left, right, i, kind.element)) for i in range(kind.size)]
-        )
+        same = z3.And([self._compare("==", *pair) for pair in self._pairs(left, right, kind)])
         self.laws.append(z3.Implies(same, self.argument(left) == self.argument(right)))
         return same if op == "==" else z3.Not(same)
 
@@ -141,8 +142,7 @@ class Conditions(Arithmetic):
 
     def _near(self, a: Expr, b: Expr, limit: Any) -> Any:
         if isinstance(a.type, Vector):
-            pairs = [_parts(a, b, i, a.type.element) for i in range(a.type.size)]
-            return z3.And([self._near(one, other, limit) for one, other in pairs])
+            return z3.And([self._near(*pair, limit) for pair in self._pairs(a, b, a.type)])
         whole = isinstance(a.type, Int) and isinstance(b.type, Int)
         if whole:
             gap = self.number(a) - self.number(b)
@@ -169,26 +169,49 @@ class Conditions(Arithmetic):
         if isinstance(over.type, ListOf) and not isinstance(over, Items):
             return self._over_list(expr, over)
         size = len(over.items) if isinstance(over, Items) else getattr(over.type, "size", 0)
-        if size > MOST_ITEMS:
-            raise TooManyItemsError
-        return _joined(expr, [self._of_item(expr, over, index) for index in range(size)])
+        return _joined(expr, self._of_items(expr, over, self._components(size)))
 
     def _over_list(self, expr: Quantifier, over: Expr) -> Any:
         quantifiers = self._quantified.get(self._numbering.number(over), ())
         length = self.number(Builtin("len", (over,), type=Int()))
         parts = []
-        for index in range(len(quantifiers)):
-            there, holds = length > index, self._of_item(expr, over, -1 - index)
+        last = [-1 - index for index in range(len(quantifiers))]
+        for index, holds in enumerate(self._of_items(expr, over, last)):
+            there = length > index
             parts.append(z3.And(there, holds) if expr.kind == "any" else z3.Implies(there, holds))
         said = _joined(expr, parts)
         if self._numbering.number(expr) in quantifiers:
             return said
         return z3.If(length <= len(quantifiers), said, self.unknown(expr))
 
-    def _of_item(self, expr: Quantifier, over: Expr, index: int) -> Any:
+    def _of_items(self, expr: Quantifier, over: Expr, indices: Collection[int]) -> list[Any]:
+        """The body said of some items."""
         assert isinstance(over.type, (Vector, ListOf))  # typing guarantees it
-        item = Component(over, index, type=over.type.element)
-        return self.boolean(instance(expr.body, expr.variable, item))
+        self._spell_out(len(indices) * sum(1 for _ in walk(expr.body)))
+        items = (Component(over, index, type=over.type.element) for index in indices)
+        return [self.boolean(instance(expr.body, expr.variable, item)) for item in items]
+
+    def _pairs(self, a: Expr, b: Expr, kind: Vector) -> Iterator[tuple[Expr, Expr]]:
+        """The components of two vectors of a type."""
+        indices = self._components(kind.size)
+        self._spell_out(2 * len(indices))
+        for index in indices:
+            yield Component(a, index, type=kind.element), Component(b, index, type=kind.element)
+
+    def _components(self, size: int) -> range:
+        if size > MOST_ITEMS:
+            raise UnsureError(f"a vector of more than {MOST_ITEMS} components is looked into")
+        return range(size)
+
+    def _spell_out(self, parts: int) -> None:
+        """Count parts of conditions that are about to be said of items."""
+        self._parts += parts
+        if self._parts > MOST_PARTS:
+            raise UnsureError(
+                f"spelt out for each item, conditions have more than {MOST_PARTS} parts"
+            )
+        if not spend("proof", parts * _STEPS_OF_A_PART):
+            raise UnsureError(OUT_OF_STEPS)
 
 
 def _joined(quantifier: Quantifier, parts: list[Any]) -> Any:
@@ -203,8 +226,3 @@ def _is_joint(expr: Expr) -> bool:
 def arrived(peer: str, element: str, test: str) -> Any:
     """The term that an input is fresh, or present."""
     return z3.Bool(f"{test} {peer}.{element}")
-
-
-def _parts(a: Expr, b: Expr, index: int, element: Any) -> tuple[Expr, Expr]:
-    assert not isinstance(element, Spatial)  # vectors are of numbers, members and truth values
-    return Component(a, index, type=element), Component(b, index, type=element)

@@ -15,7 +15,7 @@ from specc.model.types import Bool, ListOf
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of, in_order
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Answered, DecisionProcedure, UnsureError
-from specc.proof.solver.conditions import Conditions, TooManyItemsError, arrived
+from specc.proof.solver.conditions import Conditions, arrived
 from specc.proof.verdict import Decision, InputName, Witness, rounding
 
 # What answers to questions have to do with each other, whatever the structure of conditions.
@@ -63,15 +63,10 @@ class Theory:
             raise UnsureError(OUT_OF_STEPS)
         items, reached = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, items, exact=exact)
-        try:
-            for (
-                value
-            ) in numbering.named():  # so that no chain of lets is followed by deep recursion
-                if id(value) in reached:
-                    self._conditions.prepare(value)
-            terms = [self._term(atom) for atom in atoms]
-        except TooManyItemsError:
-            raise UnsureError("a quantifier goes over a long vector") from None
+        for value in numbering.named():  # so that no chain of lets is followed by deep recursion
+            if id(value) in reached:
+                self._conditions.prepare(value)
+        terms = [self._term(atom) for atom in atoms]
         rounding = self._conditions.rounding
         if rounding.is_large:
             raise UnsureError("too many sums are compared in one table")
