@@ -206,8 +206,11 @@ def as_optional(contract: Contract) -> Contract:
 
 
 def as_instance(kind: type) -> Contract:
-    """A value of an opaque type; only its class is checked. Raises TypeError for no class."""
-    if not isinstance(kind, type):
+    """A value of an opaque type; only its class is checked.
+
+    Raises TypeError for what is no class, or a protocol that classes cannot be tested for.
+    """
+    if not _has_subclasses(kind):
         raise TypeError(f"{_name_of(kind)} cannot be the class of an opaque type")
 
     def accept(value: Any) -> Any:
@@ -227,7 +230,7 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
     items = tuple(parts.items())
 
     def accept(value: Any) -> Any:
-        if type(value) is not kind and not issubclass(type(value), kind):
+        if type(value) is not kind:  # a subclass may compute its fields, and have others
             raise Unfit(said(value), f"a value of class {kind.__module__}:{kind.__qualname__}")
         accepted = {}
         for name, contract in items:
@@ -347,6 +350,14 @@ def _builder(kind: Any, names: Set[str]) -> Callable[[dict[str, Any]], Any]:
             "declare them, so that they are checked as well"
         )
     return build
+
+
+def _has_subclasses(kind: Any) -> bool:
+    try:
+        issubclass(object, kind)
+    except TypeError:
+        return False
+    return isinstance(kind, type)
 
 
 def _name_of(kind: Any) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 from unittest.mock import Mock
 
 import numpy as np
@@ -266,6 +266,23 @@ def test_no_code_of_a_foreign_class_is_executed_to_tell_of_it() -> None:
     for contract in (c.as_real, c.as_text, c.as_member("a"), c.as_vector(2), c.as_list(c.as_int)):
         with pytest.raises(Unfit, match="a value of class Trap"):
             contract(Trap())
+
+
+def test_a_record_is_of_its_class_itself() -> None:
+    class More(Width):
+        b = 1.0
+
+    with pytest.raises(Unfit, match="a value of class More"):
+        c.as_record(Width, a=c.as_real)(More(1.0))
+
+
+def test_an_opaque_type_is_a_class_that_values_can_be_tested_for() -> None:
+    class Shown(Protocol):
+        a: float
+
+    for kind in (Shown, runtime_checkable(Shown), int | str, "Loose"):
+        with pytest.raises(TypeError, match="cannot be the class of an opaque type"):
+            c.as_instance(kind)  # type: ignore[arg-type]  # no classes
 
 
 def _refuse(*_: object) -> Any:
