@@ -69,8 +69,12 @@ def _words(misfit: Misfit) -> tuple[str, str]:
     first = show(misfit.because[0])
     match misfit.kind:
         case "tolerance":
-            size = "zero" if misfit.number == 0 else "negative"
-            return f"a tolerance that is {size}: nothing is ever near", "write how close is enough"
+            said = (
+                "zero: only what is exactly equal is near"
+                if misfit.number == 0
+                else "negative: nothing is ever near"
+            )
+            return f"a tolerance that is {said}", "write how close is enough"
         case "angle":
             help_text = (
                 "write a smaller angle; `near(position(X), position(Y), distance)` "

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from typing import TypeGuard
 
 from specc.model.expr import (
     Binary,
@@ -39,6 +40,7 @@ Depths = Mapping[str, int]
 _COMMUTATIVE = ("+", "*")
 _MOST_BITS = 4096
 """Whole numbers beyond this size are not computed: powers of powers are soon larger than memory."""
+_LARGEST_SQUARE = 2.0**1000
 
 
 class Numbering:
@@ -140,6 +142,8 @@ class Numbering:
             folded = _fold(expr.op, known)
             if folded is not None:
                 return self._known(folded)
+        if isinstance(expr, Builtin) and expr.name == "sqrt" and _is_positive(known[0]):
+            return self._known(math.sqrt(known[0]))
         if isinstance(expr, Binary) and expr.op in _COMMUTATIVE:
             parts = sorted(parts)
         if isinstance(expr, Builtin) and expr.name == "near" and len(parts) == 3:
@@ -162,6 +166,10 @@ def labels(expr: Expr) -> tuple[object, ...]:
     """What distinguishes a node besides its parts; how many parts it has included."""
     values = [getattr(expr, name) for name in expr.__match_args__]
     return tuple(len(v) if isinstance(v, tuple) else v for v in values if not isinstance(v, Node))
+
+
+def _is_positive(known: Scalar | None) -> TypeGuard[float]:
+    return isinstance(known, (int, float)) and 0 < known < _LARGEST_SQUARE
 
 
 def _fold(op: str, known: list[Scalar | None]) -> float | None:
