@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from functools import partial
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, FilmError, Keeper, Viewer
 from specc_runtime.conformity import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
-from specc_runtime.interruption import SAFE_S
+from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
 from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Pictured, Plant, Viewable
@@ -24,65 +24,138 @@ from specc_runtime.session import Session
 from specc_runtime.system import PlantSpec, System
 from specc_runtime.task import Judge, Scene
 from specc_runtime.telling import say
+from specc_runtime.watchdog import Watchdog
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
 
 def execute(options: Options) -> int:
     """Run what the options ask for; faults and errors go to standard error."""
-    clock = WallClock()
-    plant = None
-    session = None
-    companions: list[Companion] = []
-    try:
-        for file in (options.report, options.video):
-            if file is not None:
-                check_writable(file)
-        system = load_system(
-            options.directory, options.base, check_operators=options.check_operators
-        )
-        plant = open_plant(system, options.base, options.seed, options.renderer)
-        session = _session(options, system, plant, clock)
-        session.interruption.last_resort = partial(_leave, session, options)
-        _accompany(companions, session, options, system, plant, clock)
-        if options.report is not None:
-            companions.append(Keeper(session.report, options.report, clock))
-        session.run(companions)
-    except (UsageError, PlantError) as error:
-        say(f"error: {error}")
-        return WRONG_USAGE
-    except Fault as fault:
-        return _conclude(stillborn(options, fault), options) or UNFULFILLED
-    finally:
-        lost = [film for c in companions if (film := _closed(c))]
-        if plant is not None:
-            _close_plant(plant, session)
-    code = _conclude(session.report(), options)
-    for film in lost:
+    with Interruption() as interruption:
+        attempt = _Attempt(options, interruption)
+        interruption.last_resort = attempt.leave
+        try:
+            attempt.run()
+        except (UsageError, PlantError) as error:
+            say(f"error: {error}")
+            return WRONG_USAGE
+        interruption.allow(always=False)
+        report = attempt.report()
+        code = _write(report, options)
+    _show(report, options)
+    for film in attempt.lost:
         say(f"error: {film}")
-    if code or lost:
+    if code or attempt.lost:
         return code or WRONG_USAGE
-    if session.interruption.requested:
-        return session.interruption.exit_code
-    if session.fulfilled:
+    if report.interrupted:
+        return interruption.exit_code
+    session = attempt.session
+    if session is not None and session.fulfilled:
         return FULFILLED
-    if why := session.shortfall:
+    if session is not None and (why := session.shortfall):
         say(f"not fulfilled: {why}")
     return UNFULFILLED
 
 
-def _leave(session: Session, options: Options) -> None:
-    """End the process during a step that cannot be stopped, with safe outputs and the report."""
-    code = session.interruption.exit_code
-    # What devices get may hang as the step does.
-    late = threading.Timer(SAFE_S, os._exit, (code,))
-    late.daemon = True
-    late.start()
-    try:
-        session.abandon()
-        _conclude(session.report(), options)
-    finally:
-        os._exit(code)
+class _Attempt:
+    """A run from the first file that it reads until its plant is closed, whatever ends it."""
+
+    def __init__(self, options: Options, interruption: Interruption) -> None:
+        self.session: Session | None = None
+        self.lost: list[FilmError] = []
+        self._options = options
+        self._interruption = interruption
+        self._clock = WallClock()
+        self._faults: list[Fault] = []
+        self._plant: Any = None
+        self._is_closing = False
+        self._companions: list[Companion] = []
+
+    def run(self) -> None:
+        """Raises UsageError, PlantError for what is wrong before the first tick."""
+        try:
+            self._run()
+        except Fault as fault:
+            self._faults.append(fault)
+        except (Abandoned, KeyboardInterrupt):
+            self._interruption.request()
+
+    def _run(self) -> None:
+        options = self._options
+        for file in (options.report, options.video):
+            if file is not None:
+                check_writable(file)
+        with Watchdog(lambda: self.session.progress if self.session else -1, self._clock):
+            try:
+                self._go()
+            finally:
+                self._close()
+
+    def _go(self) -> None:
+        options, interruption = self._options, self._interruption
+        system = load_system(
+            options.directory, options.base, check_operators=options.check_operators
+        )
+        self._check_interrupted()
+        plant = None
+        if system.plant is not None:
+            plant = self._plant = _plant(system.plant, Path(options.base), options.renderer)
+            self._check_interrupted()
+            _prepare(plant, system.task.scene if system.task else "", options.seed)
+        session = _session(options, system, plant, self._clock, interruption)
+        _accompany(self._companions, session, options, system, plant, self._clock)
+        if options.report is not None:
+            self._companions.append(Keeper(session.report, options.report, self._clock))
+        self.session = session
+        session.run(self._companions)
+
+    def _check_interrupted(self) -> None:
+        if self._interruption.requested:
+            raise KeyboardInterrupt
+
+    def _close(self) -> None:
+        """Close the companions and then the plant; a plant that cannot be closed is a fault."""
+        self._is_closing = True
+        self._interruption.allow(always=False)
+        self.lost = [film for c in self._companions if (film := _closed(c))]
+        self._interruption.allow(always=False)
+        try:
+            if self._plant is not None:
+                self._plant.close()
+        except KeyboardInterrupt:
+            self._interruption.request()
+        except BaseException as error:  # noqa: BLE001  # whatever the user's class raises
+            self._faults.append(PlantFailed(error))
+
+    def report(self) -> Report:
+        """What happened."""
+        if self.session is None:
+            requested = self._interruption.requested
+            return stillborn(self._options, self._faults, interrupted=requested)
+        for fault in self._faults:
+            self.session.note(fault)
+        self._faults.clear()
+        return self.session.report()
+
+    def leave(self) -> None:
+        """End the process during what cannot be stopped, with safe outputs and the report."""
+        code = self._interruption.exit_code if self._interruption.requested else UNFULFILLED
+        # What devices get may hang as the step does.
+        late = threading.Timer(SAFE_S, os._exit, (code,))
+        late.daemon = True
+        late.start()
+        try:
+            if self._is_closing:
+                self._faults.append(PlantFailed(self._interruption.abandoned()))
+            elif self.session is not None:
+                self.session.abandon()
+            report = self.report()
+            _write(report, self._options)
+            if not self._is_closing:
+                self._close()
+            _show(report, self._options)
+        finally:
+            os._exit(code)
 
 
 def _closed(companion: Companion) -> FilmError | None:
@@ -91,20 +164,9 @@ def _closed(companion: Companion) -> FilmError | None:
         companion.close()
     except FilmError as error:
         return error
-    except Exception:  # noqa: BLE001  # it had nothing to say to the run, nor has its end
+    except BaseException:  # noqa: BLE001  # it had nothing to say to the run, nor has its end
         return None
     return None
-
-
-def _close_plant(plant: Any, session: Session | None) -> None:
-    """Close the plant; returns a fault if it cannot be closed."""
-    try:
-        plant.close()
-    except BaseException as error:  # noqa: BLE001  # whatever the user's class raises, or Ctrl-C
-        if session is not None and isinstance(error, KeyboardInterrupt):
-            session.interruption.request()
-        elif session is not None:
-            session.note(PlantFailed(error))
 
 
 def open_plant(
@@ -122,7 +184,8 @@ def open_plant(
     try:
         _prepare(plant, system.task.scene if system.task else "", seed)
     except BaseException:
-        _close_plant(plant, None)
+        with suppress(BaseException):  # whatever the user's class raises
+            plant.close()
         raise
     return plant
 
@@ -171,13 +234,15 @@ def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
     return MujocoPlant(str(base / spec.model), spec.sensors, spec.actuators, renderer=renderer)
 
 
-def _session(options: Options, system: System, plant: Any, clock: WallClock) -> Session:
+def _session(
+    options: Options, system: System, plant: Any, clock: WallClock, interruption: Interruption
+) -> Session:
     if options.cycles is not None and system.task is None:
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
     alone = options.duration_s is not None and options.cycles is None
     if options.cycle_limit_s is not None and (alone or system.task is None):
         raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
-    return Session(options, system, plant, open_judge(system, plant), clock)
+    return Session(options, system, plant, open_judge(system, plant), clock, interruption)
 
 
 def _accompany(
@@ -208,16 +273,21 @@ def _accompany(
         companions.append(progress(clock))
 
 
-def _conclude(report: Report, options: Options) -> int:
-    """Print and write the report; returns an exit code if that fails, else 0."""
-    code = FULFILLED
-    if options.report is not None:
-        try:
-            write(report, options.report)
-        except Exception as error:  # noqa: BLE001  # what a judge says may be anything
-            why = error.strerror if isinstance(error, OSError) else said(error)
-            say(f"error: cannot write {options.report}: {why}")
-            code = WRONG_USAGE
+def _write(report: Report, options: Options) -> int:
+    """Write the report; returns an exit code if that fails, else 0."""
+    if options.report is None:
+        return FULFILLED
+    try:
+        write(report, options.report)
+    except (Exception, Abandoned) as error:  # noqa: BLE001  # what a judge says may be anything
+        why = error.strerror if isinstance(error, OSError) else said(error)
+        say(f"error: cannot write {options.report}: {why}")
+        return WRONG_USAGE
+    return FULFILLED
+
+
+def _show(report: Report, options: Options) -> None:
+    """Print what happened."""
     if options.quiet:
         for fault in report.faults:
             say(f"fault: {fault['culprit']}: {fault['message']}")
@@ -229,4 +299,3 @@ def _conclude(report: Report, options: Options) -> int:
         if last["problem"]:
             got = f"got {last['value']} from {last['by']}" if last["by"] else "got nothing"
             say(f"safe output: {name} {got}: {last['problem']}")
-    return code

@@ -10,6 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from types import FunctionType
 from typing import Any
 
+_POSTPONED = (inspect.iscoroutinefunction, inspect.isasyncgenfunction, inspect.isgeneratorfunction)
+"""Calls of such functions return before anything of them has been done."""
+
 
 def shortcomings(thing: object, protocol: type) -> list[str]:
     """What an object lacks of a protocol: attributes, methods, methods with its parameters."""
@@ -53,5 +56,7 @@ def _method(thing: object, asked: FunctionType) -> str:
         return f"has no method `{name}({', '.join(arguments)})`"
     if not callable(member):
         return f"has a `{name}` that is not a method"
+    if any(is_postponed(member) for is_postponed in _POSTPONED):
+        return f"has a `{name}` that is `async` or yields: a call of it does nothing"
     why = refusal(member, arguments)
     return f"has a `{name}` that {why}" if why else ""

@@ -12,7 +12,6 @@ from specc_runtime.blame import Blame
 from specc_runtime.clock import WallClock
 from specc_runtime.conformity import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
-from specc_runtime.interruption import Abandoned
 from specc_runtime.plant import Plant
 from specc_runtime.records import StepRecord
 from specc_runtime.safety import Commands, LastOutput, leave_safe
@@ -129,12 +128,15 @@ class Executor:
                 return
             self._commit(track)
 
-    def abandon(self) -> None:
-        """Treat the steps that are under way as failed."""
+    def abandon(self, error: BaseException) -> None:
+        """Treat the steps that are under way as failed and wait for none, because of this error."""
+        if self._abandoned:
+            return
+        self._abandoned = True
         for track in self._tracks.values():
             subsystem = track.runner.subsystem
             if frames_of(subsystem):
-                fault = left(subsystem, Abandoned())
+                fault = left(subsystem, error)
                 self.faults.append(self._blame.of_step(fault, track, self._tick_s))
 
     def close(self) -> None:
@@ -169,8 +171,3 @@ class Executor:
         except Fault as fault:
             self._abandoned |= isinstance(fault, StepAbandoned)
             self.faults.append(self._blame.of_step(fault, track, self._tick_s))
-        except Abandoned as error:
-            # A worker still computes: it is left to itself.
-            self._abandoned = True
-            abandoned = left(track.runner.subsystem, error)
-            self.faults.append(self._blame.of_step(abandoned, track, self._tick_s))

@@ -10,6 +10,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from types import FrameType, TracebackType
 
+from specc_runtime import interruption
 from specc_runtime.origin import Origin, called, origin_of_line
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.wrong import Blamed
@@ -231,7 +232,9 @@ def text_of(value: object) -> str:
 
 def place_of(trace: TracebackType | None) -> str:
     """`function (module.py:line)` where an exception was raised."""
-    frames = traceback.extract_tb(trace)
+    found = traceback.extract_tb(trace)
+    # The handler that abandons something is not where that was.
+    frames = [frame for frame in found if frame.filename != interruption.__file__]
     if not frames:
         return ""
     last = frames[-1]

@@ -11,25 +11,24 @@ from typing import Any
 GRACE_S = 2.0
 """Wall time within which what is under way has to end once a run is interrupted."""
 SAFE_S = 10.0
-"""Wall time that the plant has to take the safe outputs."""
+"""Wall time that the plant has to take the safe outputs, and to close once it is asked to."""
 _MOST_RAISED = 2
 """Times that `Abandoned` is raised in something that catches it and goes on."""
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+"""What ends a run."""
 
 
 class Abandoned(BaseException):
-    """Raised in whatever the main thread still does `GRACE_S` after a run was interrupted."""
-
-    def __init__(self) -> None:
-        super().__init__(f"still computing {GRACE_S:g} s after the run was interrupted")
+    """Raised in whatever the main thread still does when its time is over."""
 
 
 class Interruption:
     """While entered, the first signal sets `requested`; a second Ctrl-C interrupts as usual.
 
-    Other signals after the first change nothing: plants get their safe outputs before the end. What
-    goes on for longer than `GRACE_S` after the first one is abandoned by raising `Abandoned` in it;
-    if it keeps catching that, `last_resort` has to end the process.
+    Other signals after the first change nothing: plants get their safe outputs and are closed
+    before the end. What goes on for longer than `GRACE_S` after the first one, or than `allow`
+    says, is abandoned by raising `Abandoned` in it; if it keeps catching that, `last_resort` has to
+    end the process.
 
     `exit_code` is 128 and the number of the signal, as shells have it.
     """
@@ -41,6 +40,7 @@ class Interruption:
         self._alarm: Any = None
         self._is_heard = False
         self._raised = 0
+        self._limit_s, self._since = GRACE_S, " after the run was interrupted"
         self.last_resort: Callable[[], None] | None = None
 
     def request(self) -> None:
@@ -50,7 +50,7 @@ class Interruption:
     def __enter__(self) -> Interruption:
         # Python lets only the main thread handle signals; elsewhere they are somebody else's.
         if threading.current_thread() is threading.main_thread():
-            heard = [n for n in _SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
+            heard = [n for n in SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
             self._previous = {n: signal.signal(n, self._on_signal) for n in heard}
             self._alarm = signal.signal(signal.SIGALRM, self.on_alarm)
         return self
@@ -73,7 +73,11 @@ class Interruption:
         if self._raised > _MOST_RAISED and self.last_resort is not None:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             self.last_resort()
-        raise Abandoned
+        raise self.abandoned()
+
+    def abandoned(self) -> Abandoned:
+        """What is raised in what takes too long now."""
+        return Abandoned(f"still computing {self._limit_s:g} s{self._since}")
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self._is_heard:
@@ -83,13 +87,17 @@ class Interruption:
         self.request()
         if (usual := self._previous.pop(signal.SIGINT, None)) is not None:
             signal.signal(signal.SIGINT, usual)
-        signal.setitimer(signal.ITIMER_REAL, GRACE_S, GRACE_S)
+        if not any(signal.getitimer(signal.ITIMER_REAL)):
+            signal.setitimer(signal.ITIMER_REAL, self._limit_s, self._limit_s)
 
-    def protect(self) -> None:
-        """From now on nothing is abandoned after `GRACE_S`; safe outputs may take `SAFE_S`."""
+    def allow(self, *, always: bool) -> None:
+        """What comes next may take `SAFE_S`: `always`, or from when the run is interrupted."""
+        self._raised = 0
+        self._limit_s = SAFE_S
+        self._since = " after it began" if always else " after it was to end"
         if self._alarm is not None:
-            self._raised = 0
-            signal.setitimer(signal.ITIMER_REAL, SAFE_S, SAFE_S)
+            limit_s = SAFE_S if always or self.requested else 0.0
+            signal.setitimer(signal.ITIMER_REAL, limit_s, limit_s)
 
     def _restore(self) -> None:
         for number, handler in self._previous.items():

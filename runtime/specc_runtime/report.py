@@ -58,8 +58,8 @@ class Report:
         return {name: value for name, value in named.items() if name != "set" or value}
 
 
-def stillborn(options: Options, fault: Fault) -> Report:
-    """The report of a run that a fault ended before its first tick."""
+def stillborn(options: Options, faults: list[Fault], *, interrupted: bool) -> Report:
+    """The report of a run that ended before its first tick, by faults or interrupted."""
     return Report(
         spec=options.directory.name,
         seed=options.seed,
@@ -72,9 +72,9 @@ def stillborn(options: Options, fault: Fault) -> Report:
         subsystems={},
         equations_executed=[],
         records_sha256="",
-        faults=[fault.as_data()],
-        ended="fault",
-        interrupted=False,
+        faults=[fault.as_data() for fault in faults],
+        ended="fault" if faults else "interrupted",
+        interrupted=interrupted,
         last_outputs={},
         set=dict(options.built_with),
     )

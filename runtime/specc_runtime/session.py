@@ -20,7 +20,6 @@ from specc_runtime.safety import LastOutput
 from specc_runtime.statistics import Statistics
 from specc_runtime.system import System
 from specc_runtime.task import Judge
-from specc_runtime.watchdog import Watchdog
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -36,11 +35,12 @@ class Session:
         plant: Plant | None,
         judge: Judge | None,
         clock: WallClock,
+        interruption: Interruption,
     ) -> None:
         """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
         that does not hang together.
         """
-        self.interruption = Interruption()
+        self.interruption = interruption
         self.duration_s = options.duration_s
         self.wanted = options.cycles
         if self.duration_s is None and system.task is None:
@@ -63,6 +63,11 @@ class Session:
         observers = (self._digest, self._statistics, self._cycles)
         self._executor = Executor(system, plant, observers, inline=options.inline, clock=clock)
 
+    @property
+    def progress(self) -> int:
+        """A number that changes as long as the run goes on."""
+        return self._executor.tick + self._over_now
+
     def view(self) -> View:
         """The run as it is now."""
         return View(
@@ -79,18 +84,17 @@ class Session:
         Wall time counts from when every subsystem has made its first step, with all that it loads.
         """
         self._begin_s = self._clock.now_s()
-        with self.interruption, Watchdog(lambda: self._executor.tick, self._clock):
-            try:
-                self._guarded(lambda: self._advance(companions))
-                self._guarded(self._executor.finish)
-            finally:
-                self.interruption.protect()
-                self._executor.close()
-                self._last_outputs = self._executor.leave_safe()
-            if self._system.task is not None and self.faults and not self._complete():
-                self._guarded(self._end_of_the_last_cycle)
+        try:
+            self._guarded(lambda: self._advance(companions))
+            self._guarded(self._executor.finish)
+        finally:
+            self.interruption.allow(always=True)
+            self._executor.close()
+            self._last_outputs = self._executor.leave_safe()
+            self._over_now = True
+        if self._system.task is not None and self.faults and not self._complete():
+            self._guarded(self._end_of_the_last_cycle)
         self._wall_s = self._clock.now_s() - self._begin_s
-        self._over_now = True
 
     def report(self) -> Report:
         """What happened."""
@@ -146,7 +150,7 @@ class Session:
 
     def abandon(self) -> None:
         """Give the plant its safe outputs although a step that does not end is still under way."""
-        self._executor.abandon()
+        self._executor.abandon(self.interruption.abandoned())
         self._last_outputs = self._executor.leave_safe()
         self._over_now = True
 
@@ -201,8 +205,9 @@ class Session:
             part()
         except Fault as fault:
             self.note(fault)
-        except (Abandoned, KeyboardInterrupt):
+        except (Abandoned, KeyboardInterrupt) as error:
             self.interruption.request()
+            self._executor.abandon(error)
 
     def note(self, fault: Fault) -> None:
         """Add a fault of what goes on around the executor."""

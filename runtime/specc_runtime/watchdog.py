@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import itertools
+import signal
 import sys
 import threading
 import traceback
@@ -12,7 +13,7 @@ from types import FrameType, TracebackType
 
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import Frames, StepAbandoned, computed_at
-from specc_runtime.interruption import Interruption
+from specc_runtime.interruption import SIGNALS, Interruption
 from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.telling import say
 from specc_runtime.track import outcome_of
@@ -53,6 +54,8 @@ class Watchdog:
         faulthandler.cancel_dump_traceback_later()
 
     def _watch(self) -> None:
+        # A signal that this thread gets does not wake the main one, which alone handles it.
+        signal.pthread_sigmask(signal.SIG_BLOCK, (*SIGNALS, signal.SIGALRM))
         seen, since_s, told = self._progress(), self._clock.now_s(), False
         self._arm()
         while not self._over.wait(self._patience_s / 4):

@@ -127,6 +127,8 @@ def test_a_system_built_without_a_plant_knows_its_devices_and_takes_one_later(
             "close = 3",
             "has a `close` that is not a method",
         ),
+        ("def reset", "async def reset", "has a `reset` that is `async` or yields"),
+        ('print("closed")', "yield", "has a `close` that is `async` or yields"),
         (
             "    def reset",
             "    def __init__(self, port):\n        self.port = port\n\n    def reset",

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from specc_runtime.clock import WallClock
+from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.main import main
 from specc_runtime.options import Options
@@ -296,7 +297,8 @@ def test_wall_time_begins_when_every_subsystem_has_made_its_first_step(inline: b
         return node.steps
 
     built = system(Node("slow", 50, (), compute), Node("fast"))
-    session = Session(Options(Path(), duration_s=0.3, inline=inline), built, None, None, clock)
+    options = Options(Path(), duration_s=0.3, inline=inline)
+    session = Session(options, built, None, None, clock, Interruption())
     session.run()
     report = session.report()
     assert report.wall_s == 2.0

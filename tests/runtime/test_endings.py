@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -45,15 +45,23 @@ SHORT = (
 
 @contextmanager
 def begun(
-    package: Path, *arguments: str, start: str = SHORT, **options: Any
+    package: Path,
+    *arguments: str,
+    start: str = SHORT,
+    command: Sequence[str] = (),
+    **options: Any,
 ) -> Iterator[subprocess.Popen[str]]:
-    """A run of the package in a process of its own, which does not outlive the test."""
+    """A run of the package in a process of its own, which does not outlive the test.
+
+    `command` is what stands before the options, by default that of `python -m specc_runtime`.
+    """
     folder = package.parent
     path = os.pathsep.join((str(folder), str(ROOT / "runtime"), str(ROOT)))
-    common = [str(package), "--base", str(folder), "--report", str(folder / "r.json")]
+    common = [*(command or (str(package), "--base", str(folder))), "--report", f"{folder}/r.json"]
     with subprocess.Popen(
         [sys.executable, "-c", start, *common, "--renderer", "raycast", *arguments],
         env={**os.environ, "PYTHONPATH": path},
+        cwd=folder,
         text=True,
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
     ) as process:
@@ -117,6 +125,107 @@ def test_a_second_interrupt_waits_for_nothing(tmp_path: Path) -> None:
     assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
 
 
+PLANT = """
+import sys
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+class Plant:
+    def __init__(self):
+        {init}
+    def reset(self, seed):
+        {reset}
+    def sample(self, name):
+        return 0.0
+    def actuate(self, name, value):
+        pass
+    def advance(self, duration_s):
+        pass
+    def close(self):
+        say("closing")
+        {close}
+        say("closed")
+"""
+
+
+def with_plant(folder: Path, **parts: str) -> Path:
+    """A package whose plant is a class of its own."""
+    given = {"init": "pass", "reset": "pass", "close": "pass"} | parts
+    head, _, _ = SPEC.partition("plant:\n")
+    plant = 'plant: {python: "hinge_parts:Plant", bind: {arm.E.j.tau: {}, arm.E.j.q: {}}}\n'
+    return hinge(folder, head=PLANT.format(**given), spec=head + plant)
+
+
+SLEEPS = "say('busy'); time.sleep({})"
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("method", ["init", "reset", "close"])
+def test_a_signal_before_or_after_the_ticks_ends_a_run(
+    tmp_path: Path, method: str, number: signal.Signals
+) -> None:
+    package = with_plant(tmp_path, **{method: SLEEPS.format(0.3)})
+    with begun(package, "--duration", "0.1") as process:
+        until(process, "busy")
+        process.send_signal(number)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    data = report(package)
+    assert (data["ended"], data["interrupted"], data["faults"]) == ("interrupted", True, [])
+    assert err.count("closed") == 1
+    assert bool(data["last_outputs"]) == (method != "init")
+
+
+CATCHES = """say('busy')
+        while True:
+            try:
+                time.sleep(0.01)
+            except BaseException:
+                pass"""
+
+
+@pytest.mark.parametrize("hangs", [SLEEPS.format(1000), CATCHES])
+@pytest.mark.parametrize("method", ["init", "reset", "close"])
+def test_a_plant_that_hangs_is_named_and_one_signal_is_enough(
+    tmp_path: Path, method: str, hangs: str
+) -> None:
+    package = with_plant(tmp_path, **{method: hangs})
+    name = "__init__" if method == "init" else method
+    with begun(package, "--duration", "0.1") as process:
+        until(process, "busy")
+        until(process, f"no progress for 0.5 s: in {name} (hinge_parts.py:")
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 143
+    data = report(package)
+    assert data["interrupted"]
+    assert ("closed" in err) == (method == "reset")
+    if method == "close" or hangs != CATCHES:
+        (fault,) = data["faults"]
+        assert fault["fault"] == "PlantFailed" and "still computing 0.5 s after" in fault["message"]
+
+
+def test_a_second_interrupt_of_specc_run_names_the_step(tmp_path: Path) -> None:
+    """At 10 Hz the step is in a worker thread."""
+    spec = SPEC.replace("rate: 100 Hz", "rate: 10 Hz").replace("rate: 50 Hz", "rate: 10 Hz")
+    package = hinge(tmp_path, spec=spec, drive=HANGS.format("True"))
+    start = SHORT.replace("GRACE_S = 0.5", "GRACE_S = 1000.0").replace(
+        "from specc_runtime.main import main", "from specc.cli.main import main"
+    )
+    with begun(package, *ENDLESS, start=start, command=["run", "hinge.yaml"]) as process:
+        until(process, "operator drive (hinge_parts:drive) in arm.j")
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.2)  # two pending signals of one kind are one
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+    data = report(package)
+    (fault,) = data["faults"]
+    assert (fault["fault"], data["interrupted"]) == ("StepAbandoned", True)
+    assert fault["culprit"] == "operator drive (hinge_parts:drive)"
+    assert fault["message"].startswith("KeyboardInterrupt")
+
+
 @pytest.mark.parametrize("hold", ["def hold(q):\n    while True:\n        pass"])
 def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> None:
     package = hinge(tmp_path, hold=hold)
@@ -124,7 +233,7 @@ def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> No
         process.communicate(timeout=60)
     last = report(package)["last_outputs"]["arm.E.j.tau"]
     assert (last["by"], last["value"]) == ("otherwise", "7.0")
-    assert "safe: Abandoned" in last["problem"]
+    assert "safe: Abandoned: still computing 0.5 s after it began" in last["problem"]
 
 
 @pytest.mark.parametrize("drive", [HANGS.format("True"), IN_C, SWALLOWS])
