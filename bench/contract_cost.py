@@ -23,6 +23,7 @@ from specc_runtime import contracts as c
 from specc_runtime.application import open_judge, open_plant
 from specc_runtime.builtins import finite
 from specc_runtime.clock import WallClock
+from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.operators.regulator import RegulatorOutput, RegulatorState
 from specc_runtime.options import Options
@@ -143,7 +144,9 @@ def _run(package: Path, duration_s: float | None) -> tuple[float, float, dict[st
     system = load_system(package, FLAGSHIP.parent)
     plant = open_plant(system, options.base, options.seed, options.renderer)
     try:
-        session = Session(options, system, plant, open_judge(system, plant), WallClock())
+        session = Session(
+            options, system, plant, open_judge(system, plant), WallClock(), Interruption()
+        )
         begin = process_time()
         session.run()
         run_s = process_time() - begin

@@ -27,6 +27,7 @@ from specc_runtime.cells.irp6_picking import PickJudge
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion
 from specc_runtime.cycles import Cycles
+from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.plants.errors import PlantError
@@ -188,7 +189,7 @@ def _timed_run(name: str, system: System, plant: Any, options: Options) -> Profi
     stopwatch = Stopwatch(thread_time)
     with stopwatch.watching(PLACES):
         judge = open_judge(system, plant)
-        session = Session(options, system, plant, judge, clock)
+        session = Session(options, system, plant, judge, clock, Interruption())
         for item in system.subsystems:
             step = stopwatch.timed(item.subsystem.name, item.subsystem.step)
             item.subsystem.step = step  # type: ignore[method-assign]  # timed

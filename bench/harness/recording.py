@@ -9,6 +9,7 @@ from typing import Any
 
 from specc_runtime.application import open_judge, open_plant
 from specc_runtime.clock import WallClock
+from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.session import Session
@@ -41,7 +42,8 @@ def _record(package: Path, base: Path, duration_s: float | None) -> Recorded:
     try:
         for item in system.subsystems:
             recorded[item.subsystem.name] = _listen(item.subsystem)
-        Session(options, system, plant, open_judge(system, plant), WallClock()).run()
+        judge = open_judge(system, plant)
+        Session(options, system, plant, judge, WallClock(), Interruption()).run()
     finally:
         if plant is not None:
             plant.close()
