@@ -27,6 +27,7 @@ from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.operators.regulator import RegulatorOutput, RegulatorState
 from specc_runtime.options import Options
+from specc_runtime.plant import Deferred
 from specc_runtime.session import Session
 from specc_runtime.subsystem import Subsystem
 
@@ -154,6 +155,7 @@ def _run(package: Path, duration_s: float | None) -> tuple[float, float, dict[st
         samples_s = 0.0
         for sensor in system.plant.sensors if system.plant else ():
             value = plant.sample(sensor.name)
+            value = value.value() if isinstance(value, Deferred) else value
             each = min(repeat(partial(sensor.contract, value), number=100, repeat=5)) / 100
             samples_s += each * simulated_s * (sensor.rate_hz or 500.0)
     finally:
