@@ -15,7 +15,7 @@ from specc.tools.lsp.answers import completions, definition, hover, notes, renam
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
 
-XML = Path(__file__).parents[2] / "tests/importers/files"
+XML = Path(__file__).parents[2] / "tests/tools/importers/files"
 _PIECES = (
     *(
         "<",

@@ -10,7 +10,7 @@ import pytest
 from specc.cli.main import main
 from specc.pipeline import compile_spec
 from specc.tools.importers import import_fabric
-from tests.difference.conftest import BASE, edited
+from tests.tools.diff.conftest import BASE, edited
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

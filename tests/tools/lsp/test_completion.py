@@ -7,7 +7,7 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.cursor import Cursor, cursors
 from specc.tools.lsp.project import Project
-from tests.editor.workspace import LIBRARY, SYSTEM, opened, place, write
+from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
 
 
 @pytest.fixture(scope="module")

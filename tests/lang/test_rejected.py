@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from specc.lang import Scope
-from tests.expr.refusals import Block, blocks, findings
+from tests.lang.refusals import Block, blocks, findings
 from tests.strategies import SCOPE
 
 BLOCKS = blocks()

@@ -11,8 +11,8 @@ from specc.tools.lsp.actions import Action
 from specc.tools.lsp.describe import Entry
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.signature import signature
-from tests.editor.workspace import SYSTEM, opened, place
 from tests.house.tree import ROOT
+from tests.tools.lsp.workspace import SYSTEM, opened, place
 
 
 def edited(text: str, action: Action) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from specc.tools.diff import Difference
-from tests.difference.conftest import BASE, Differ, edited
+from tests.tools.diff.conftest import BASE, Differ, edited
 
 Edit = tuple[str, str]
 Found = tuple[str, str, str, str, str]

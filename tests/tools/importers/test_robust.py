@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from specc.tools.importers import Imported, import_fabric, import_scxml
 from specc.tools.importers.markup import MarkupError, parse_markup
-from tests.importers.conftest import FILES, Workshop
+from tests.tools.importers.conftest import FILES, Workshop
 
 TEXTS = {path.name: path.read_text(encoding="utf-8") for path in FILES.iterdir()}
 MADE_OF = [

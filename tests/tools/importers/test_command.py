@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli.main import main
-from tests.importers.conftest import FILES
+from tests.tools.importers.conftest import FILES
 
 PRESS = str(FILES / "press.xml")
 

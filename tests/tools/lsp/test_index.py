@@ -8,8 +8,8 @@ from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.structure import role_of
 from specc.tools.lsp.symbols import values
-from tests.editor.workspace import LIBRARY, SYSTEM, opened, place
 from tests.house.tree import ROOT
+from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place
 
 FLAGSHIP = str(ROOT / "specs/irp_picking.yaml")
 # What is called differently where it is named: a device by its letter, `control` by c.

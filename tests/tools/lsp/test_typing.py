@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from tests.editor.client import Client
 from tests.house.tree import ROOT
+from tests.tools.lsp.client import Client
 
 SERVER = [sys.executable, "-m", "specc", "lsp"]
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from tests.editor.client import Client, ServerError
-from tests.editor.workspace import SYSTEM, place, write
+from tests.tools.lsp.client import Client, ServerError
+from tests.tools.lsp.workspace import SYSTEM, place, write
 
 SLOW = SYSTEM.replace("system: arm", "system: slow")
 GREEDY = SYSTEM.replace("system: arm", "system: greedy")

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.editor.client import Client, ServerError
-from tests.editor.workspace import LIBRARY, SYSTEM, write
+from tests.tools.lsp.client import Client, ServerError
+from tests.tools.lsp.workspace import LIBRARY, SYSTEM, write
 
 SERVER = [sys.executable, "-m", "specc", "lsp"]
 NOBODY: dict[str, Any] = {"processId": None, "rootUri": None, "capabilities": {}}

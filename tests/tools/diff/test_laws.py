@@ -19,10 +19,10 @@ from specc.model.system import System
 from specc.pipeline import read_spec
 from specc.read import read_text
 from specc.tools.diff import Difference, compare
-from tests.difference.conftest import BASE, Differ, Reader, edited
-from tests.difference.test_changes import DIFFERENCES, REMARKS
+from tests.tools.diff.conftest import BASE, Differ, Reader, edited
+from tests.tools.diff.test_changes import DIFFERENCES, REMARKS
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SPECS = sorted([*ROOT.glob("specs/*.yaml"), *ROOT.glob("tests/cases/*/ok-*.yaml")])
 ALL = [edits for edits, _ in (*DIFFERENCES, *REMARKS)]
 FLIPPED = {"added": "removed", "removed": "added", "changed": "changed"}

@@ -12,7 +12,7 @@ import pytest
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
 from specc.tools.importers import Imported, import_fabric
-from tests.importers.conftest import FILES, Workshop
+from tests.tools.importers.conftest import FILES, Workshop
 
 PRESS, RAM = str(FILES / "press.xml"), str(FILES / "ram.xml")
 Codes = Callable[[Imported | Result], list[str]]

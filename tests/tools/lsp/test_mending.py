@@ -6,7 +6,7 @@ import pytest
 
 from specc.tools.lsp.cursor import outline
 from specc.tools.lsp.mending import mended
-from tests.editor.workspace import SYSTEM
+from tests.tools.lsp.workspace import SYSTEM
 
 
 @pytest.mark.parametrize(

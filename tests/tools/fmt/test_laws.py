@@ -12,7 +12,7 @@ from specc.read.comments import comments_of
 from specc.tools.fmt import formatted
 from specc.tools.fmt.tree import parse
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FILES = sorted([*ROOT.glob("specs/**/*.yaml"), *ROOT.glob("tests/cases/**/*.yaml")])
 TEXTS = [document.source.text for document in map(read_file, map(str, FILES)) if document.ok]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from specc.pipeline import json_schema
-from tests.editor.client import Client
+from tests.tools.lsp.client import Client
 
 TEXT = """\
 # yaml-language-server: $schema=schema.json

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli.main import main
-from tests.difference.conftest import BASE, edited
+from tests.tools.diff.conftest import BASE, edited
 
 CHANGED = edited(
     ("rate: 20 Hz", "rate: 25 Hz"),

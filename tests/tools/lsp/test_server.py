@@ -12,9 +12,9 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
-from tests.editor.client import Client, ServerError
-from tests.editor.workspace import LIBRARY, SYSTEM, place, write
 from tests.house.tree import ROOT
+from tests.tools.lsp.client import Client, ServerError
+from tests.tools.lsp.workspace import LIBRARY, SYSTEM, place, write
 
 SERVER = [sys.executable, "-m", "specc", "lsp", "--stdio"]
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"

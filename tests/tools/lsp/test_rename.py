@@ -9,8 +9,8 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError, apply
-from tests.editor.workspace import LIBRARY, SYSTEM, opened, place, write
 from tests.house.tree import ROOT
+from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
 
 FLAGSHIP = str(ROOT / "specs/irp_picking.yaml")
 FRESH = "quite_new"

@@ -6,8 +6,8 @@ import pytest
 
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
-from tests.editor.workspace import LIBRARY, place
 from tests.house.tree import ROOT
+from tests.tools.lsp.workspace import LIBRARY, place
 
 AGENT = """\
 specc: 1

@@ -15,7 +15,7 @@ from specc.model.expr import Expr
 from specc.model.system import Subsystem
 from specc.pipeline import Result, build
 from specc.tools.importers import Imported, import_scxml
-from tests.importers.conftest import FILES, Workshop
+from tests.tools.importers.conftest import FILES, Workshop
 
 DOOR = str(FILES / "door.scxml")
 Codes = Callable[[Imported | Result], list[str]]

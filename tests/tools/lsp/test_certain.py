@@ -6,7 +6,7 @@ import pytest
 
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
-from tests.editor.workspace import SYSTEM, opened
+from tests.tools.lsp.workspace import SYSTEM, opened
 
 BROKEN = [
     ("constants:\n", "constants:\n  twice: 1\n  twice: 2\n"),
