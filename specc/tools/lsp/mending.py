@@ -94,14 +94,13 @@ _COMMA_BEHIND = re.compile(r"\s*,")
 _COMMA_BEFORE = re.compile(r",\s*$")
 
 
-def mended(path: str, text: str) -> Document | None:
-    """The text without what is not YAML or has not its shape; None if that leaves nothing."""
-    document = read_text(path, text, ROW_KEYS)
+def mended(document: Document) -> Document | None:
+    """A document without what is not YAML or has not its shape; None if that leaves nothing."""
     for _ in range(ROUNDS):
         if not document.ok:
             better = _readable(document)
         else:
-            wrong = shape(document.data, path)[1]
+            wrong = shape(document.data, document.source.path)[1]
             if not wrong:
                 return document
             better = _shaped(document, wrong)

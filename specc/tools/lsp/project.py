@@ -283,8 +283,7 @@ class Project:
 
     def _read_mended(self, path: str, row_keys: tuple[str, ...]) -> Document:
         document = self._read(path, row_keys)
-        text = document.source.text
-        return (mended(path, text) if text else None) or document
+        return (mended(document) if document.source.text else None) or document
 
     def _using(self, path: str) -> Iterator[str]:
         """Systems that are known to read a file."""

@@ -4,6 +4,8 @@ import random
 
 import pytest
 
+from specc.read import read_text
+from specc.schema import ROW_KEYS
 from specc.tools.lsp.cursor import outline
 from specc.tools.lsp.mending import mended
 from tests.tools.lsp.workspace import SYSTEM
@@ -29,7 +31,7 @@ from tests.tools.lsp.workspace import SYSTEM
 def test_overwrites_the_error_only(old: str, new: str, gone: str | None) -> None:
     assert SYSTEM.count(old) == 1
     text = SYSTEM.replace(old, new)
-    document = mended("arm.yaml", text)
+    document = mended(read_text("arm.yaml", text, ROW_KEYS))
     assert document is not None
     found = document.source.text
     assert len(found) == len(text)
@@ -47,7 +49,7 @@ def test_what_is_left_is_always_the_text() -> None:
         at = rng.randrange(len(SYSTEM))
         typed = rng.choice(['"', "{", "[", "}", "\n  a", "- ", ": ", "\n\t", ",", "'", "\r\nb"])
         text = SYSTEM[:at] + typed + SYSTEM[at:]
-        document = mended("arm.yaml", text)
+        document = mended(read_text("arm.yaml", text, ROW_KEYS))
         if document is not None:
             understood += 1
             left = document.source.text
@@ -56,7 +58,7 @@ def test_what_is_left_is_always_the_text() -> None:
 
 
 def test_a_text_without_errors_stays_as_it_is() -> None:
-    document = mended("arm.yaml", SYSTEM)
+    document = mended(read_text("arm.yaml", SYSTEM, ROW_KEYS))
     assert document is not None
     assert document.source.text == SYSTEM
 

@@ -1,50 +1,19 @@
-"""Somebody types into the flagship: what is offered, and how soon errors are told."""
+"""Somebody types into the flagship: what is offered, and what is analysed meanwhile."""
 
+import os
 import re
-import statistics
 import sys
-import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.house.tree import ROOT
 from tests.tools.lsp.client import Client
+from tests.tools.lsp.sessions import FLAGSHIP, SESSIONS, typed
+from tests.tools.lsp.workspace import SYSTEM, write
 
 SERVER = [sys.executable, "-m", "specc", "lsp"]
-FLAGSHIP = ROOT / "specs/irp_picking.yaml"
-SESSIONS = [
-    (
-        "          terminal:\n            idle_ended: {eq: 11",
-        "            stopped: {eq: 10, when: fresh(x.c.b) and any(v == s for v in x.c.b)}",
-        {"fresh(": "x", "x.": "c", "x.c.": "b", "and an": "any", "v == ": "s", "10, w": "when"},
-    ),
-    (
-        "          - [S0,    terminal, p2p_commanded,     S1]",
-        "          - [S1, terminal, force_commanded, S2]",
-        {"- [": "S0", "[S1, ": "terminal", "terminal, ": "idle_commanded", "commanded, ": "S2"},
-    ),
-    (
-        "          # position-force control: Fig. 13",
-        "          watch: {title: new, r_p: r_d, y.c.T_c: T_c, m_d: held.c_d}",
-        {"new, r": "r_p", "r_p: r": "r_d", "y": "y.c.T_c", "y.c.T_c: T": "T_c", "held.": "c_d"},
-    ),
-    (
-        "        initial_state: S0\n        transitions: # Table 4",
-        "          S3: {behaviour: p2p, title: New}",
-        {"{b": "behaviour", "behaviour: ": "idle", "behaviour: p": "p2p"},
-    ),
-    (
-        "        conditions:\n          initial:\n            idle_commanded",
-        '          far: {is: "norm(position(T_c) - position(T_g)) > 0.1[m]", title: far away}',
-        {'"no': "norm", "position(T_": "T_c", "0.1[": "m"},
-    ),
-    (
-        "        let:\n          q_c: {is: MJ",
-        '          f_p: {type: "wrench[E]", init: "[0, 0, 0, 0, 0, 0]"}',
-        {"{": "type", '"w': "wrench", "wrench[": "B", ", i": "init"},
-    ),
-]
 
 
 def position(text: str, offset: int) -> tuple[int, int]:
@@ -64,29 +33,54 @@ def proposals(found: dict[str, Any], typed: str) -> list[str]:
 def test_what_is_wanted_is_among_the_first(before: str, line: str, wanted: dict[str, str]) -> None:
     text = FLAGSHIP.read_text()
     assert text.count(before) == 1
-    start = text.index(before)
-    left, waited = dict(wanted), []
+    left = dict(wanted)
     with Client(SERVER, ROOT) as client:
         uri = client.open(FLAGSHIP)
         assert client.diagnostics(uri) == []
         ends = {line.index(ending) + len(ending) for ending in wanted}
         for size in sorted({*range(1, len(line) + 1, 5), *ends}):
-            typed = line[:size]
-            now = f"{text[:start]}{typed}\n{text[start:]}"
-            changed = time.perf_counter()
+            now, cursor = typed(before, line, size)
             client.change(uri, now)
             client.diagnostics(uri)
-            waited.append(time.perf_counter() - changed)
-            at = position(now, start + size)
+            at = position(now, cursor)
             found = client.ask("completion", uri, *at)
             client.ask("hover", uri, at[0], at[1] - 1)
             client.ask("signatureHelp", uri, *at)
-            for ending in [ending for ending in left if typed.endswith(ending)]:
+            for ending in [ending for ending in left if line[:size].endswith(ending)]:
                 label = left.pop(ending)
-                assert label in proposals(found, typed)[:5], ending
+                assert label in proposals(found, line[:size])[:5], ending
         client.change(uri, text)
         assert client.diagnostics(uri) == []
     assert left == {}
     assert client.exit_code == 0
-    # A tenth of this where nothing else runs; the bound is for machines that do much else.
-    assert statistics.median(waited) < 1.0
+
+
+COUNTING = """\
+from specc.tools.lsp import project, server
+
+analyse = project.Project.analyse
+
+
+def counted(self, root):
+    with open({log!r}, "a") as log:
+        log.write("analysed\\n")
+    return analyse(self, root)
+
+
+project.Project.analyse = counted
+server.PAUSE_S = 2.0
+"""
+
+
+def test_what_is_typed_without_a_pause_is_analysed_once(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    (tmp_path / "sitecustomize.py").write_text(COUNTING.format(log=str(log)))
+    write(tmp_path)
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    with Client(["env", f"PYTHONPATH={path}", *SERVER], tmp_path) as client:
+        uri = client.open(tmp_path / "arm.yaml")
+        client.diagnostics(uri)
+        for size in range(20):
+            client.change(uri, f"{SYSTEM}# {'a note'[:size]}\n")
+        client.diagnostics(uri)
+    assert log.read_text().splitlines() == ["analysed"] * 2
