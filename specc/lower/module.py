@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from types import MappingProxyType
 
 from specc.lower.annotations import Annotations, Contracts, TypeNames
 from specc.lower.names import (
@@ -15,10 +17,10 @@ from specc.lower.names import (
     joined,
     literal,
 )
-from specc.lower.plan import ConstantPlan, ModulePlan, NamedPlan
+from specc.lower.plan import ConstantPlan, NamedPlan
 from specc.lower.terms import Term
 from specc.model import expr as e
-from specc.model.system import Constant, Element, Subsystem, System
+from specc.model.system import Constant, Device, Element, Subsystem, System
 from specc.reachable import grouped, reachable
 
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
@@ -62,15 +64,18 @@ LANGUAGE = "specc_runtime.builtins"
 class Module:
     """Names for the module of one subsystem, with the constants and imports that are asked for."""
 
+    rate_hz = Fraction(1)
+    inputs: Mapping[tuple[str, str], str] = MappingProxyType({})
+    outputs: Mapping[tuple[str, str], str] = MappingProxyType({})
+
     def __init__(
-        self, system: System, subsystem: Subsystem, types: TypeNames, *, stand_ins: bool = False
+        self, system: System, part: Subsystem | Device, types: TypeNames, *, stand_ins: bool = False
     ) -> None:
-        self.rate_hz = subsystem.rate_hz
         self.imports = Imports()
         self.annotations = Annotations(self.imports, types)
         self.constants: dict[object, ConstantPlan] = {}
         self.uses_files = False
-        declared = {c.name: c for c in (*system.constants, *subsystem.constants)}
+        declared = {c.name: c for c in (*system.constants, *part.constants)}
         self._declared: dict[str, Constant] = declared
         self.computed = computed(declared)
         self._operators = {operator.name: operator for operator in system.operators}
@@ -86,28 +91,30 @@ class Module:
         )
         self.operators: dict[str, NamedPlan] = {}
         self._functions = Functions(self.imports, self._names)
-        self.inputs = buffer_names(subsystem, "x")
-        self.outputs = buffer_names(subsystem, "y")
         self.settled: dict[Term, str] = {}
         """Attributes for arrays that stay as they are once the first period is over."""
-        self.state_methods = {
-            state.name: f"_{methods.new(f'in_{state.name.lower()}')}" for state in subsystem.states
-        }
-        self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in subsystem.behaviours}
-        self.memory = memory_names(subsystem)
+        self.memory = memory_names(part)
         self.flags: set[tuple[str, str, str]] = set()
+        if isinstance(part, Subsystem):
+            self.rate_hz = part.rate_hz
+            self.inputs = buffer_names(part, "x")
+            self.outputs = buffer_names(part, "y")
+            self.state_methods = {
+                s.name: f"_{methods.new(f'in_{s.name.lower()}')}" for s in part.states
+            }
+            self.behaviour_methods = {b.name: f"_{methods.new(b.name)}" for b in part.behaviours}
 
-    def plan(self) -> ModulePlan:
+    def parts(self) -> dict[str, object]:
         """What all that was asked for needs in the module."""
         constants = self.constants.values()
-        return ModulePlan(
-            imports=self.imports.lines,
-            contracts=tuple(self.contracts.named),
-            operators=tuple(self.operators.values()),
-            constants=tuple(c for c in constants if not c.is_computed),
-            computed=tuple(c for c in constants if c.is_computed),
-            uses_files=self.uses_files,
-        )
+        return {
+            "imports": self.imports.lines,
+            "contracts": tuple(self.contracts.named),
+            "operators": tuple(self.operators.values()),
+            "constants": tuple(c for c in constants if not c.is_computed),
+            "computed": tuple(c for c in constants if c.is_computed),
+            "uses_files": self.uses_files,
+        }
 
     def local_names(self) -> Names:
         """Names for the inside of a method."""
@@ -164,10 +171,11 @@ def buffer_names(subsystem: Subsystem, direction: str) -> dict[tuple[str, str], 
     return joined(pairs, flags)
 
 
-def memory_names(subsystem: Subsystem) -> dict[str, str]:
-    """Attribute of every memory element."""
+def memory_names(part: Subsystem | Device) -> dict[str, str]:
+    """Attribute of every memory element; the memory of a device is what it reported last."""
     names = Names()
-    return {item.name: names.new(item.name) for item in subsystem.memory}
+    items = part.memory if isinstance(part, Subsystem) else part.y
+    return {item.name: names.new(item.name) for item in items}
 
 
 def elements(subsystem: Subsystem, direction: str) -> Iterator[tuple[str, Element]]:

@@ -1,9 +1,8 @@
-"""One subsystem: its module, with equations traced."""
+"""The module of one subsystem, with equations traced, and of one device with safe outputs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
 from functools import cached_property
 from pathlib import PurePath
 
@@ -14,12 +13,12 @@ from specc.lower.flow import Proofs
 from specc.lower.module import Module, elements
 from specc.lower.names import comment, docstring, in_docstring, literal
 from specc.lower.nodes import Nodes
-from specc.lower.plan import AttributePlan, EquationsPlan, SubsystemPlan, TransitionPlan
+from specc.lower.plan import AttributePlan, FilePlan, MethodPlan
 from specc.lower.terms import TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.expr import Number
-from specc.model.fsm import Behaviour, Condition
-from specc.model.system import Element, Memory, Subsystem, System
+from specc.model.fsm import Behaviour, Condition, Transition
+from specc.model.system import Device, Element, Memory, Subsystem, System
 from specc.model.trace import Trace
 from specc.model.types import Real, Type, inner_types
 from specc.model.units import SECOND
@@ -56,7 +55,7 @@ class Equations:
             found[let.name] = _of(let.trace) | self._of_expr(let.value, found)
         return found
 
-    def plan(self) -> EquationsPlan | None:
+    def tables(self) -> dict[str, object] | None:
         """The tables that a generated class carries; none if nothing has a number."""
         states = self._subsystem.states
         behaviours = [(s, _of(s.trace) | self._of_behaviour(s.behaviour)) for s in states]
@@ -67,11 +66,11 @@ class Equations:
         ]
         if not any(numbers for _, numbers in (*behaviours, *checks)) and not any(rows):
             return None
-        return EquationsPlan(
-            behaviours=tuple((literal(s.name), _literal(n)) for s, n in behaviours if n),
-            checks=tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks if n),
-            rows=tuple(map(_literal, rows)),
-        )
+        return {
+            "behaviours": tuple((literal(s.name), _literal(n)) for s, n in behaviours if n),
+            "checks": tuple((literal(s.name), f"{{{', '.join(n)}}}") for s, n in checks if n),
+            "rows": tuple(map(_literal, rows)),
+        }
 
     def _of_checks(self, behaviour: Behaviour) -> list[str]:
         causes = (("error", behaviour.error), ("terminal", behaviour.terminal))
@@ -128,13 +127,6 @@ def _literal(numbers: Numbers) -> str:
 # One subsystem to the plan of its module.
 
 
-KINDS = {
-    "control": "control subsystem",
-    "virtual_effector": "virtual effector",
-    "virtual_receptor": "virtual receptor",
-}
-
-
 def subsystem_plan(
     system: System,
     subsystem: Subsystem,
@@ -143,24 +135,20 @@ def subsystem_plan(
     class_name: str,
     *,
     stand_ins: bool = False,
-) -> SubsystemPlan:
+) -> FilePlan:
     """What the module of a subsystem contains; raises `TooLarge`."""
     try:
         module = Module(system, subsystem, types, stand_ins=stand_ins)
-        return _subsystem_plan(system, subsystem, proofs, module, class_name)
+        parts = _parts(system, subsystem, proofs, module)
     except (TooLarge, RecursionError):
         raise TooLarge(subsystem.qualified_name) from None
+    return FilePlan("subsystem.py.j2", {"class_name": class_name, **parts})
 
 
-def _subsystem_plan(
-    system: System, subsystem: Subsystem, proofs: Proofs, module: Module, class_name: str
-) -> SubsystemPlan:
-    declared = (*system.constants, *subsystem.constants)
-    constants = {c.name: c.value for c in declared if c.name not in module.computed}
-    constants["period"] = Number(float(1 / subsystem.rate_hz), type=Real(SECOND))
-    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
-    settled = _settled(subsystem)
-    table = TermTable(subsystem.lets, module.computed, settled, constants, parameters)
+def _parts(
+    system: System, subsystem: Subsystem, proofs: Proofs, module: Module
+) -> dict[str, object]:
+    table = _table(system, subsystem, module)
     methods = Methods(subsystem, module, table, proofs)
     written = methods.plans()
     initial_inputs = tuple(_initial_inputs(subsystem, module, table))
@@ -168,32 +156,42 @@ def _subsystem_plan(
     outputs = _attributes(module, subsystem, "y")
     memory = tuple(_remembered(module, item) for item in subsystem.memory)
     flags = _flags(module)
-    return SubsystemPlan(
-        title=in_docstring(subsystem.title or subsystem.name),
-        about=in_docstring(_about(subsystem)),
-        spec=in_docstring(spec_file(system)),
-        module=module.plan(),
-        class_name=class_name,
-        inputs=inputs,
-        inputs_slots=literal((*(item.name for item in inputs), *flags)),
-        flags=flags,
-        outputs=outputs,
-        outputs_slots=literal(tuple(item.name for item in outputs)),
-        memory=memory,
-        memory_slots=literal(tuple(item.name for item in memory)),
-        doc=docstring(subsystem.title or subsystem.name, str(subsystem.trace)),
-        name=literal(subsystem.qualified_name),
-        period_s=literal(float(1 / subsystem.rate_hz)),
-        rate=_rate(subsystem.rate_hz),
-        initial_state=literal(subsystem.initial_state),
-        transitions=tuple(_transitions(subsystem)),
-        sends=tuple(_sends(subsystem, module)),
-        equations=Equations(system, subsystem).plan(),
-        axioms=tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
-        uses_clock=bool(methods.clocked),
-        initial_inputs=initial_inputs,
-        methods=written,
-    )
+    trace = f" ({subsystem.trace})" if subsystem.trace else ""
+    return {
+        "title": in_docstring(subsystem.title or subsystem.name),
+        "about": in_docstring(_about(subsystem) + trace),
+        "spec": in_docstring(spec_file(system)),
+        "inputs": inputs,
+        "inputs_slots": literal((*(item.name for item in inputs), *flags)),
+        "flags": flags,
+        "outputs": outputs,
+        "outputs_slots": _slots(outputs),
+        "memory": memory,
+        "memory_slots": _slots(memory),
+        "doc": docstring(subsystem.title or subsystem.name, str(subsystem.trace)),
+        "name": literal(subsystem.qualified_name),
+        "period_s": literal(float(1 / subsystem.rate_hz)),
+        "rate": f"{subsystem.rate_hz} Hz",
+        "initial_state": literal(subsystem.initial_state),
+        "transitions": tuple(map(_transition, subsystem.transitions)),
+        "sends": tuple(_sends(subsystem, module)),
+        "equations": Equations(system, subsystem).tables(),
+        "axioms": tuple(literal(show(axiom.that)) for axiom in subsystem.axioms),
+        "uses_clock": bool(methods.clocked),
+        "initial_inputs": initial_inputs,
+        "methods": written,
+        **module.parts(),
+    }
+
+
+def _table(system: System, part: Subsystem | Device, module: Module) -> TermTable:
+    declared = (*system.constants, *part.constants)
+    constants = {c.name: c.value for c in declared if c.name not in module.computed}
+    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
+    if isinstance(part, Device):
+        return TermTable((), module.computed, (), constants, parameters)
+    constants["period"] = Number(float(1 / part.rate_hz), type=Real(SECOND))
+    return TermTable(part.lets, module.computed, _settled(part), constants, parameters)
 
 
 def _settled(subsystem: Subsystem) -> Iterator[str]:
@@ -207,13 +205,9 @@ def spec_file(system: System) -> str:
     return PurePath(system.file).name
 
 
-def _about(subsystem: Subsystem) -> str:
-    trace = f" ({subsystem.trace})" if subsystem.trace else ""
-    return f"{KINDS[subsystem.kind]} {subsystem.name} of agent {subsystem.agent}{trace}"
-
-
-def _rate(rate_hz: Fraction) -> str:
-    return f"{rate_hz} Hz"
+def _about(part: Subsystem | Device) -> str:
+    kind = "control subsystem" if part.kind == "control" else part.kind.replace("_", " ")
+    return f"{kind} {part.name} of agent {part.agent}"
 
 
 def _attributes(module: Module, subsystem: Subsystem, direction: str) -> tuple[AttributePlan, ...]:
@@ -256,15 +250,10 @@ def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> I
                 yield f"self.x.present_{name} = True"
 
 
-def _transitions(subsystem: Subsystem) -> Iterator[TransitionPlan]:
-    for row in subsystem.transitions:
-        yield TransitionPlan(
-            source=literal(row.source),
-            cause=literal(row.cause),
-            condition=literal(row.condition.name),
-            target=literal(row.target),
-            comment=comment(str(row.trace)),
-        )
+def _transition(row: Transition) -> tuple[str, ...]:
+    """A row of the transition table as literals, with a comment."""
+    literals = map(literal, (row.source, row.cause, row.condition.name, row.target))
+    return (*literals, comment(str(row.trace)))
 
 
 def _sends(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
@@ -273,3 +262,55 @@ def _sends(subsystem: Subsystem, module: Module) -> Iterable[tuple[str, str]]:
         written = {(a.peer, a.name) for a in state.behaviour.assignments if a.peer}
         names = tuple(name for pair, name in module.outputs.items() if pair in written)
         yield literal(state.name), literal(names)
+
+
+def _slots(attributes: Iterable[AttributePlan]) -> str:
+    return literal(tuple(item.name for item in attributes))
+
+
+# The safe outputs of one device to the plan of their module.
+
+
+def device_plan(
+    system: System, device: Device, types: TypeNames, class_name: str, *, stand_ins: bool
+) -> FilePlan:
+    """What the module of a device with safe outputs contains."""
+    module = Module(system, device, types, stand_ins=stand_ins)
+    table = _table(system, device, module)
+    methods = []
+    for element, safe in device.safe:
+        said = docstring(f"What `{element.name}` gets when a run ends")
+        methods.append(_safe(module, table, f"safe_{element.name}", element, safe.value, said))
+        if safe.otherwise is not None:
+            said = docstring("The same if that fails")
+            name = f"otherwise_{element.name}"
+            methods.append(_safe(module, table, name, element, safe.otherwise, said))
+    samples = tuple(
+        AttributePlan(module.memory[e.name], module.annotations.of(e.type), comment(str(e.type)))
+        for e in device.y
+    )
+    parts = {
+        "title": in_docstring(device.title or device.name),
+        "about": in_docstring(_about(device)),
+        "spec": in_docstring(spec_file(system)),
+        "class_name": class_name,
+        "name": literal(device.qualified_name),
+        "samples": samples,
+        "samples_slots": _slots(samples),
+        "elements": literal(tuple(element.name for element, _ in device.safe)),
+        "reports": tuple((literal(e.name), literal(module.memory[e.name])) for e in device.y),
+        "methods": methods,
+        **module.parts(),
+    }
+    return FilePlan("device.py.j2", parts)
+
+
+def _safe(
+    module: Module, table: TermTable, name: str, element: Element, value: e.Expr, doc: str
+) -> MethodPlan:
+    nodes = Nodes(module, table)
+    nodes.hint = name
+    annotation = module.annotations.of(element.type)
+    returned = f"return {nodes.value(table.of(value)).text}"
+    lines = ("memory = self.memory", returned) if "memory" in nodes.touched else (returned,)
+    return MethodPlan(name, (), annotation, doc, lines)

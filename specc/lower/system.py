@@ -21,20 +21,8 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.lower.plan import (
-    AttributePlan,
-    FilePlan,
-    NamedPlan,
-    PackagePlan,
-    PlantPlan,
-    RecordPlan,
-    ScheduledPlan,
-    SystemPlan,
-    TypesPlan,
-    WholePlan,
-)
-from specc.lower.safe import device_plan
-from specc.lower.subsystem import spec_file, subsystem_plan
+from specc.lower.plan import AttributePlan, FilePlan, NamedPlan
+from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
 from specc.model.system import Binding, Plant, Port, Subsystem, System, Task
 from specc.model.types import Enum, Record, Type, Vector
 
@@ -83,7 +71,7 @@ def plant_plan(
     safe: tuple[str, ...],
     *,
     stand_ins: bool,
-) -> PlantPlan | None:
+) -> dict[str, object] | None:
     """What stands behind the devices; None if the system has neither a plant nor devices.
 
     Elements without a binding are there by their names: a plant can still be given to a run.
@@ -109,8 +97,15 @@ def plant_plan(
     for kind, found in (("PlantInput", inputs), ("PlantOutput", outputs)):
         if found:
             imports.add(RUNTIME, kind)
-    made, named = _made(system.plant), tuple(contracts.named)
-    return PlantPlan(named, made, tuple(sensors), tuple(actuators), inputs, outputs, safe)
+    return {
+        "contracts": contracts.named,
+        "made": _made(system.plant),
+        "sensors": sensors,
+        "actuators": actuators,
+        "inputs": inputs,
+        "outputs": outputs,
+        "safe": safe,
+    }
 
 
 def _made(plant: Plant | None) -> str:
@@ -195,8 +190,8 @@ def _ends(system: System, direction: str) -> Iterator[str]:
 # The whole system to its plans: packages, types, subsystems, and what connects them.
 
 
-def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> SystemPlan:
-    """What the generated package of a system contains.
+def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[str, FilePlan]:
+    """What the generated package of a system contains: path in the package -> plan.
 
     `proofs` says which transition tables need no check while they run. `stand_ins` is for code
     whose operators and devices are played by a test: images and values of classes can be anything.
@@ -205,22 +200,21 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> SystemP
     title = in_docstring(system.title or system.name)
     classes = _classes(system, types)
     modules = _modules(system)
-    files: list[tuple[str, FilePlan]] = [
-        ("__init__.py", PackagePlan(title, in_docstring(spec_file(system)))),
-        *_types(system, types, title),
-    ]
+    spec = in_docstring(spec_file(system))
+    files = {"__init__.py": FilePlan("package.py.j2", {"title": title, "spec": spec})}
+    if types.declared:
+        files["types.py"] = _types(system, types, title)
     for s in system.subsystems:
         name = s.qualified_name
         part = subsystem_plan(system, s, proofs, types, classes[name], stand_ins=stand_ins)
-        files.append((f"{modules[name]}.py", part))
+        files[f"{modules[name]}.py"] = part
     for device in system.devices:
         if device.safe:
             name = device.qualified_name
-            spec = in_docstring(spec_file(system))
-            plan = device_plan(system, device, spec, types, classes[name], stand_ins=stand_ins)
-            files.append((f"{modules[name]}.py", plan))
-    files.append(("system.py", _whole(system, title, types, modules, classes, stand_ins=stand_ins)))
-    return SystemPlan(system.name, tuple(files))
+            part = device_plan(system, device, types, classes[name], stand_ins=stand_ins)
+            files[f"{modules[name]}.py"] = part
+    files["system.py"] = _whole(system, title, types, modules, classes, stand_ins=stand_ins)
+    return files
 
 
 def _classes(system: System, types: TypeNames) -> dict[str, str]:
@@ -242,9 +236,8 @@ def _modules(system: System) -> dict[str, str]:
     return found
 
 
-def _types(system: System, types: TypeNames, title: str) -> Iterator[tuple[str, TypesPlan]]:
-    if not types.declared:
-        return
+def _types(system: System, types: TypeNames, title: str) -> FilePlan:
+    """The module of enums and records."""
     imports = Imports()
     annotations = Annotations(imports, types, own_module="")
     traces = dict(system.types)
@@ -256,9 +249,15 @@ def _types(system: System, types: TypeNames, title: str) -> Iterator[tuple[str, 
         elif isinstance(type_, Record):
             imports.add("dataclasses", "dataclass")
             said = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
-            records.append(RecordPlan(name, said, _fields(type_, annotations)))
-    spec = in_docstring(spec_file(system))
-    yield "types.py", TypesPlan(title, spec, imports.lines, tuple(literals), tuple(records))
+            records.append((name, said, _fields(type_, annotations)))
+    parts = {
+        "title": title,
+        "spec": in_docstring(spec_file(system)),
+        "imports": imports.lines,
+        "literals": literals,
+        "records": records,
+    }
+    return FilePlan("types.py.j2", parts)
 
 
 def _fields(record: Record, annotations: Annotations) -> tuple[AttributePlan, ...]:
@@ -276,7 +275,7 @@ def _whole(
     classes: dict[str, str],
     *,
     stand_ins: bool,
-) -> WholePlan:
+) -> FilePlan:
     imports = Imports()
     imports.add("specc_runtime.system", "Scheduled")
     imports.add("specc_runtime.system", "System")
@@ -297,22 +296,22 @@ def _whole(
         imports.add("os.path", "join")
     if system.task:
         imports.add("specc_runtime.system", "Task")
-    return WholePlan(
-        title=title,
-        spec=in_docstring(spec_file(system)),
-        spec_literal=literal(spec_file(system)),
-        imports=imports.lines,
-        name=literal(system.name),
-        tick_s=literal(float(tick)),
-        files=tuple((literal(name), literal(path)) for name, path in system.files),
-        subsystems=tuple(
-            ScheduledPlan(classes[s.qualified_name], int(1 / s.rate_hz / tick))
-            for s in system.subsystems
+    parts = {
+        "title": title,
+        "spec": in_docstring(spec_file(system)),
+        "spec_literal": literal(spec_file(system)),
+        "imports": imports.lines,
+        "name": literal(system.name),
+        "tick_s": literal(float(tick)),
+        "files": tuple((literal(name), literal(path)) for name, path in system.files),
+        "subsystems": tuple(
+            (classes[s.qualified_name], int(1 / s.rate_hz / tick)) for s in system.subsystems
         ),
-        connections=connected,
-        plant=plant,
-        task=tuple(_task(system, system.task)) if system.task else (),
-    )
+        "connections": connected,
+        "plant": plant,
+        "task": tuple(_task(system, system.task)) if system.task else (),
+    }
+    return FilePlan("system.py.j2", parts)
 
 
 def base_tick(system: System) -> Fraction:

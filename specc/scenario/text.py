@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from textwrap import wrap
 
-from specc.emit import printed
+from specc.emit import emit
 from specc.example.situation import Value, spelled
 from specc.frozen import frozen
+from specc.lower import FilePlan
 from specc.model.system import Subsystem
 from specc.proof import InputName
 from specc.scenario.script import Placed, Script, Step
@@ -33,20 +34,6 @@ class CallPlan:
     comment: tuple[str, ...] = ()
 
 
-@frozen
-class ScenarioPlan:
-    """What the template of a scenario prints."""
-
-    mark: str
-    title: str
-    about: tuple[str, ...]
-    imports: str
-    spec: str
-    name: str
-    subsystem: str
-    calls: tuple[CallPlan, ...]
-
-
 def file_name(refutation: Refutation) -> str:
     """The file of a scenario; a refutation always has the same one."""
     return f"test_{_identifier(refutation)}.py"
@@ -60,19 +47,17 @@ def scenario(refutation: Refutation, script: Script, subsystem: Subsystem, spec:
     """
     calls = tuple(_calls(refutation, script, subsystem))
     used = " ".join(call.arguments for call in calls) + " Trial("
-    return printed(
-        "scenario.py.j2",
-        ScenarioPlan(
-            mark=MARK,
-            title=_documented(_title(refutation)),
-            about=tuple(map(_documented, _about(refutation, script))),
-            imports=", ".join(name for name in _HELPERS if f"{name}(" in used),
-            spec=repr(spec.replace(os.sep, "/")),
-            name=f"test_{_identifier(refutation)}",
-            subsystem=repr(refutation.subsystem),
-            calls=calls,
-        ),
-    )
+    parts = {
+        "mark": MARK,
+        "title": _documented(_title(refutation)),
+        "about": tuple(map(_documented, _about(refutation, script))),
+        "imports": ", ".join(name for name in _HELPERS if f"{name}(" in used),
+        "spec": repr(spec.replace(os.sep, "/")),
+        "name": f"test_{_identifier(refutation)}",
+        "subsystem": repr(refutation.subsystem),
+        "calls": calls,
+    }
+    return emit({"scenario.py": FilePlan("scenario.py.j2", parts)})["scenario.py"]
 
 
 def _identifier(refutation: Refutation) -> str:

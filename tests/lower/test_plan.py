@@ -59,17 +59,17 @@ def traced() -> System:
 
 def test_a_number_counts_for_all_that_refers_to_its_bearer() -> None:
     system = traced()
-    plan = Equations(system, system.subsystems[0]).plan()
+    plan = Equations(system, system.subsystems[0]).tables()
     assert plan is not None
-    assert dict(plan.behaviours) == {
+    assert dict(plan["behaviours"]) == {
         "'one'": "(1, 2, 3, 4, 5, 7, 11, 12, 15)",
         "'two'": "(3, 8, 13, 14)",
     }
-    assert dict(plan.checks) == {
+    assert dict(plan["checks"]) == {
         "'one'": "{'terminal': (6,)}",
         "'two'": "{'terminal': (1, 5, 15)}",
     }
-    assert plan.rows == ("(3, 9)", "(3, 10)")
+    assert plan["rows"] == ("(3, 9)", "(3, 10)")
 
 
 rates = st.fractions(min_value=Fraction(1, 10), max_value=1000, max_denominator=10)

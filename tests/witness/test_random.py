@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from specc_runtime.faults import UndecidedTransition
 
 from specc.analysis import Facts
-from specc.emit.render import _environment
+from specc.emit import filled
 from specc.model.system import System
 from specc.pipeline import Result
 from specc.scenario.plan import AbsencePlanner, Planner
@@ -24,10 +24,6 @@ from tests.lower.test_law import systems
 
 EXAMPLES = 20
 outcomes: Counter[str] = Counter()
-
-
-def unformatted(template: str, plan: object) -> str:
-    return _environment().get_template(template).render(plan=plan)
 
 
 def scripts(system: System) -> Iterator[tuple[Refutation, Script | None, System]]:
@@ -68,7 +64,7 @@ def check(system: System) -> None:
         outcomes["found" if script else "not found"] += 1
         if script is None:
             continue
-        with patch("specc.scenario.text.printed", unformatted):
+        with patch("specc.scenario.text.emit", filled):
             text = scenario(refutation, script, alone.subsystems[0], "hand.yaml")
         error = fault_of(text, system)
         if refutation.absent is not None:
