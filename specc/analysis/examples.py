@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -12,42 +12,13 @@ from specc.analysis.words import facts_of
 from specc.example.assign import Freedom
 from specc.example.example import Example, Wanted, example, says_all
 from specc.example.numbers import SearchBudget, runnable
-from specc.example.search import Goal
+from specc.example.search import showing
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
 from specc.proof import InputName, Witness
-
-# What must hold so that a situation shows a refutation of rows.
-
-
-def goals_of(
-    subsystem: Subsystem, state: State, cause: Cause, witness: Witness
-) -> Iterator[tuple[Goal, ...]]:
-    """The state ends by the cause, the assumptions hold, and of its rows those of the witness.
-
-    What is unknown is taken as the witness takes it.
-    """
-    if is_vague(subsystem, state, cause):
-        subsystem = (sure if witness.holding else unmet)(cause).of(subsystem)
-    behaviour = subsystem.state(state.name).behaviour
-    given = [(behaviour.error.when, cause == "error")]
-    if cause == "terminal":
-        given.append((behaviour.terminal.when, True))
-    given += [(axiom.that, True) for axiom in subsystem.axioms]
-    given += witness.answers
-    rows = [row.condition.when for _, row in subsystem.rows(state.name, cause)]
-    held = [(when, index in witness.holding) for index, when in enumerate(rows)]
-    yield _runnable([*given, *held])
-    if len(rows) > len(witness.holding) > 0:
-        yield _runnable([*given, *(goal for goal in held if goal[1])])
-
-
-def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
-    return tuple((runnable(condition), yes) for condition, yes in goals)
-
 
 # Finding values that show what was refuted of rows.
 
@@ -83,8 +54,12 @@ class Finder:
             self._changing[name] = frozenset(
                 a.name for b in subsystem.behaviours for a in b.assignments if not a.peer
             )
+        seen = subsystem
+        if is_vague(subsystem, state, cause):  # what is unknown is taken as the witness takes it
+            seen = (sure if witness.holding else unmet)(cause).of(subsystem)
         about = tuple(expr for expr, _ in witness.answers)
-        every = tuple(Wanted(goals, about) for goals in goals_of(subsystem, state, cause, witness))
+        shown = showing(seen, state.name, cause, witness.holding, witness.answers)
+        every = tuple(Wanted(goals, about) for goals in shown)
         always = self._facts.connections.always_present(subsystem)
         there = self._facts.presence(subsystem).in_conditions(state.name) | always
         key = name, every, there

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable
+from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc.cli import streams
@@ -13,7 +15,8 @@ from specc.diagnostics import nearest
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
-    from specc.scenario.subject import Refutation
+    from specc.tools.witness.code import Script
+    from specc.tools.witness.subject import Refutation
 
 
 def add_witness(commands: Any) -> None:
@@ -38,11 +41,15 @@ def add_witness(commands: Any) -> None:
 
 
 def run_witness(options: argparse.Namespace) -> int:
-    """Write scenarios; 0 if there is no such error, 1 if there is one, 2 for wrong usage."""
+    """Write tests; 0 if there is no such error, 1 if there is one, 2 for wrong usage."""
     from specc import pipeline
     from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
 
+    try:
+        import_module("specc.tools.witness")  # steps generated code
+    except ModuleNotFoundError as error:
+        return _say(import_module("specc_runtime.extras").remedy(error), 2)
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         findings = resolve(result.diagnostics, result.sources)
@@ -53,32 +60,38 @@ def run_witness(options: argparse.Namespace) -> int:
 
 
 def _write_all(options: argparse.Namespace, result: Result) -> int:
-    from specc.scenario.subject import refutations
+    from specc.tools.witness.code import Code
+    from specc.tools.witness.plan import planned
+    from specc.tools.witness.subject import refutations
 
-    found = [item for item in refutations(result.proofs.facts) if _is_asked(item, options)]
+    facts = result.proofs.facts
+    found = [item for item in refutations(facts) if _is_asked(item, options)]
     if not found:
         others = sum(1 for finding in result.diagnostics if finding.severity == "error")
         hint = "; `specc validate` reports errors of other kinds" if others else ""
         return _say(f"{options.spec}: there is no error that a run can show{hint}", 0)
-    return max(_write(item, options, result) for item in found)
+    codes = []
+    with TemporaryDirectory(prefix="specc-") as scratch:
+        generated: dict[str, Code] = {}
+        for item in found:
+            name = item.subsystem
+            if name not in generated:
+                generated[name] = Code(facts.system, name, Path(scratch, name))
+            codes.append(_write(item, planned(generated[name], facts, item), options))
+    return max(codes)
 
 
-def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int:
+def _write(item: Refutation, script: Script | None, options: argparse.Namespace) -> int:
     from specc.emit import FormatError
-    from specc.scenario.plan import AbsencePlanner, Planner
-    from specc.scenario.text import ForeignFileError, file_name, put, scenario
+    from specc.tools.witness.text import ForeignFileError, file_name, put, scenario
 
-    assert result.system is not None  # something is refuted of it
-    kind = Planner if item.absent is None else AbsencePlanner
-    planner = kind(result.system, result.proofs.facts, item)
-    script = planner.script()
     where = f"{item.code}: {item.subsystem}: {item.words}"
     if script is None:
         return _say(f"{where}: no values were found with which a run shows this", 1)
     path = Path(options.out, file_name(item))
     try:
         spec = os.path.relpath(os.path.realpath(options.spec), os.path.realpath(path.parent))
-        put(path, scenario(item, script, planner.subsystem, spec))
+        put(path, scenario(item, script, spec))
     except ForeignFileError:
         return _say(
             f"{path} is not a test for this specification and is left as it is; see `--out`", 2
@@ -92,7 +105,7 @@ def _write(item: Refutation, options: argparse.Namespace, result: Result) -> int
 
 def _unknown(options: argparse.Namespace, result: Result) -> str:
     """What is wrong with the names in the options; empty if nothing is."""
-    from specc.scenario.subject import CODES
+    from specc.tools.witness.subject import CODES
 
     assert result.system is not None
     subsystems = [

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
 from specc.example.assign import Assigning, Freedom, Situations, items_of
-from specc.example.numbers import HOLDS, SearchBudget, Thresholds
+from specc.example.numbers import HOLDS, SearchBudget, Thresholds, runnable
 from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value, others
 from specc.lang.evaluate import compose, translation
 from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
+from specc.model.fsm import Cause
+from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text
 from specc.proof import InputName
 
@@ -212,6 +214,35 @@ def came(name: InputName) -> Goal:
     """A value of an input has come."""
     peer, element = name
     return Fresh(Input(peer, element, type=Bool()), type=Bool()), True
+
+
+def showing(
+    subsystem: Subsystem,
+    state: str,
+    cause: Cause,
+    holding: Collection[int],
+    answers: Iterable[Goal] = (),
+) -> Iterator[tuple[Goal, ...]]:
+    """Goals of a situation in which a state ends by a cause and of its rows `holding` apply.
+
+    The assumptions hold, and questions have these `answers`. At first no other rows apply; then, if
+    any have to, others may as well.
+    """
+    behaviour = subsystem.state(state).behaviour
+    given = [(behaviour.error.when, cause == "error")]
+    if cause == "terminal":
+        given.append((behaviour.terminal.when, True))
+    given += [(axiom.that, True) for axiom in subsystem.axioms]
+    given += answers
+    rows = [row.condition.when for _, row in subsystem.rows(state, cause)]
+    held = [(when, index in holding) for index, when in enumerate(rows)]
+    yield _runnable([*given, *held])
+    if len(rows) > len(holding) > 0:
+        yield _runnable([*given, *(goal for goal in held if goal[1])])
+
+
+def _runnable(goals: Sequence[Goal]) -> tuple[Goal, ...]:
+    return tuple((runnable(condition), yes) for condition, yes in goals)
 
 
 def find(

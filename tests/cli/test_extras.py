@@ -75,6 +75,13 @@ def test_a_run_says_which_extra_it_lacks(
     assert "Traceback" not in done.stderr
 
 
+def test_a_witness_says_which_extra_it_lacks(tmp_path: Path) -> None:
+    path = str(ROOT / "specs/conveyor_gate.yaml")
+    done = specc("witness", path, without=("numpy",), folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "specc: numpy is not installed: `pip install 'specc[run]'` brings it\n"
+
+
 def test_a_run_without_images_needs_no_vision(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     done = specc("run", path, "--duration", "0.1", without=("cv2", "pinocchio"), folder=tmp_path)

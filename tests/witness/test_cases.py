@@ -8,7 +8,7 @@ import pytest
 from specc_runtime.faults import UndecidedTransition
 
 from specc.pipeline import compile_spec
-from specc.scenario.script import row_words
+from specc.tools.witness.code import row_words
 from tests.witness.runs import CASES, mended, run, states_of, written
 
 MACHINES = CASES / "machines"

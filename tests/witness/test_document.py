@@ -9,7 +9,7 @@ import pytest
 from specc_runtime.faults import UndecidedTransition
 
 from specc.cli import main
-from specc.scenario.subject import CODES
+from specc.tools.witness.subject import CODES
 from tests.witness.runs import ROOT, run
 
 DOCUMENT = (ROOT / "docs" / "witness.md").read_text(encoding="utf-8")

@@ -15,23 +15,23 @@ from specc.analysis import Facts
 from specc.emit import filled
 from specc.model.system import System
 from specc.pipeline import Result
-from specc.scenario.plan import AbsencePlanner, Planner
-from specc.scenario.script import Script, row_words
-from specc.scenario.subject import Refutation, refutations
-from specc.scenario.text import scenario
 from specc.source import Sources
+from specc.tools.witness.code import Code, Script
+from specc.tools.witness.plan import planned
+from specc.tools.witness.subject import Refutation, refutations
+from specc.tools.witness.text import scenario
 from tests.lower.test_law import systems
 
 EXAMPLES = 20
 outcomes: Counter[str] = Counter()
 
 
-def scripts(system: System) -> Iterator[tuple[Refutation, Script | None, System]]:
+def scripts(system: System) -> Iterator[tuple[Refutation, Script | None]]:
     facts = Facts(system)
     for refutation in refutations(facts):
-        kind = Planner if refutation.absent is None else AbsencePlanner
-        planner = kind(system, facts, refutation)
-        yield refutation, planner.script(), planner.system
+        with tempfile.TemporaryDirectory() as scratch:
+            code = Code(system, refutation.subsystem, Path(scratch))
+            yield refutation, planned(code, facts, refutation)
 
 
 def fault_of(text: str, system: System) -> Exception | None:
@@ -42,7 +42,7 @@ def fault_of(text: str, system: System) -> Exception | None:
     read = Result(system, None, (), Sources())
     with (
         tempfile.TemporaryDirectory() as scratch,
-        patch("specc.scenario.trial.read_spec", return_value=read),
+        patch("specc.tools.witness.trial.read_spec", return_value=read),
     ):
         try:
             test(Path(scratch))  # type: ignore[operator]  # the only function there
@@ -60,21 +60,20 @@ def fault_of(text: str, system: System) -> Exception | None:
 )
 @given(systems(decided=False))
 def check(system: System) -> None:
-    for refutation, script, alone in scripts(system):
+    for refutation, script in scripts(system):
         outcomes["found" if script else "not found"] += 1
         if script is None:
             continue
-        with patch("specc.scenario.text.emit", filled):
-            text = scenario(refutation, script, alone.subsystems[0], "hand.yaml")
+        with patch("specc.tools.witness.text.emit", filled):
+            text = scenario(refutation, script, "hand.yaml")
         error = fault_of(text, system)
         if refutation.absent is not None:
             assert isinstance(error, AttributeError), text
             assert error.__notes__ == [f"`x.{'.'.join(refutation.absent)}` has no value"]
             continue
-        table = alone.subsystems[0].transitions
         assert isinstance(error, UndecidedTransition), text
         assert (error.state, error.cause) == (refutation.state, refutation.cause)
-        assert error.rows == tuple(row_words(table[index]) for index in script.rows)
+        assert error.rows == script.rows
 
 
 def test_scenarios_of_random_machines() -> None:

@@ -1,21 +1,18 @@
-"""Scenarios as tests, written where they belong."""
+"""Scripts as tests, written where they belong."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from textwrap import wrap
 
 from specc.emit import emit
-from specc.example.situation import Value, spelled
-from specc.frozen import frozen
+from specc.example.situation import spelled
 from specc.lower import FilePlan
-from specc.model.system import Subsystem
-from specc.proof import InputName
-from specc.scenario.script import Placed, Script, Step
-from specc.scenario.subject import Refutation
+from specc.tools.witness.code import Placed, Script, Step, Values, input_text
+from specc.tools.witness.subject import Refutation
 
 # A script as the text of a test.
 
@@ -25,37 +22,28 @@ _HELPERS = ("Fields", "Token", "Trial", "translation")
 _WIDTH = 92
 
 
-@frozen
-class CallPlan:
-    """A statement of the test, with lines of comment before it."""
-
-    method: str
-    arguments: str
-    comment: tuple[str, ...] = ()
-
-
 def file_name(refutation: Refutation) -> str:
-    """The file of a scenario; a refutation always has the same one."""
+    """The file of a test; a refutation always has the same one."""
     return f"test_{_identifier(refutation)}.py"
 
 
-def scenario(refutation: Refutation, script: Script, subsystem: Subsystem, spec: str) -> str:
-    """The text of a scenario; `spec` is the path of the specification from its directory.
+def scenario(refutation: Refutation, script: Script, spec: str) -> str:
+    """The text of a test; `spec` is the path of the specification from its directory.
 
     Raises:
         FormatError: the formatter is missing.
     """
-    calls = tuple(_calls(refutation, script, subsystem))
-    used = " ".join(call.arguments for call in calls) + " Trial("
+    lines = tuple(_lines(refutation, script))
+    used = " ".join(line for line in lines if not line.startswith("#"))
     parts = {
         "mark": MARK,
         "title": _documented(_title(refutation)),
         "about": tuple(map(_documented, _about(refutation, script))),
-        "imports": ", ".join(name for name in _HELPERS if f"{name}(" in used),
+        "imports": ", ".join(name for name in _HELPERS if name == "Trial" or f"{name}(" in used),
         "spec": repr(spec.replace(os.sep, "/")),
         "name": f"test_{_identifier(refutation)}",
         "subsystem": repr(refutation.subsystem),
-        "calls": calls,
+        "lines": lines,
     }
     return emit({"scenario.py": FilePlan("scenario.py.j2", parts)})["scenario.py"]
 
@@ -85,61 +73,56 @@ def _about(refutation: Refutation, script: Script) -> Iterator[str]:
         )
 
 
-def _calls(refutation: Refutation, script: Script, subsystem: Subsystem) -> Iterator[CallPlan]:
+def _lines(refutation: Refutation, script: Script) -> Iterator[str]:
     for operator, args, result in script.answers:
         given = [repr(operator), *map(spelled, args), f"gives={spelled(result)}"]
-        yield CallPlan("operator", ", ".join(given))
+        yield f"trial.operator({', '.join(given)})"
     for step in script.steps:
         into = [repr(step.into), *_inputs(step)]
         if step.periods != 1:
             into.append(f"periods={step.periods}")
-        yield CallPlan("step", ", ".join(into), (_commented(step.way),))
+        yield f"# {_commented(step.way)}"
+        yield f"trial.step({', '.join(into)})"
     if script.placed is not None:
-        yield _place(script.placed)
-    comment = _commented(_last(refutation, script, subsystem))
-    yield CallPlan("decide", ", ".join(_inputs(script.last)), tuple(wrap(comment, _WIDTH)))
+        yield from _place(script.placed)
+    yield from (f"# {line}" for line in wrap(_commented(_last(refutation, script)), _WIDTH))
+    yield f"trial.decide({', '.join(_inputs(script.last))})"
 
 
-def _last(refutation: Refutation, script: Script, subsystem: Subsystem) -> str:
+def _last(refutation: Refutation, script: Script) -> str:
     """What happens in the last step, in words."""
     if refutation.absent is not None:
-        return f"{_name(refutation.absent)} has not arrived, and is read"
-    table = [subsystem.transitions[index] for index in script.rows]
-    held = " and ".join(f"{row.condition.name} -> {row.target}" for row in table) or "none"
+        return f"{input_text(refutation.absent)} has not arrived, and is read"
+    ended = f"{refutation.state} {refutation.cause} "
+    held = " and ".join(row.removeprefix(ended) for row in script.rows) or "none"
     return f"{refutation.cause} condition holds; rows that apply: {held}"
 
 
-def _place(placed: Placed) -> CallPlan:
+def _place(placed: Placed) -> Iterator[str]:
     arguments = []
     if placed.state is not None:
         arguments.append(f"state={placed.state!r}")
-        comment = "No inputs were found that lead to this state, so it is set directly."
+        yield "# No inputs were found that lead to this state, so it is set directly."
     else:
-        comment = "No inputs were found that lead to these values, so they are set directly."
+        yield "# No inputs were found that lead to these values, so they are set directly."
     if placed.memory:
-        inside = ", ".join(f"{name!r}: {spelled(v)}" for name, v in placed.memory.items())
-        arguments.append(f"memory={{{inside}}}")
+        arguments.append(f"memory={_spelled(placed.memory)}")
     if placed.periods is not None:
         arguments.append(f"periods={placed.periods}")
-    return CallPlan("place", ", ".join(arguments), (comment,))
+    yield f"trial.place({', '.join(arguments)})"
 
 
 def _inputs(step: Step) -> Iterator[str]:
     if step.arrives:
-        yield f"arrives={_by_name(step.arrives)}"
+        yield f"arrives={_spelled(step.arrives)}"
     if step.there:
-        yield f"there={_by_name(step.there)}"
+        yield f"there={_spelled(step.there)}"
     if step.absent:
-        yield f"absent={[_name(name) for name in step.absent]!r}"
+        yield f"absent={list(step.absent)!r}"
 
 
-def _by_name(values: Mapping[InputName, Value]) -> str:
-    inside = ", ".join(f"{_name(name)!r}: {spelled(value)}" for name, value in values.items())
-    return f"{{{inside}}}"
-
-
-def _name(name: InputName) -> str:
-    return f"x.{name[0]}.{name[1]}"
+def _spelled(values: Values) -> str:
+    return f"{{{', '.join(f'{name!r}: {spelled(value)}' for name, value in values.items())}}}"
 
 
 def _documented(text: str) -> str:

@@ -1,0 +1,11 @@
+"""Witnesses: refutations of a specification as tests that run its generated code and fail.
+
+A test that `specc witness` wrote imports from here what it needs: `Trial`, and what its values are
+spelled with.
+"""
+
+from specc.example.situation import Fields, Token
+from specc.lang.evaluate import translation
+from specc.tools.witness.trial import Trial
+
+__all__ = ["Fields", "Token", "Trial", "translation"]

@@ -1,0 +1,333 @@
+"""The generated code of one subsystem by itself, stepped through scripts: the door to the runtime.
+
+Rows are checked in every period, since nothing counts as proved; operators give what the script
+says, otherwise the first value of their type.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cached_property, partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from unittest import SkipTest
+
+from specc_runtime.faults import UndecidedTransition
+from specc_runtime.loading import load_system
+from specc_runtime.stepping import Stepper, array
+
+from specc.example.situation import Answer, Value, alike, first_value, for_run, of_run
+from specc.frozen import frozen
+from specc.lower.annotations import TypeNames, named_types
+from specc.lower.module import Module, elements
+from specc.model.fsm import Transition
+from specc.model.system import System
+from specc.model.types import Type
+from specc.proof import InputName
+from specc.tools.witness.subject import OPERATORS, alone, unproved
+
+# What a script does, period by period. Values go by the names that the specification has for them:
+# `x.peer.element`, or that of memory.
+
+
+Values = Mapping[str, Value]
+
+
+@frozen
+class Step:
+    """One period, or several ones that are alike.
+
+    Attributes:
+        arrives: elements that come in this period, with their values.
+        there: elements that have these values without having come in this period.
+        absent: elements that are taken away.
+        into: the state that the step leads to; empty in the last step, which has to decide.
+        way: the row that is taken, in words.
+    """
+
+    arrives: Values
+    there: Values
+    absent: tuple[str, ...] = ()
+    into: str = ""
+    way: str = ""
+    periods: int = 1
+
+
+@frozen
+class Placed:
+    """What is put in place before the last step because no run was found that leads there.
+
+    `state` and `periods` are None where the run did lead to the state, or long enough.
+    """
+
+    state: str | None
+    memory: Values
+    periods: int | None
+
+
+@frozen
+class Script:
+    """A run: steps, what is put in place, and the last step, which is to fail."""
+
+    steps: tuple[Step, ...]
+    placed: Placed | None
+    last: Step
+    answers: tuple[Answer, ...]
+    rows: tuple[str, ...] = ()
+    """Rows that apply in the last step, as faults of a run name them."""
+
+
+def row_words(row: Transition) -> str:
+    """A row as faults of a run name it."""
+    return f"{row.source} {row.cause} {row.condition.name} -> {row.target}"
+
+
+def input_text(name: InputName) -> str:
+    """An input as expressions name it."""
+    return f"x.{name[0]}.{name[1]}"
+
+
+# The generated code, and a run of it.
+
+
+class Code:
+    """The generated code of one subsystem by itself, with operators that give what they are told.
+
+    `alone` is the system that consists of the subsystem.
+    """
+
+    def __init__(self, system: System, subsystem: str, scratch: Path) -> None:
+        """`subsystem` is a qualified name; code is generated into the directory `scratch`."""
+        self.alone = alone(system, subsystem)
+        (self.subsystem,) = self.alone.subsystems
+        self.answers: Sequence[Answer] = ()
+        self._package = scratch / f"witness_of_{system.name}"
+        types = TypeNames(named_types(self.alone))
+        self.names = Module(self.alone, self.subsystem, types)
+        self.elements = {
+            input_text((peer, item.name)): (self.names.inputs[peer, item.name], item.type)
+            for peer, item in elements(self.subsystem, "x")
+        }
+        self.memory = {
+            item.name: (self.names.memory[item.name], item.type) for item in self.subsystem.memory
+        }
+
+    def begin(self, answers: Sequence[Answer]) -> Run:
+        """A run from the first period on, in which operators give these answers."""
+        self.answers = answers
+        return Run(self, Stepper(self._class(dict(self.alone.files))))
+
+    @cached_property
+    def _class(self) -> Any:
+        self._package.mkdir(parents=True, exist_ok=True)
+        for name, text in unproved(self.alone).items():
+            (self._package / name).write_text(text, encoding="utf-8")
+        with _importable(self._modules()):
+            system = load_system(self._package, "")
+        return type(system.scheduled(self.subsystem.qualified_name).subsystem)
+
+    def _modules(self) -> Iterator[ModuleType]:
+        """The module of the operators, and the modules of types that are not there."""
+        operators = ModuleType(OPERATORS)
+        for operator in self.alone.operators:
+            setattr(operators, operator.name, partial(self._call, operator.name, operator.result))
+        yield operators
+        classes: dict[str, ModuleType] = {}
+        for _, type_ in named_types(self.alone):
+            module, _, name = getattr(type_, "python", "").partition(":")
+            if name and not hasattr(sys.modules.get(module), name):
+                stub = classes.setdefault(module, ModuleType(module))
+                setattr(stub, name, type(name, (), {}))
+        yield from classes.values()
+
+    def _call(self, name: str, result: Type, *args: Any) -> Any:
+        plain = of_run(args)
+        for operator, known, gives in self.answers:
+            if operator == name and alike(known, plain):
+                return for_run(gives, result, array)
+        return for_run(first_value(result), result, array)
+
+
+class Run:
+    """One run of the generated code."""
+
+    def __init__(self, code: Code, stepper: Stepper) -> None:
+        self._code = code
+        self._stepper = stepper
+        self._subsystem = stepper.subsystem
+
+    @property
+    def state(self) -> str:
+        """The state whose functions ran last."""
+        return self._subsystem.state
+
+    @property
+    def is_assumed(self) -> bool:
+        """Whether all assumptions held in the last period."""
+        return not self._subsystem.violations
+
+    @property
+    def memory(self) -> dict[str, Value]:
+        """Values of memory, as far as it has them."""
+        memory, names = self._subsystem.memory, self._code.memory
+        return {
+            name: of_run(getattr(memory, attribute))
+            for name, (attribute, _) in names.items()
+            if hasattr(memory, attribute)
+        }
+
+    def step(self, step: Step) -> int:
+        """One period; the row taken, or -1.
+
+        Raises:
+            SkipTest: there is no such element any more.
+            Exception: what the generated code raises.
+        """
+        arrives, there = (self._fed(values) for values in (step.arrives, step.there))
+        absent = [_known(name, self._code.elements)[0] for name in step.absent]
+        self._stepper.feed(arrives, there, absent)
+        return self._stepper.step()
+
+    def place(self, placed: Placed) -> None:
+        """Put a state, memory and time in place.
+
+        Raises:
+            SkipTest: there is no such state or memory any more.
+        """
+        if placed.state:
+            methods = self._code.names.state_methods
+            self._stepper.place(placed.state, _known(placed.state, methods))
+        for name, value in placed.memory.items():
+            attribute, type_ = _known(name, self._code.memory)
+            setattr(self._subsystem.memory, attribute, for_run(value, type_, array))
+        if placed.periods is not None:
+            self._stepper.lasted(placed.periods)
+
+    def absent(self, error: Exception) -> InputName | None:
+        """The input without a value that was read when `error` was raised; None for others."""
+        if isinstance(error, AttributeError) and error.obj is self._subsystem.x:
+            attributes = self._code.names.inputs
+            return next((name for name in attributes if attributes[name] == error.name), None)
+        return None
+
+    def _fed(self, values: Values) -> dict[str, Any]:
+        found = ((_known(name, self._code.elements), value) for name, value in values.items())
+        return {attribute: for_run(value, type_, array) for (attribute, type_), value in found}
+
+
+def _known(name: str, names: Mapping[str, Any]) -> Any:
+    if name not in names:
+        raise SkipTest(f"there is no {name} any more: run `specc witness` again")
+    return names[name]
+
+
+@contextmanager
+def _importable(modules: Iterator[ModuleType]) -> Iterator[None]:
+    """While some modules can be imported that are not on disk."""
+    before: dict[str, ModuleType | None] = {}
+    for module in modules:
+        before[module.__name__] = sys.modules.get(module.__name__)
+        sys.modules[module.__name__] = module
+    try:
+        yield
+    finally:
+        for name, known in before.items():
+            if known is None:
+                del sys.modules[name]
+            else:
+                sys.modules[name] = known
+
+
+# Where steps lead.
+
+
+class StrayError(Exception):
+    """A run does not go as wanted; the message says why."""
+
+
+class AbsentError(StrayError):
+    """An input is read that has no value."""
+
+    def __init__(self, name: InputName) -> None:
+        super().__init__(f"{input_text(name)} has no value")
+        self.name = name
+
+
+@frozen
+class Led:
+    """Where steps lead: a run, the row taken last or -1, and the periods since one was taken."""
+
+    run: Run
+    row: int
+    periods: int
+
+
+def led(code: Code, steps: Sequence[Step], answers: Sequence[Answer]) -> Led:
+    """Where steps lead from the first period on.
+
+    Raises:
+        StrayError: not where they say.
+    """
+    try:
+        run = code.begin(answers)
+    except Exception as error:
+        raise StrayError(str(error)) from error
+    row, periods = -1, -1
+    for step in steps:
+        for _ in range(step.periods):
+            row = _row(run, step)
+            periods = periods + 1 if row < 0 else 0
+        if run.state != step.into:
+            raise StrayError("another state is reached")
+    return Led(run, row, periods)
+
+
+def lasting(run: Run, step: Step, most: int) -> int:
+    """For how many periods with the inputs of a step, of at most so many, the state goes on.
+
+    Raises:
+        AbsentError: an input without a value is read.
+    """
+    for periods in range(most):
+        try:
+            if _row(run, step) >= 0:
+                return periods
+        except AbsentError:
+            raise
+        except StrayError:
+            return periods
+    return most
+
+
+def fault(code: Code, script: Script) -> UndecidedTransition:
+    """How the last step of a script ends if not exactly one row applies.
+
+    Raises:
+        StrayError: exactly one does, or something else goes wrong before.
+    """
+    run = led(code, script.steps, script.answers).run
+    if script.placed is not None:
+        run.place(script.placed)
+    try:
+        _row(run, script.last)
+    except StrayError as error:
+        if isinstance(error.__cause__, UndecidedTransition):
+            return error.__cause__
+        raise
+    raise StrayError("the last step decides")
+
+
+def _row(run: Run, step: Step) -> int:
+    """The row that a run takes in a step, under its assumptions."""
+    try:
+        row = run.step(step)
+    except Exception as error:
+        if run.is_assumed and (name := run.absent(error)):
+            raise AbsentError(name) from error
+        raise StrayError(str(error)) from (error if run.is_assumed else None)
+    if not run.is_assumed:
+        raise StrayError("an assumption does not hold")
+    return row
