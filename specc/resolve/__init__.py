@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from specc.frozen import frozen
-from specc.model.system import Agent, Operator, System
+from specc.kept import Kept
+from specc.model.system import Agent, Constant, Operator, System
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver, Setting
 from specc.resolve.context import Findings, Where
@@ -77,7 +78,7 @@ def resolve(
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
         tuple(sorted({n: t for d in known for n, t in d.type_traces.items()}.items())),
         _operators(known),
-        tuple(definitions.constants.values()),
+        _constants(definitions, findings.kept),
         tuple(sorted({n: p for d in known for n, p in d.files.items()}.items())),
         agents,
         plant,
@@ -97,6 +98,15 @@ def _definitions(library: Library, file: Loaded, instead: Mapping[str, Where]) -
         if name not in known:
             library.findings.unknown("E0201", "constant", name, known, where.key)
     return definitions
+
+
+def _constants(definitions: Definitions, kept: Kept | None) -> tuple[Constant, ...]:
+    """The constants of the system: the same as before if nothing has changed in them."""
+    found = tuple(definitions.constants.values())
+    known = kept.answer("constants", definitions.made_from) if kept else None
+    if kept and known is None:
+        kept.keep("constants", definitions.made_from, found)
+    return found if known is None else known
 
 
 def _relative(library: Library, file: Loaded, path: str) -> str:

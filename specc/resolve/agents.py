@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
+from specc.limits import left
 from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers, resolve_elements
-from specc.resolve.context import Findings, Where, trace_of
+from specc.resolve.context import Findings, Meaning, Where, trace_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
@@ -149,14 +150,44 @@ class AgentResolver:
         self.broken |= set(absent.values())
         peers = {**peers, **absent}
         rate = self._rate(*_first(levels, "rate"), where)
-        resolved = self._inside(agent, name, kind, described, here, peers, inside, rate)
+        title = next((level.title for level, _ in levels if level.title), "")
+
+        def made() -> Subsystem:
+            found = self._inside(agent, name, kind, described, here, peers, inside, rate)
+            return replace(found, title=title, place=where.key)
+
+        given = kind, title, where.key, here.place, tuple(peers.items()), rate
+        resolved = self._kept(
+            f"{agent}.{name}", (*given, repr(here.raw), inside.definitions.made_from), made
+        )
         if found := self.findings.diagnostics[before:]:
             inner = all(_only_inside(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
         elif self.findings.withheld > withheld:
             self.faulty.add(resolved.qualified_name)
-        title = next((level.title for level, _ in levels if level.title), "")
-        return replace(resolved, title=title, place=where.key)
+        return resolved
+
+    def _kept(
+        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
+    ) -> Subsystem:
+        """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
+        findings, kept = self.findings, self.findings.kept
+        if kept is None:
+            return made()
+        known: tuple[Subsystem, list[Meaning]] | None = kept.answer(name, given)
+        if known is not None:
+            findings.meanings += known[1]
+            return known[0]
+        before, meant = self._told(), len(findings.meanings)
+        subsystem = made()
+        if self._told() == before:
+            kept.keep(name, given, (subsystem, findings.meanings[meant:]))
+        return subsystem
+
+    def _told(self) -> tuple[int, ...]:
+        """What would be different if anything had been found, or looked up to be suggested."""
+        findings = self.findings
+        return len(findings.diagnostics), findings.withheld, left("names compared")
 
     def _inside(
         self,

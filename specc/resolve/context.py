@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
 from specc.frozen import frozen
+from specc.kept import Kept
 from specc.lang import ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
@@ -74,13 +75,14 @@ class Meaning:
 class Findings:
     """Collects diagnostics, so that all that is wrong is reported in one go.
 
-    `meanings` has every expression that was read, for editors. `withheld` counts errors that only
-    follow from others and are not reported.
+    `meanings` has every expression that was read, for editors, and `kept` what they found earlier.
+    `withheld` counts errors that only follow from others and are not reported.
     """
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     meanings: list[Meaning] = field(default_factory=list)
     withheld: int = 0
+    kept: Kept | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
     _lacking: dict[object, int] = field(default_factory=dict)

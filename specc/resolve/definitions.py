@@ -108,6 +108,8 @@ class Definitions:
     """Names whose own definition has an error."""
     given: dict[str, Constant] | None = None
     """The parameters of a described file with their values; None for any other file."""
+    made_from: str = ""
+    """All that this follows from: what is defined in the file and in those that it uses."""
 
     _serial: dict[str, int] = field(default_factory=dict)
     """Constant -> how many were there before it."""

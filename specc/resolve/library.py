@@ -73,6 +73,8 @@ class Library:
             own.given = {c.name: c for c in given}
             for constant in given:
                 own.add(constant)
+        if self.findings.kept is not None:
+            own.made_from = repr((file.path, frames, given, _defined_in(file)))
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
@@ -104,6 +106,7 @@ class Library:
             if other.path not in self._known:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
+            own.made_from += self._known[other.path].made_from
             own.absorb(self._known[other.path], self.findings)
 
     def _frames(self, file: Loaded, own: Definitions) -> None:
@@ -193,6 +196,14 @@ class Library:
                 own.broken.add(name)
             else:
                 own.add(Constant(name, value, definition.title, place))
+
+
+_SECTIONS = ("use", "frames", "types", "files", "operators", "constants", "parameters")
+
+
+def _defined_in(file: Loaded) -> list[object]:
+    """The texts of the definitions in a file."""
+    return [file.top[section].raw for section in _SECTIONS]
 
 
 def constant_scope(definitions: Definitions) -> Scope:

@@ -11,6 +11,7 @@ from typing import Any
 
 from specc.diagnostics import Diagnostic, Edit
 from specc.frozen import frozen
+from specc.kept import Kept
 from specc.model.system import System
 from specc.pipeline import check_spec
 from specc.policy import judge, reach_of, settings_for
@@ -133,6 +134,7 @@ class Project:
     _current: dict[str, Analysis] = field(default_factory=dict)
     _understood: dict[str, Analysis] = field(default_factory=dict)
     _mended: dict[str, tuple[Analysis, Analysis]] = field(default_factory=dict)
+    _kept: dict[str, Kept] = field(default_factory=dict)
 
     def put(self, path: str, text: str) -> None:
         """Take the text of an open file, saved or not."""
@@ -166,6 +168,7 @@ class Project:
             self._current.pop(path)
             self._understood.pop(path, None)
             self._mended.pop(path, None)
+            self._kept.pop(path, None)
 
     def roots(self, path: str, search: bool = False) -> list[str]:
         """The systems that a file belongs to, or itself; `search` looks on the disk too."""
@@ -202,7 +205,8 @@ class Project:
             yield from certain(best.diagnostics, sources, analysis.loader.sources, earlier)
 
     def _analysed(self, root: str, read: Read) -> Analysis:
-        loader = Loader(Findings(), read, reach=self._reach(root))
+        kept = self._kept.setdefault(root, Kept())
+        loader = Loader(Findings(kept=kept), read, reach=self._reach(root))
         result = check_spec(root, loader)
         settings = settings_for(os.path.dirname(root)).settings
         judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
@@ -304,6 +308,7 @@ class Project:
             self._current.pop(root, None)
             self._understood.pop(root, None)
             self._mended.pop(root, None)
+            self._kept.pop(root, None)
 
     def _systems(self, named: str) -> Iterator[str]:
         """Files of systems, in the folders of the editor, that speak of a file by its name."""
