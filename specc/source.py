@@ -8,7 +8,7 @@ import os
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -38,6 +38,14 @@ class Place:
     part: Literal["key", "value", "text"] = "value"
     start: int | None = None
     end: int | None = None
+
+    def below(self, *keys: str | int) -> "Place":
+        """The value at `keys` of this, or the nearest thing around it that the file has."""
+        return replace(self, route=(*self.route, *keys), part="value")
+
+    def within(self, start: int, end: int) -> "Place":
+        """A part of this scalar."""
+        return replace(self, start=start, end=end)
 
 
 @frozen

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from math import lcm
 from typing import NamedTuple
 
 from specc.analysis.connections import base_tick
-from specc.analysis.facts import Facts
+from specc.analysis.dataflow import DataFlow, Measured, Node, Sent
 from specc.analysis.graph import components
-from specc.analysis.sources import Measured, Node, Sent, Sources
 from specc.reachable import reachable
 
 # Values on their way through one repetition of the timeline.
@@ -51,7 +51,7 @@ class Timeline:
     """Follows values through one repetition of the timeline, in whole ticks."""
 
     def __init__(
-        self, sources: Sources, order: list[Node], edges: Edges, periods_s: dict[Node, Fraction]
+        self, sources: DataFlow, order: list[Node], edges: Edges, periods_s: dict[Node, Fraction]
     ) -> None:
         self._sources = sources
         self._order = order
@@ -153,11 +153,11 @@ class Held(NamedTuple):
 class Ages:
     """Ages of the values in the input buffers of a system."""
 
-    def __init__(self, facts: Facts) -> None:
-        self.sources = Sources(facts)
-        self._facts = facts
+    def __init__(self, sources: DataFlow, periods_s: Mapping[str, Fraction]) -> None:
+        """`periods_s` of the subsystems, by their qualified names."""
+        self.sources = sources
+        self._periods_s = periods_s
         self._oldest: dict[Node, Trail | Held | None] = {}
-        self._periods = {s.qualified_name: 1 / s.rate_hz for s in facts.subsystems}
 
     def oldest(self, node: Node) -> Trail | Held | None:
         """The oldest value that is read, or why there is none; None if no measurement is known.
@@ -169,14 +169,6 @@ class Ages:
             self._oldest[node] = self._follow(node)
         return self._oldest[node]
 
-    def only_on_arrival(self, node: Node) -> bool:
-        """Whether a subsystem uses a value only where it is fresh."""
-        reader = self._facts.connections.subsystems.get(node.reader)
-        if reader is None:
-            return False
-        own = [read for read in self.sources.own_reads(reader) if read.input == node[1:]]
-        return bool(own) and all(read.on_arrival for read in own)
-
     def _follow(self, node: Node) -> Trail | Held | None:
         edges = self._upstream(node)
         order = self._order(edges)
@@ -185,7 +177,7 @@ class Ages:
             return None
         edges = {n: tuple(e for e in edges[n] if e[0] in measured) for n in order if n in measured}
         order = [n for n in order if n in measured]
-        on_arrival = not node.peer or self.only_on_arrival(node)
+        on_arrival = not node.peer or self.sources.only_on_arrival(node)
         held = self._held(order, edges, node, on_arrival)
         if held is not None:
             return held
@@ -195,10 +187,10 @@ class Ages:
     def _period_s(self, node: Node) -> Fraction:
         """Between two time stamps of a reader; a device reads whenever something is sent."""
         if node.peer:
-            return self._periods[node.reader]
+            return self._periods_s[node.reader]
         sent = self.sources.of(node)
         assert isinstance(sent, Sent)
-        return self._periods[sent.sender.qualified_name]
+        return self._periods_s[sent.sender.qualified_name]
 
     def _upstream(self, node: Node) -> Edges:
         nodes = reachable([node], lambda here: (above for above, _ in self._reads(here)))
@@ -243,7 +235,7 @@ def _targets(edges: Edges) -> dict[Node, list[Node]]:
     return {n: [m for m, _ in reads] for n, reads in edges.items()}
 
 
-def _behind(order: list[Node], edges: Edges, sources: Sources) -> set[Node]:
+def _behind(order: list[Node], edges: Edges, sources: DataFlow) -> set[Node]:
     """Nodes with a measurement behind them."""
     found: set[Node] = set()
     for n in order:

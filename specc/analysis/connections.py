@@ -141,17 +141,22 @@ def _goes(a: Fraction, b: Fraction) -> bool:
 
 @frozen
 class Arrivals:
-    """When the elements of the input buffers of a subsystem have a value.
+    """When the elements of the input buffers of a subsystem have a value, and a new one.
 
     Attributes:
-        always: in every period: measurements of devices, and elements with an initial value.
+        always: in every period: those that are `declared` so, and those of which too little is
+            known.
         later: in every period after the first: the sender's first period sends them in time.
         together: element -> elements of which the sender sends one whenever it sends that one.
+        declared: measurements of devices, and elements with an initial value.
+        fresh: new in every period after the first, whatever state the sender is in.
     """
 
     always: frozenset[InputName]
     later: frozenset[InputName]
     together: dict[InputName, frozenset[InputName]] = field(default_factory=dict)
+    declared: frozenset[InputName] = frozenset()
+    fresh: frozenset[InputName] = frozenset()
 
     def close(self, present: frozenset[InputName]) -> frozenset[InputName]:
         """`present` with everything that was sent together with it."""
@@ -218,24 +223,6 @@ class Connections:
             if element.init is not None or port.other_end in self.devices
         )
 
-    def always_fresh(self, subsystem: Subsystem, broken: Collection[str]) -> frozenset[InputName]:
-        """Inputs that are fresh in every period after the first.
-
-        Every behaviour of the sender writes them, so that a value becomes visible in each of its
-        periods after the first, and no period of the reader is shorter. Devices may be late.
-        """
-        found: set[InputName] = set()
-        for port in subsystem.ports:
-            sender, end = self.subsystems.get(port.other_end), self.other_port(subsystem, port)
-            if port.direction == "y" or not sender or not end or port.other_end in broken:
-                continue
-            timed = sender.rated and subsystem.rated and sender.rate_hz >= subsystem.rate_hz
-            behaviours = [state.behaviour for state in sender.states]
-            if timed and behaviours and all(behaviour.whole for behaviour in behaviours):
-                sent = frozenset.intersection(*(_sent(b, end.peer) for b in behaviours))
-                found |= {(port.peer, name) for name in sent if port.element(name)}
-        return frozenset(found)
-
     def arrivals(
         self, subsystem: Subsystem, broken: Collection[str], *, timed: bool = True
     ) -> Arrivals:
@@ -244,8 +231,8 @@ class Connections:
         So may any other sender whose sending times are not known, and all senders if rates are not
         `timed` well.
         """
-        always = set(self.always_present(subsystem))
-        later: set[InputName] = set()
+        declared = self.always_present(subsystem)
+        always, later, fresh = set(declared), set[InputName](), set[InputName]()
         together: dict[InputName, frozenset[InputName]] = {}
         for port in subsystem.ports:
             if port.direction != "x" or port.other_end in self.devices:
@@ -256,15 +243,13 @@ class Connections:
                 continue
             # What the sender's end lacks would be sent if that were mended.
             always |= {(port.peer, e.name) for e in port.elements if not end.element(e.name)}
-            if not timed or _in_time(sender, subsystem):
+            rated = timed and sender.rated and subsystem.rated
+            if not rated or sender.rate_hz >= subsystem.rate_hz:
                 later |= {(port.peer, name) for name in _first_sent(sender, end)}
+                new = _always_sent(sender, end) if rated else ()
+                fresh |= {(port.peer, name) for name in new if port.element(name)}
             together |= _sent_together(sender, end, port)
-        return Arrivals(frozenset(always), frozenset(later), together)
-
-
-def _in_time(sender: Subsystem, reader: Subsystem) -> bool:
-    """Whether what the first period of a sender sends may be there in the reader's second."""
-    return not (sender.rated and reader.rated) or sender.rate_hz >= reader.rate_hz
+        return Arrivals(frozenset(always), frozenset(later), together, declared, frozenset(fresh))
 
 
 def _first_sent(sender: Subsystem, end: Port) -> frozenset[str]:
@@ -273,6 +258,14 @@ def _first_sent(sender: Subsystem, end: Port) -> frozenset[str]:
     if first is None or not first.whole:
         return frozenset(element.name for element in end.elements)
     return _sent(first, end.peer)
+
+
+def _always_sent(sender: Subsystem, end: Port) -> frozenset[str]:
+    """What every behaviour of a sender sends, so that a value becomes visible in each period."""
+    behaviours = {state.behaviour.name: state.behaviour for state in sender.states}.values()
+    if not behaviours or not all(behaviour.whole for behaviour in behaviours):
+        return frozenset()
+    return frozenset.intersection(*(_sent(behaviour, end.peer) for behaviour in behaviours))
 
 
 def _sent(behaviour: Behaviour, peer: str) -> frozenset[str]:

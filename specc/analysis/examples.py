@@ -8,7 +8,7 @@ from functools import cached_property
 
 from specc.analysis.facts import Facts
 from specc.analysis.vague import is_vague, sure, unmet
-from specc.analysis.words import facts_of
+from specc.diagnostics.phrases import listed
 from specc.example.assign import Freedom
 from specc.example.example import Example, Wanted, example, says_all
 from specc.example.numbers import SearchBudget, runnable
@@ -61,7 +61,7 @@ class Finder:
         shown = showing(seen, state.name, cause, witness.holding, witness.answers)
         every = tuple(Wanted(goals, about) for goals in shown)
         always = self._facts.connections.always_present(subsystem)
-        there = self._facts.presence(subsystem).in_conditions(state.name) | always
+        there = self._facts.of(subsystem).presence.in_conditions(state.name) | always
         key = name, every, there
         if key not in self._known:
             freedom = Freedom(self._changing[name], True, True, frozenset(), there)
@@ -130,6 +130,11 @@ def _value(meaning: Meaning, expr: Expr, type_: Type, at: Situation) -> Value:
 
 
 # Values that show what was refuted of rows, for people who read the finding.
+
+
+def facts_of(witness: Witness) -> str:
+    """`a is true and b is false`: one situation of a witness."""
+    return listed([f"`{question}` is {answer}" for question, answer in witness.facts], "and")
 
 
 class Examples:

@@ -1,14 +1,15 @@
-"""The graph of states: sure and possible steps, components, what is reached."""
+"""The graph of states: components, steps, what is reached, and what must hold on every way."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
 from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
-from specc.reachable import grouped, reachable
+from specc.reachable import fixpoint, grouped, reachable
 
 # What a transition graph falls into. The only door to networkx, which is imported when asked.
 
@@ -86,3 +87,36 @@ def reached_from(start: str, steps: Iterable[Step]) -> frozenset[str]:
     """The states that the steps lead to from `start`, itself included."""
     targets = grouped((step.row.source, step.row.target) for step in steps)
     return frozenset(reachable([start], lambda state: targets.get(state, ())))
+
+
+# The flow equations of a machine.
+
+
+T = TypeVar("T")
+W = TypeVar("W")
+Held = dict[str, frozenset[T]]
+"""What holds in each state whenever its functions are executed."""
+
+
+def must_hold(
+    most: Held[T],
+    ways: Mapping[str, Sequence[tuple[str, W]]],
+    kept: Callable[[frozenset[T], str, frozenset[T], W], frozenset[T]],
+) -> Held[T]:
+    """The greatest solution of the flow equations, from what each state may have at `most`.
+
+    `ways` leave a state for another one. `kept` gives what, of a set, holds behind a way out of a
+    state in which something is known. It is asked with the set, the state, what is known in it,
+    and the way.
+    """
+    held = dict(most)
+
+    def narrow(state: str) -> Iterator[str]:
+        for target, way in ways.get(state, ()):
+            now = kept(held[target], state, held[state], way)
+            if now != held[target]:
+                held[target] = now
+                yield target
+
+    fixpoint(held, narrow)
+    return held

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
+from specc.analysis.reads import Text, text_of
 from specc.model.expr import (
     Builtin,
     Choice,
@@ -22,15 +23,17 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.fsm import Cause, Condition, State, Transition
-from specc.model.system import Let
+from specc.model.fsm import Axiom, Cause, Condition, Function, State, Transition
+from specc.model.system import Let, Memory, Subsystem
 from specc.model.types import Bool, Int, OptionalOf
+from specc.reachable import grouped
+
+# Following an expression through the lets that it names.
+
 
 T = TypeVar("T", bound=Hashable)
-K = TypeVar("K", bound=Collection[Hashable])
-"""What is known: it grows from test to test."""
-MOST_VISITS = 16
-"""Of one let with different knowledge; further visits assume only the least knowledge."""
+K = TypeVar("K")
+"""What is known at a point."""
 
 
 class Part(NamedTuple, Generic[K]):
@@ -41,32 +44,44 @@ class Part(NamedTuple, Generic[K]):
     let: Let | None
 
 
-@dataclass(slots=True)
 class Guards(Generic[K]):
-    """Follows expressions through the lets of a subsystem.
+    """Follows expressions through the lets of a subsystem, each of which is visited once."""
 
-    `learn` gives what is known behind a test that held, or did not. Of a let that is visited again
-    only what was `covered` by no earlier visit counts: what is found where less is known covers
-    what is found where more is.
-    """
+    def __init__(
+        self,
+        lets: Sequence[Let],
+        learn: Callable[[K, Expr, bool], K],
+        meet: Callable[[K, K], K],
+    ) -> None:
+        """`lets` are in order of dependence.
 
-    lets: Mapping[str, Let]
-    learn: Callable[[K, Expr, bool], K]
-    covered: Callable[[frozenset[Hashable], frozenset[Hashable]], bool] = frozenset.issubset
+        `learn` gives what is known behind a test that held, or did not, and `meet` what is known in
+        a let that is named at two points.
+        """
+        self.learn, self.meet = learn, meet
+        self._lets = {let.name: let for let in lets}
+        self.ranks = {let.name: rank for rank, let in enumerate(lets)}
 
     def parts(self, expr: Expr, known: K) -> list[Part[K]]:
         """The parts of an expression and of the lets that it names, where `known` is known."""
-        walk = _Walk(self, known)
+        walk = _Walk(self)
         walk.follow(expr, known, None)
+        below = len(self.ranks)
+        while walk.named:
+            name = max(walk.named, key=self.ranks.__getitem__)
+            known = walk.named.pop(name)
+            if self.ranks[name] < below:  # a let that names itself is an error of its own
+                below = self.ranks[name]
+                walk.follow(self._lets[name].value, known, self._lets[name])
         return walk.found
 
 
 @dataclass(slots=True)
 class _Walk(Generic[K]):
     guards: Guards[K]
-    least: K
     found: list[Part[K]] = field(default_factory=list)
-    _visits: dict[str, list[frozenset[Hashable]]] = field(default_factory=dict)
+    named: dict[str, K] = field(default_factory=dict)
+    """Lets that are still to be followed, with what is known wherever they are named."""
 
     def follow(self, expr: Expr, known: K, let: Let | None) -> None:
         self.found.append(Part(expr, known, let))
@@ -74,8 +89,9 @@ class _Walk(Generic[K]):
         match expr:
             case Fresh() | Present():
                 pass
-            case LetRef(name=name) if name in self.guards.lets:
-                self._visit(self.guards.lets[name], known)
+            case LetRef(name=name) if name in self.guards.ranks:
+                met = name in self.named
+                self.named[name] = self.guards.meet(self.named[name], known) if met else known
             case Logic(op=op, operands=operands):
                 for part in operands:
                     self.follow(part, known, let)
@@ -90,15 +106,6 @@ class _Walk(Generic[K]):
             case _:
                 for child in children(expr):
                     self.follow(child, known, let)
-
-    def _visit(self, let: Let, known: K) -> None:
-        earlier = self._visits.setdefault(let.name, [])
-        if len(earlier) >= MOST_VISITS:
-            known = self.least
-        now = frozenset(known)
-        if not any(self.guards.covered(other, now) for other in earlier):
-            earlier.append(now)
-            self.follow(let.value, known, let)
 
 
 @dataclass(slots=True)
@@ -129,6 +136,9 @@ class Implied(Generic[T]):
         return self.told(expr, holds)
 
 
+# Where expressions are evaluated, and what is true when the conditions of a state are asked.
+
+
 Tests = tuple[tuple[Expr, bool], ...]
 """Conditions, and whether they held."""
 
@@ -152,6 +162,38 @@ def asked(state: State, rows: Sequence[Transition]) -> Iterator[tuple[Tests, lis
 def said(tests: Tests) -> tuple[Expr, ...]:
     """Tests as conditions that hold."""
     return tuple(test if holds else negation(test) for test, holds in tests)
+
+
+class Use(NamedTuple):
+    """An expression that is evaluated, as a part of `owner`.
+
+    Functions are executed and conditions are asked in a `state`, these after `tests`; memory is
+    initialised in the first period, and assumptions are watched in every later one.
+    """
+
+    text: Text
+    owner: Memory | Axiom | Function | Condition
+    state: State | None = None
+    tests: Tests = ()
+
+
+def uses(subsystem: Subsystem, rows: Iterable[Transition]) -> Iterator[Use]:
+    """All expressions that are evaluated if only some rows can be taken."""
+    for memory in subsystem.memory:
+        yield Use(text_of(memory), memory)
+    for axiom in subsystem.axioms:
+        yield Use(Text(axiom.that, axiom.place, ""), axiom)
+    leaving = grouped((row.source, row) for row in rows)
+    for state in subsystem.states:
+        for function in state.behaviour.functions:
+            for item in function.assignments:
+                yield Use(Text(item.value, item.place, "is"), function, state)
+        for tests, conditions in asked(state, leaving.get(state.name, ())):
+            for condition in conditions:
+                yield Use(Text(condition.when, condition.place, "when"), condition, state, tests)
+
+
+# Conditions that say that something is there.
 
 
 def there(value: Expr) -> Expr:

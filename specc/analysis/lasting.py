@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import compress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.guards import ended, said
-from specc.analysis.needs import Needs
-from specc.analysis.presence import names_any
+from specc.analysis.reads import Dependences, names_any
 from specc.analysis.vague import possibly
 from specc.model.expr import (
     Clock,
@@ -19,16 +18,15 @@ from specc.model.expr import (
     LetRef,
     Logic,
     Number,
-    children,
     has_unknown,
+    walk,
 )
 from specc.model.fsm import Behaviour, Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-
-if TYPE_CHECKING:
-    from specc.analysis.facts import Facts
+from specc.proof import Prover, RowVerdict
+from specc.reachable import reachable
 
 _ELAPSED = Clock("elapsed", type=Real(SECOND))
 _LONGEST_S = 1e6
@@ -66,13 +64,20 @@ class _Ending(NamedTuple):
 class Lasting:
     """Asks about the states of one subsystem that has no unknowns."""
 
-    def __init__(self, subsystem: Subsystem, facts: Facts) -> None:
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        prover: Prover,
+        dependences: Dependences,
+        verdict: Callable[[str, Cause], RowVerdict],
+    ) -> None:
+        """`verdict` says what is decided about the rows of a state and cause."""
         self._subsystem = subsystem
-        self._facts = facts
-        self._prover = facts.prover(subsystem)
+        self._prover = prover
+        self._dependences = dependences
+        self._verdict = verdict
         self._parameters = {constant.name for constant in subsystem.constants}
         self._lets = {item.name: item.value for item in subsystem.lets}
-        self._needs = Needs(subsystem)
         self._times_of: dict[int, set[float]] = {}
         self._endings: dict[tuple[int, int], _Ending | None] = {}
 
@@ -95,7 +100,7 @@ class Lasting:
         ended_by = tuple(compress(conditions, ending.by))
         end = ending.over_s, ended_by, any(map(self._times_in, ended_by))
         for cause, condition in zip(CAUSES[::-1], conditions, strict=True):
-            verdict = self._facts.verdict(self._subsystem, state.name, cause)
+            verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
                 continue
             context = ending.in_time[cause]
@@ -119,7 +124,7 @@ class Lasting:
         return any(map(self._is_timed, conditions)) and self._prover.satisfiable(timeless) is True
 
     def _is_timed(self, expr: Expr) -> bool:
-        return self._needs.sources(expr).clock or has_unknown(expr)
+        return self._dependences.of(expr).clock or has_unknown(expr)
 
     def _rows(self, state: State) -> Iterator[tuple[Cause, Transition]]:
         for cause in CAUSES:
@@ -167,22 +172,23 @@ class Lasting:
 
     def _times(self, expr: Expr) -> set[float]:
         """The times that `elapsed` is compared with, in seconds."""
-        found: set[float] = set()
-        open_, met = [expr], set[str]()
+        lets = reachable(self._named(expr), lambda name: self._named(self._lets[name]))
+        texts = (expr, *(self._lets[name] for name in lets))
+        return {time_s for text in texts for node in walk(text) for time_s in self._compared(node)}
+
+    def _named(self, expr: Expr) -> list[str]:
+        refs = (node.name for node in walk(expr) if isinstance(node, LetRef))
+        return [name for name in refs if name in self._lets]
+
+    def _compared(self, node: Expr) -> Iterator[float]:
+        if not isinstance(node, Compare):
+            return
         numbering = self._prover.numbering
-        while open_:
-            node = open_.pop()
-            if isinstance(node, LetRef) and node.name in self._lets and node.name not in met:
-                met.add(node.name)
-                open_.append(self._lets[node.name])
-            if isinstance(node, Compare):
-                sides = [numbering.looked_through(side) for side in (node.left, node.right)]
-                for side, other in (sides, sides[::-1]):
-                    time_s = _time(numbering.value(numbering.number(other)))
-                    if isinstance(side, Clock) and side.name == "elapsed" and time_s is not None:
-                        found.add(time_s)
-            open_ += children(node)
-        return found
+        sides = [numbering.looked_through(side) for side in (node.left, node.right)]
+        for side, other in (sides, sides[::-1]):
+            time_s = _time(numbering.value(numbering.number(other)))
+            if isinstance(side, Clock) and side.name == "elapsed" and time_s is not None:
+                yield time_s
 
 
 def _time(value: object) -> float | None:

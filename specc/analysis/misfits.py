@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Literal, NamedTuple
 
-from specc.analysis.words import Text, text_of, texts
+from specc.analysis.reads import Text, text_of, texts
 from specc.frozen import frozen
 from specc.model.expr import (
     Binary,

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 
-from specc.analysis.graph import CAUSES, Step, find_steps
+from specc.analysis.graph import Step, find_steps
 from specc.frozen import frozen
 from specc.model.expr import FALSE, TRUE, Choice, Expr, Logic, Quantifier, Unary, has_unknown
 from specc.model.fsm import Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Bool
-from specc.proof import Decision, InputName, Prover, RowVerdict, Witness
+from specc.proof import InputName, Prover, RowVerdict, Witness
 
 # What holds of a condition whatever the unknown parts of it are: a bound below and one above.
 #
@@ -119,62 +119,53 @@ def _known(condition: Condition, bound: Rewriting) -> Condition:
     return replace(condition, when=bound(condition.when))
 
 
-# What is decided of machines with unknown conditions in them, whatever these are.
-
-
-Present = Collection[InputName]
+# What is decided of a machine with unknown conditions in it, whatever these are.
 
 
 class Views:
-    """Answers about machines in the views that `specc.analysis.partial` takes of them."""
+    """Answers about the machine of a subsystem in the views that are taken of it."""
 
-    def __init__(self, prover: Callable[[Subsystem], Prover]) -> None:
+    def __init__(self, subsystem: Subsystem, prover: Callable[[Subsystem], Prover]) -> None:
         """`prover` makes one for a subsystem without unknowns."""
+        self._subsystem = subsystem
         self._new = prover
-        self._provers: dict[tuple[str, View], Prover] = {}
+        self._provers: dict[View, Prover] = {}
 
     def verdict(
-        self, subsystem: Subsystem, state: str, cause: Cause, present: Present
+        self, state: str, cause: Cause, present: Collection[InputName]
     ) -> RowVerdict | None:
         """What is certain of the rows; None if it is not known whether the cause occurs."""
         known, gaps, all_ = (
-            self._decision(view(cause), subsystem, state, present)
+            self._prover(view(cause)).prove_rows(state, cause, present=present).decision
             for view in (sure, unmet, possible)
         )
         if known.possible != all_.possible:
             return None
         decision = replace(all_, gap=gaps.gap, overlap=known.overlap, unknown="")
-        return RowVerdict(_rows(subsystem, state, cause), decision)
+        return RowVerdict(_rows(self._subsystem, state, cause), decision)
 
     def overlap(
-        self,
-        subsystem: Subsystem,
-        state: str,
-        cause: Cause,
-        pair: tuple[int, int],
-        present: Present,
+        self, state: str, cause: Cause, pair: tuple[int, int], present: Collection[InputName]
     ) -> Witness | None:
         """Where two rows of a state and cause, by their indices, surely apply together."""
-        seen = sure(cause).of(subsystem)
+        seen = sure(cause).of(self._subsystem)
         rows = _rows(seen, state, cause)
         two = replace(seen, transitions=tuple(rows[index] for index in pair))
         return self._new(two).prove_rows(state, cause, present=present).decision.overlap
 
-    def steps(self, subsystem: Subsystem) -> tuple[Step, ...]:
+    def steps(self) -> tuple[Step, ...]:
         """The rows that may be taken whatever is unknown."""
-        provers = {cause: self._new(sure(cause).of(subsystem)) for cause in CAUSES}
 
         def prove(state: str, cause: Cause) -> RowVerdict:
-            decision = provers[cause].prove_rows(state, cause).decision
-            return RowVerdict(_rows(subsystem, state, cause), decision)
+            decision = self._prover(sure(cause)).prove_rows(state, cause).decision
+            return RowVerdict(_rows(self._subsystem, state, cause), decision)
 
-        return find_steps(subsystem, prove)
+        return find_steps(self._subsystem, prove)
 
-    def _decision(self, view: View, subsystem: Subsystem, state: str, present: Present) -> Decision:
-        key = subsystem.qualified_name, view
-        if key not in self._provers:
-            self._provers[key] = self._new(view.of(subsystem))
-        return self._provers[key].prove_rows(state, view.cause, present=present).decision
+    def _prover(self, view: View) -> Prover:
+        if view not in self._provers:
+            self._provers[view] = self._new(view.of(self._subsystem))
+        return self._provers[view]
 
 
 def _rows(subsystem: Subsystem, state: str, cause: Cause) -> tuple[Transition, ...]:

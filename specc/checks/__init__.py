@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from types import ModuleType
 
-from specc.analysis import Facts, Proofs
+from specc.analysis import Facts
 from specc.checks import (
     assumptions,
     bindings,
@@ -18,13 +18,12 @@ from specc.checks import (
     structure,
     timing,
     usage,
-    values,
     waiting,
 )
 from specc.diagnostics import Diagnostic, stops
 from specc.model.system import System
 
-Check = Callable[[System, Facts], Iterator[Diagnostic]]
+Check = Callable[[Facts], Iterator[Diagnostic]]
 
 SUBJECTS: tuple[ModuleType, ...] = (
     structure,
@@ -37,7 +36,6 @@ SUBJECTS: tuple[ModuleType, ...] = (
     states,
     assumptions,
     presence,
-    values,
     usage,
     waiting,
 )
@@ -55,16 +53,16 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
-) -> tuple[list[Diagnostic], Proofs]:
-    """All findings about a system, and what was proved on the way.
+) -> tuple[list[Diagnostic], Facts]:
+    """All findings about a system, and what was found out on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
     anything else was wrong before.
     """
     facts = Facts(system, broken, faulty)
-    found = [finding for check in CHECKS for finding in check(system, facts)]
+    found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):
-        found += [finding for check in USES for finding in check(system, facts)]
-    return found, Proofs(facts)
+        found += [finding for check in USES for finding in check(facts)]
+    return found, facts

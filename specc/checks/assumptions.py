@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from specc.analysis import Facts
+from specc.analysis import Facts, Machine
 from specc.analysis.graph import CAUSES
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import spend
 from specc.model.fsm import Cause
-from specc.model.system import Subsystem, System
 
 # The assumptions of a subsystem can all be true; contradictions would prove anything.
 
 
-def axioms_consistent(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def axioms_consistent(facts: Facts) -> Iterator[Diagnostic]:
     """E0609."""
-    for subsystem in facts.subsystems:
-        core = [subsystem.axioms[i] for i in facts.prover(subsystem).contradiction()]
+    for machine in facts.machines:
+        core = [machine.subsystem.axioms[i] for i in machine.prover.contradiction()]
         if core:
             several = len(core) > 1
             yield Diagnostic(
@@ -35,18 +34,18 @@ def axioms_consistent(system: System, facts: Facts) -> Iterator[Diagnostic]:
 # Every assumption is needed for a proof; one that is not only looks like an argument.
 
 
-def axioms_needed(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def axioms_needed(facts: Facts) -> Iterator[Diagnostic]:
     """W0610; assumptions that concern wrong rows are not judged before these are correct."""
-    for subsystem in facts.known_machines:
-        if facts.dead_ends(subsystem) or not facts.conditions_vary(subsystem):
-            continue
-        wrong = list(_wrong(subsystem, facts))
-        for index, axiom in enumerate(subsystem.axioms):
+    for machine in facts.machines:
+        judged = machine.is_legible and not machine.dead_ends and machine.conditions_vary
+        axioms, states = machine.subsystem.axioms, machine.subsystem.states
+        wrong = list(_wrong(machine)) if judged and axioms else []
+        for index, axiom in enumerate(axioms if judged else ()):
             # Each question looks at all assumptions, for each state and cause.
-            if not spend("proof", 10 * len(subsystem.axioms) * len(subsystem.states)):
+            if not spend("proof", 10 * len(axioms) * len(states)):
                 return
-            if not _is_needed(subsystem, index, facts) and not any(
-                _is_about(subsystem, state, cause, index, facts) for state, cause in wrong
+            if not _is_needed(machine, index) and not any(
+                _is_about(machine, state, cause, index) for state, cause in wrong
             ):
                 yield Diagnostic(
                     "W0610",
@@ -56,40 +55,37 @@ def axioms_needed(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 )
 
 
-def _wrong(subsystem: Subsystem, facts: Facts) -> Iterator[tuple[str, Cause]]:
+def _wrong(machine: Machine) -> Iterator[tuple[str, Cause]]:
     """The states and causes whose rows have to be mended."""
-    for state in subsystem.states:
+    for state in machine.subsystem.states:
         for cause in CAUSES:
-            verdict = facts.verdict(subsystem, state.name, cause)
+            verdict = machine.verdict(state.name, cause)
             decision = verdict.decision
             if decision.gap or decision.overlap or (decision.possible and not verdict.rows):
                 yield state.name, cause
 
 
-def _is_about(subsystem: Subsystem, state: str, cause: Cause, index: int, facts: Facts) -> bool:
+def _is_about(machine: Machine, state: str, cause: Cause, index: int) -> bool:
     """Whether the axiom has to do with the rows of a state and cause, which may be too few."""
-    prover = facts.prover(subsystem)
-    return not prover.prove_rows(state, cause).rows or prover.is_related(state, cause, index)
+    rows = machine.subsystem.rows(state, cause)
+    return not rows or machine.prover.is_related(state, cause, index)
 
 
-def _is_needed(subsystem: Subsystem, index: int, facts: Facts) -> bool:
+def _is_needed(machine: Machine, index: int) -> bool:
     """Whether something about a state and cause would be decided otherwise without the axiom."""
     return any(
-        _decided(subsystem, state.name, cause, None, facts)
-        != _decided(subsystem, state.name, cause, index, facts)
-        for state in subsystem.states
+        _decided(machine, state.name, cause, None) != _decided(machine, state.name, cause, index)
+        for state in machine.subsystem.states
         for cause in CAUSES
     )
 
 
-def _decided(
-    subsystem: Subsystem, state: str, cause: Cause, without: int | None, facts: Facts
-) -> tuple[object, ...]:
+def _decided(machine: Machine, state: str, cause: Cause, without: int | None) -> tuple[object, ...]:
     """What the rows say about presence, and then what is known about the rows."""
-    prove = partial(facts.prover(subsystem).prove_rows, state, cause, without=without)
+    prove = partial(machine.prover.prove_rows, state, cause, without=without)
     before = prove().decision
     # What peers always send, at present, is left aside: it may well be said as an assumption.
-    after = prove(present=facts.presence(subsystem).in_conditions(state)).decision
+    after = prove(present=machine.presence.in_conditions(state)).decision
     several = after.overlap.holding if after.overlap else ()
     found = after.proved, after.gap is None, several, after.possible, after.satisfiable
     return before.ensures, found

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement
-from specc.analysis.words import below, listed
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
+from specc.diagnostics.phrases import listed
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.system import Binding, System
@@ -18,8 +18,9 @@ from specc.source import Place
 # The model of the plant is there and is MJCF.
 
 
-def model_readable(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def model_readable(facts: Facts) -> Iterator[Diagnostic]:
     """E0501."""
+    system = facts.system
     if system.plant is not None and isinstance(facts.model, ModelError):
         why, _, way_out = str(facts.model).partition("; ")
         yield Diagnostic(
@@ -37,10 +38,11 @@ def model_readable(system: System, facts: Facts) -> Iterator[Diagnostic]:
 _LISTED = 8
 
 
-def bindings_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
     """E0503, and O0205 for what may still come."""
-    elements = {d.qualified_name: [e.name for e in (*d.x, *d.y)] for d in system.devices}
-    for binding in system.plant.bindings if system.plant else ():
+    elements = {d.qualified_name: [e.name for e in (*d.x, *d.y)] for d in facts.system.devices}
+    plant = facts.system.plant
+    for binding in plant.bindings if plant else ():
         known = elements.get(binding.device)
         if binding.device in facts.broken:
             continue
@@ -77,10 +79,10 @@ def _quoted(names: list[str]) -> list[str]:
 # Records that Python code makes have a class that it can import.
 
 
-def records_made(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def records_made(facts: Facts) -> Iterator[Diagnostic]:
     """O0206, once for each record."""
     makers: dict[str, list[Related]] = {}
-    for type_, given, maker in _made(system, facts):
+    for type_, given, maker in _made(facts):
         for name in _classless(type_) - {name for one in given for name in _classless(one)}:
             makers.setdefault(name, []).append(maker)
     for name, (first, *others) in makers.items():
@@ -95,9 +97,9 @@ def records_made(system: System, facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _made(system: System, facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
+def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
     """Types of what Python code gives, beside those that it is given and may pass on."""
-    for operator in system.operators:
+    for operator in facts.system.operators:
         given = [type_ for _, type_ in operator.parameters]
         if operator.python:
             yield operator.result, given, Related(operator.place, f"gives `{operator.result}`")
@@ -115,8 +117,9 @@ def _classless(type_: Type) -> set[str]:
 # What is to be simulated has a plant behind its devices and a task to count.
 
 
-def devices_simulated(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def devices_simulated(facts: Facts) -> Iterator[Diagnostic]:
     """O0501 and O0503; a specification with neither plant nor task is not meant to be simulated."""
+    system = facts.system
     if system.plant is None and system.task is not None:
         yield from without_plant(system, system.task.place)
     if system.plant is not None and system.task is None and system.devices:
@@ -144,8 +147,9 @@ def without_plant(system: System, place: Place) -> Iterator[Diagnostic]:
 # If there is a plant, something stands behind every element of every device.
 
 
-def devices_bound(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
     """O0502; not for an element that an unknown one is nearest to, which `bindings_known` tells."""
+    system = facts.system
     if system.plant is None:
         return
     bound = {(b.device, b.element) for b in system.plant.bindings}
@@ -176,7 +180,7 @@ _DEFAULT_CAMERA = (640, 480)
 """Width and height of images of a camera whose resolution the model does not say."""
 
 
-def sizes_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
     """E0507."""
     model = facts.model
     if not isinstance(model, Model):
@@ -234,12 +238,12 @@ def _numbers(count: int) -> str:
 # An actuator of the plant obeys one element.
 
 
-def actuators_driven_once(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
     """E0508."""
     first: dict[str, Place] = {}
     for bound in facts.bindings:
         for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
-            place = below(bound.binding.place, "actuators", index)
+            place = bound.binding.place.below("actuators", index)
             if name in first:
                 yield Diagnostic(
                     "E0508",

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import NamedTuple
 
-from specc.analysis import Facts
+from specc.analysis import Facts, Machine
 from specc.analysis.lasting import Late
-from specc.analysis.presence import names_any
-from specc.analysis.words import Text, listed, ms, text_of
+from specc.analysis.reads import Text, names_any, text_of
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
 from specc.model.expr import (
     Among,
@@ -30,7 +30,7 @@ from specc.model.expr import (
     walk,
 )
 from specc.model.fsm import Condition
-from specc.model.system import Subsystem, System
+from specc.model.system import Subsystem
 from specc.model.types import Bool, Enum, Int, Real
 from specc.proof import Moment
 from specc.reachable import reachable
@@ -68,10 +68,11 @@ class _About(NamedTuple):
 class Constancy:
     """Asks about the conditions of one subsystem that has no unknowns."""
 
-    def __init__(self, subsystem: Subsystem, facts: Facts) -> None:
+    def __init__(self, machine: Machine) -> None:
+        subsystem = machine.subsystem
         self._subsystem = subsystem
-        self._prover = facts.prover(subsystem)
-        self._misfits = facts.misfits(subsystem)
+        self._prover = machine.prover
+        self._misfits = machine.misfits
         self._lets = {item.name: item for item in subsystem.lets}
         self._parameters = {constant.name for constant in subsystem.constants}
         self._of_lets: dict[str, _About] = {}
@@ -205,40 +206,41 @@ def _one_of(memory: MemoryRef, values: list[_Literal]) -> Expr:
 # A declared condition, and every part of it, holds in some situation and fails in another.
 
 
-def conditions_vary(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
     told: set[Place] = set()
-    for subsystem in facts.whole_subsystems:
-        for finding in _findings(subsystem, facts):
+    for machine in facts.whole:
+        for finding in _findings(machine):
             if finding.primary not in told:
                 told.add(finding.primary)
                 yield finding
 
 
-def _findings(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
-    misfits, constancy = facts.misfits(subsystem), Constancy(subsystem, facts)
-    for condition in subsystem.conditions:
-        settled = facts.settled(subsystem, condition)
+def _findings(machine: Machine) -> Iterator[Diagnostic]:
+    constancy = Constancy(machine)
+    for condition in machine.subsystem.conditions:
+        settled = machine.settled(condition)
         if settled is None:
             yield from map(_part, constancy.parts(condition))
-        elif not misfits.within(condition.when):
+        elif not machine.misfits.within(condition.when):
             word = "always" if settled else "never"
             yield Diagnostic(
                 "W0613",
                 f"{condition.kind} condition `{condition.name}` {word} holds",
                 condition.place,
-                _time(subsystem, condition, settled, facts),
+                _time(machine, condition, settled),
                 help=f"write `{word}` where it is used, or correct the condition",
             )
 
 
-def _time(subsystem: Subsystem, condition: Condition, settled: bool, facts: Facts) -> str:
+def _time(machine: Machine, condition: Condition, settled: bool) -> str:
     """The remark that time decides a condition, if it does."""
     when = condition.when
     never = Unary("not", when, type=Bool()) if settled else when
-    if not facts.lasting(subsystem).is_why(never):
+    if not machine.lasting.is_why(never):
         return ""
-    return f"its times decide it; conditions are first evaluated after {ms(1 / subsystem.rate_hz)}"
+    first = ms(1 / machine.subsystem.rate_hz)
+    return f"its times decide it; conditions are first evaluated after {first}"
 
 
 def _part(part: ConstantPart) -> Diagnostic:
@@ -260,30 +262,30 @@ def _part(part: ConstantPart) -> Diagnostic:
 # No condition waits for a time at which its state is over.
 
 
-def conditions_in_time(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """W0618, once for each condition or row.
 
     What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
     """
-    for subsystem in facts.whole_subsystems:
-        yield from _out_of_time(subsystem, facts)
+    for machine in facts.whole:
+        yield from _out_of_time(machine)
 
 
-def _out_of_time(subsystem: Subsystem, facts: Facts) -> Iterator[Diagnostic]:
+def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:
     told = set[Place]()
-    for state in subsystem.states:
-        for late in facts.lasting(subsystem).late(state):
-            if any(_is_mistaken(subsystem, condition, facts) for condition in late.ended_by):
+    for state in machine.subsystem.states:
+        for late in machine.lasting.late(state):
+            if any(_is_mistaken(machine, condition) for condition in late.ended_by):
                 continue
-            finding = _finding(late, subsystem)
+            finding = _finding(late, machine.subsystem)
             if finding.primary not in told:
                 told.add(finding.primary)
                 yield finding
 
 
-def _is_mistaken(subsystem: Subsystem, condition: Condition, facts: Facts) -> bool:
-    settled = facts.settled(subsystem, condition) is not None
-    return settled or facts.misfits(subsystem).within(condition.when)
+def _is_mistaken(machine: Machine, condition: Condition) -> bool:
+    settled = machine.settled(condition) is not None
+    return settled or machine.misfits.within(condition.when)
 
 
 def _finding(late: Late, subsystem: Subsystem) -> Diagnostic:

@@ -6,18 +6,17 @@ from collections.abc import Iterator
 
 from specc.analysis import Facts
 from specc.analysis.misfits import Misfit
-from specc.analysis.words import below
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
 from specc.model.expr import Binary, Builtin
 from specc.model.fsm import Assignment, Behaviour
-from specc.model.system import Constant, Let, Memory, Outside, Subsystem, System
+from specc.model.system import Constant, Let, Memory, Outside, Subsystem
 from specc.source import Place
 
 # Constants that arithmetic gives have a value.
 
 
-def constants_have_values(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def constants_have_values(facts: Facts) -> Iterator[Diagnostic]:
     """E0334."""
     for constant, why in facts.valueless:
         message = f"`{show(constant.value)}` has no value: {why}"
@@ -36,16 +35,15 @@ _CODES = {
 }
 
 
-def expressions_meant(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
     """E0330, E0331, W0332 and W0333, once where several uses have one origin."""
     found: dict[tuple[str, Place], list[Misfit]] = {}
-    owners: list[Subsystem | System] = [system, *facts.subsystems]
-    for owner in owners:
-        for misfit in facts.misfits(owner).found:
+    for misfits in (facts.misfits, *(machine.misfits for machine in facts.machines)):
+        for misfit in misfits.found:
             found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
-    for (code, place), misfits in found.items():
-        message, help_text = _words(misfits[0])
-        yield Diagnostic(code, message, place, "", tuple(_uses(place, misfits)), help_text)
+    for (code, place), alike in found.items():
+        message, help_text = _words(alike[0])
+        yield Diagnostic(code, message, place, "", tuple(_uses(place, alike)), help_text)
 
 
 def _place(misfit: Misfit) -> Place:
@@ -108,7 +106,7 @@ def _itself(misfit: Misfit) -> str:
 Named = Memory | Let | Constant | Outside
 
 
-def names_distinct(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def names_distinct(facts: Facts) -> Iterator[Diagnostic]:
     """E0221; constants and files hold in the subsystems that their own file describes."""
     for subsystem in facts.subsystems:
         first: dict[str, tuple[str, Named]] = {}
@@ -141,7 +139,7 @@ def _named(subsystem: Subsystem) -> Iterator[tuple[str, Named]]:
 # A target has one writer per behaviour: all functions of a behaviour take effect at once.
 
 
-def one_writer(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def one_writer(facts: Facts) -> Iterator[Diagnostic]:
     """E0608."""
     for subsystem in facts.subsystems:
         for behaviour in subsystem.behaviours:
@@ -159,7 +157,7 @@ def _twice(behaviour: Behaviour, assignment: Assignment, earlier: Assignment) ->
     return Diagnostic(
         "E0608",
         f"behaviour `{behaviour.name}` writes `{assignment.target}` twice",
-        below(behaviour.place, "functions"),
+        behaviour.place.below("functions"),
         related=tuple(writers),
         help="keep one of the two, or give the functions to different behaviours",
     )

@@ -7,10 +7,10 @@ from fractions import Fraction
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_of
-from specc.analysis.words import below, listed
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
+from specc.diagnostics.phrases import listed
 from specc.mjcf import Model, ModelError
-from specc.model.system import Binding, System
+from specc.model.system import Binding
 from specc.model.types import Image, Real, Spatial, Type, Vector
 from specc.model.units import Unit
 from specc.source import Place
@@ -18,7 +18,7 @@ from specc.source import Place
 # A commanded element moves actuators; a reported one comes from joints, sensors or a camera.
 
 
-def bindings_fit(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def bindings_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0505."""
     for bound in facts.bindings:
         complaint = _wrong_kind(bound)
@@ -146,13 +146,14 @@ def _key(binding: Binding, names: tuple[str, ...]) -> str:
 # The joints, sensors, actuators and cameras that bindings name are in the model.
 
 
-def model_names_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
     """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
     model = facts.model
-    if system.plant is None or not isinstance(model, Model) or not model.complete:
+    plant = facts.system.plant
+    if plant is None or not isinstance(model, Model) or not model.complete:
         return
     unfit = [bound.binding for bound in facts.bindings if _wrong_kind(bound)]
-    for binding in system.plant.bindings:
+    for binding in plant.bindings:
         for kind, names, known in _names_of(binding, model):
             for index, name in enumerate(names):
                 if name not in known and binding not in unfit:
@@ -170,8 +171,8 @@ def _names_of(
 
 def _place_of(binding: Binding, kind: str, index: int) -> Place:
     if kind == "camera":
-        return below(binding.place, kind)
-    return below(binding.place, f"{kind}s", index)
+        return binding.place.below(kind)
+    return binding.place.below(f"{kind}s", index)
 
 
 def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
@@ -191,7 +192,7 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
 _LISTS = ("joints", "sensors", "actuators")
 
 
-def bindings_agree(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
     """E0511, E0512, W0513; a binding of the wrong kind is `bindings_fit`'s matter."""
     model = facts.model
     for bound in facts.bindings:
@@ -209,11 +210,11 @@ def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
         names = getattr(bound.binding, kind)
         for index, name in enumerate(names):
             if name in names[:index]:
-                first = below(bound.binding.place, kind, names.index(name))
+                first = bound.binding.place.below(kind, names.index(name))
                 yield Diagnostic(
                     "E0512",
                     f"{kind.removesuffix('s')} `{name}` is listed twice",
-                    below(bound.binding.place, kind, index),
+                    bound.binding.place.below(kind, index),
                     related=(Related(first, "listed here already"),),
                     help="name another one, or delete it",
                 )
@@ -240,7 +241,7 @@ def _another_unit(bound: BoundElement, raw: Raw, unit: Unit, other: Unit) -> Dia
     return Diagnostic(
         "E0511",
         f"`{bound.element.name}` is in {unit}, and {kind} `{raw.name}` {verb} {other}",
-        below(bound.binding.place, raw.kind, raw.place),
+        bound.binding.place.below(raw.kind, raw.place),
         related=(Related(bound.element.place, f"`{bound.element.type}`"),),
         help="name another one, or a function under `through:` that converts",
     )
@@ -261,9 +262,9 @@ def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "W0513",
                 f"joint `{name}` is listed where actuator `{actuator}` drives `{other}`",
-                below(place, "joints", listed.index(name)),
+                place.below("joints", listed.index(name)),
                 related=(
-                    Related(below(place, "actuators", driven.index(other)), f"drives `{other}`"),
+                    Related(place.below("actuators", driven.index(other)), f"drives `{other}`"),
                 ),
                 help=f"list both in the same order: `joints: [{', '.join(both)}]`",
             )
@@ -278,7 +279,7 @@ def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
 DEPTH_NOISES = ("kinect",)
 
 
-def noise_fits(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
     """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
         binding = bound.binding
@@ -287,7 +288,7 @@ def noise_fits(system: System, facts: Facts) -> Iterator[Diagnostic]:
         complaint = _depth(binding) or _deviations(binding)
         if complaint:
             message, help_text = complaint
-            yield Diagnostic("E0510", message, below(binding.place, "noise"), help=help_text)
+            yield Diagnostic("E0510", message, binding.place.below("noise"), help=help_text)
         else:
             yield from _units(bound, facts.model)
 
@@ -324,7 +325,7 @@ def _units(bound: BoundElement, model: Model | ModelError | None) -> Iterator[Di
                     f"noise of sensor `{binding.sensors[index]}` is in {unit}, but "
                     f"the sensor gives {said}"
                 ),
-                below(binding.place, "noise", *((index,) if several else ())),
+                binding.place.below("noise", *((index,) if several else ())),
                 related=() if binding.through else (_type(bound),),
                 help="write the standard deviation in the unit of what is measured",
             )
@@ -358,11 +359,11 @@ def _only(units: Sequence[Unit]) -> list[Unit]:
 # The rate of a sensor goes with the timeline and with the rates of its readers.
 
 
-def sensors_in_time(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
     """E0509."""
     for misfit in facts.rates.misfits:
         rate, tick = misfit.rate_hz, misfit.tick_s
-        place = below(misfit.bound.binding.place, "rate")
+        place = misfit.bound.binding.place.below("rate")
         if not misfit.readers and tick is not None:
             message = f"its period is not a whole number of base ticks of {float(tick):g} s"
             yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
@@ -372,7 +373,7 @@ def sensors_in_time(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 f"{float(rate):g} Hz does not fit the {float(reader.rate_hz):g} Hz of "
                 f"`{reader.qualified_name}`",
                 place,
-                related=(Related(below(reader.place, "rate"), "reads it at this rate"),),
+                related=(Related(reader.place.below("rate"), "reads it at this rate"),),
                 help="make one rate a whole multiple of the other",
             )
 

@@ -2,93 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 
-from specc.analysis.facts import Facts
-from specc.analysis.guards import asked
-from specc.analysis.presence import Reading
-from specc.analysis.words import text_place
+from specc.analysis import Facts, Machine
+from specc.analysis.guards import Use, uses
+from specc.analysis.must import Need, Reading
+from specc.analysis.reads import text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.frozen import frozen
-from specc.model.fsm import Condition, State
-from specc.model.system import Subsystem, System
+from specc.lang import show
+from specc.model.fsm import Axiom, Condition, Function
+from specc.model.system import Memory, Subsystem
+from specc.model.types import OptionalOf
 from specc.proof import InputName
 from specc.source import Place
 
 # An input that is read where it may have no value, and the finding about it.
 
 
-FIRST_PERIOD = "the first period"
+_CODES = {Function: "E0701", Condition: "E0702", Memory: "E0703", Axiom: "E0704"}
 
 
 @frozen
 class Absence:
-    """A reading by a part of a subsystem, whose text is at `key` of its place."""
+    """An input that is read by a part of a subsystem where it may have no value."""
 
     reading: Reading
-    part: Place
-    key: str
-    what: str
-    """The part in words."""
-    state: str
-    """The state in which it happens; empty for a period of its own."""
-    period: str = FIRST_PERIOD
-    """Without a state: the first one in which it happens."""
+    use: Use
+
+    @property
+    def code(self) -> str:
+        """Of the finding."""
+        return _CODES[type(self.use.owner)]
+
+    @property
+    def state(self) -> str:
+        """The state in which it happens; empty for a period of its own."""
+        return self.use.state.name if self.use.state else ""
 
     @property
     def where(self) -> str:
         """When it happens, in words."""
-        return f"in state `{self.state}`" if self.state else f"in {self.period}"
+        if self.state:
+            return f"in state `{self.state}`"
+        return f"in the {'first' if isinstance(self.use.owner, Memory) else 'second'} period"
+
+    @property
+    def what(self) -> str:
+        """The part in words."""
+        owner = self.use.owner
+        return "an assumption" if isinstance(owner, Axiom) else _named(owner)
 
     @property
     def place(self) -> Place:
         """Where the input is read, in the text of a let or of the part."""
         let = self.reading.let
-        if let is not None:
-            return text_place(let.place, "is", self.reading.input)
-        if not self.key:
-            start, end = self.reading.input.span
-            return replace(self.part, start=start, end=end)
-        return text_place(self.part, self.key, self.reading.input)
+        text = text_of(let) if let else self.use.text
+        return text.place(self.reading.input)
 
 
-def reported(
-    code: str, absences: Iterable[Absence], subsystem: Subsystem, facts: Facts
-) -> Iterator[Diagnostic]:
-    """One finding for each place that reads without a value, about the first such state."""
-    told: set[Place] = set()
-    for absence in absences:
-        if absence.place not in told:
-            told.add(absence.place)
-            yield _finding(code, absence, subsystem, facts)
+def _named(owner: Function | Condition | Memory) -> str:
+    kind = "memory element" if isinstance(owner, Memory) else type(owner).__name__.lower()
+    return f"{kind} `{owner.name}`"
 
 
-def _finding(code: str, absence: Absence, subsystem: Subsystem, facts: Facts) -> Diagnostic:
+def inputs_present(facts: Facts) -> Iterator[Diagnostic]:
+    """E0701 to E0704, once for each place that reads without a value, about the first state."""
+    for machine in facts.consistent:
+        told: set[tuple[str, Place]] = set()
+        for absence in absences(machine):
+            if (absence.code, absence.place) not in told:
+                told.add((absence.code, absence.place))
+                yield _absent(absence, machine)
+
+
+def absences(machine: Machine) -> Iterator[Absence]:
+    """Inputs that a subsystem reads although they may have no value."""
+    presence = machine.presence
+    known: dict[tuple[int, frozenset[InputName]], list[Reading]] = {}
+    for use in uses(machine.subsystem, machine.subsystem.transitions):
+        key = id(use.text.expr), presence.at(use)
+        if key not in known:
+            known[key] = list(presence.unguarded(use.text.expr, key[1]))
+        yield from (Absence(reading, use) for reading in known[key])
+
+
+def _absent(absence: Absence, machine: Machine) -> Diagnostic:
     peer, element = absence.reading.name
     name = f"x.{peer}.{element}"
     related = []
     if absence.reading.let is not None:
-        related.append(Related(absence.part, f"{absence.what} refers to it"))
-    port = subsystem.port("x", peer)
+        related.append(Related(absence.use.text.part, f"{absence.what} refers to it"))
+    port = machine.subsystem.port("x", peer)
     declared = port.element(element) if port else None
     if declared is not None:
         related.append(Related(declared.place, "has no initial value"))
     return Diagnostic(
-        code,
+        absence.code,
         f"`{name}` may have no value {absence.where}, where {absence.what} reads it",
         absence.place,
-        _why(absence, subsystem, facts),
+        _why(absence, machine),
         tuple(related),
-        _way_out(name, absence.state, subsystem),
+        _way_out(name, absence.state, machine.subsystem),
     )
 
 
-def _why(absence: Absence, subsystem: Subsystem, facts: Facts) -> str:
-    if not absence.state:
-        first = absence.period == FIRST_PERIOD
-        return "nothing has been sent yet" if first else "possibly nothing has been sent by then"
-    way = facts.presence(subsystem).way_without(absence.state, absence.reading.name)
+def _why(absence: Absence, machine: Machine) -> str:
+    if isinstance(absence.use.owner, Memory):
+        return "nothing has been sent yet"
+    if isinstance(absence.use.owner, Axiom):
+        return "possibly nothing has been sent by then"
+    way = machine.presence.way_without(absence.state, absence.reading.name)
     if len(way) == 1:
         return f"possibly nothing has been sent when the system starts in `{way[0]}`"
     return f"on the path {' -> '.join(way)} no row asks whether it has arrived"
@@ -101,95 +125,52 @@ def _way_out(name: str, state: str, subsystem: Subsystem) -> str:
     return f"enter `{state}` only by rows whose condition implies `fresh({name})`, {others}"
 
 
-# Functions read only inputs that surely have a value in every state that executes them.
+# What may be None or empty is tested before its value or an item is used.
 
 
-def presence_in_functions(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0701."""
-    for subsystem in facts.consistent_subsystems:
-        yield from reported("E0701", absences_in_functions(subsystem, facts), subsystem, facts)
+def values_there(facts: Facts) -> Iterator[Diagnostic]:
+    """E0705, once for each place, about the first state."""
+    for machine in facts.machines:
+        if machine.is_legible and machine.values.needed:
+            yield from _missing(machine)
 
 
-def absences_in_functions(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
-    """Inputs that functions read although they may have no value."""
-    presence, readings = facts.presence(subsystem), facts.readings(subsystem)
-    for state in subsystem.states:
-        present = presence.in_functions[state.name]
-        for function in state.behaviour.functions:
-            for assignment in function.assignments:
-                for reading in readings.unguarded(assignment.value, present):
-                    name = f"function `{function.name}`"
-                    yield Absence(reading, assignment.place, "is", name, state.name)
+def _missing(machine: Machine) -> Iterator[Diagnostic]:
+    values, told = machine.values, set[Place]()
+    for use in uses(machine.subsystem, (step.row for step in machine.steps)):
+        for need in values.needs(use.text.expr):
+            text = text_of(need.let) if need.let else use.text
+            place = text.place(need.sure)
+            if place not in told and values.lacks(need, use):
+                told.add(place)
+                yield _without_value(need, use, place, machine)
 
 
-# Conditions read only inputs that surely have a value when they are asked.
+def _without_value(need: Need, use: Use, place: Place, machine: Machine) -> Diagnostic:
+    text = show(need.sure.value)
+    optional = isinstance(need.sure.value.type, OptionalOf)
+    lacking = "may be None" if optional else "may be empty"
+    where = f" in state `{use.state.name}`" if use.state else ""
+    what = _numbered(use.owner, machine) if isinstance(use.owner, Axiom) else _named(use.owner)
+    related: tuple[Related, ...] = ()
+    if need.let is not None:
+        related = (Related(use.text.part, f"{what} refers to it{where}"),)
+    test = show(need.fact) if optional else f"len({text}) > 0"
+    enter = ""
+    if use.state and machine.values.tells(need.fact, use):
+        enter = f"enter `{use.state.name}` only by rows whose conditions imply `{test}`, or "
+    return Diagnostic(
+        "E0705",
+        f"`{text}` {lacking}{where}, where {what} needs a value",
+        place,
+        "",
+        related,
+        f"{enter}write `... if {test} else ...`",
+    )
 
 
-Asked = tuple[Condition, frozenset[InputName]]
+def _numbered(axiom: Axiom, machine: Machine) -> str:
+    return f"assumption {machine.subsystem.axioms.index(axiom) + 1}"
 
 
-def presence_in_conditions(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0702."""
-    for subsystem in facts.consistent_subsystems:
-        yield from reported("E0702", absences_in_conditions(subsystem, facts), subsystem, facts)
-
-
-def absences_in_conditions(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
-    """Inputs that conditions read although they may have no value."""
-    readings = facts.readings(subsystem)
-    known: dict[object, list[Reading]] = {}
-    for state in subsystem.states:
-        for condition, present in _asked(subsystem, state, facts):
-            key = id(condition.when), present
-            if key not in known:
-                known[key] = list(readings.unguarded(condition.when, present))
-            for reading in known[key]:
-                name = f"condition `{condition.name}`"
-                yield Absence(reading, condition.place, "when", name, state.name)
-
-
-def _asked(subsystem: Subsystem, state: State, facts: Facts) -> Iterator[Asked]:
-    """The conditions that may end a state, each with the inputs present when it is asked."""
-    presence, readings = facts.presence(subsystem), facts.readings(subsystem)
-    for tests, conditions in asked(state, facts.rows(subsystem, state.name)):
-        present = presence.in_conditions(state.name)
-        for test, holds in tests:
-            present = readings.behind(present, test, holds)
-        yield from ((condition, present) for condition in conditions)
-
-
-# Initial values of memory come from what has a value in the first period.
-
-
-def presence_in_memory(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0703."""
-    for subsystem in facts.consistent_subsystems:
-        yield from reported("E0703", absences_in_memory(subsystem, facts), subsystem, facts)
-
-
-def absences_in_memory(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
-    """Inputs that initial values of memory read although they may have no value."""
-    present = facts.presence(subsystem).in_first_period
-    for memory in subsystem.memory:
-        for reading in facts.readings(subsystem).unguarded(memory.init, present):
-            yield Absence(reading, memory.place, "init", f"memory element `{memory.name}`", "")
-
-
-# Assumptions, which are watched from the second period on, read only what has a value then.
-
-
-def presence_in_axioms(system: System, facts: Facts) -> Iterator[Diagnostic]:
-    """E0704."""
-    for subsystem in facts.consistent_subsystems:
-        yield from reported("E0704", absences_in_axioms(subsystem, facts), subsystem, facts)
-
-
-def absences_in_axioms(subsystem: Subsystem, facts: Facts) -> Iterator[Absence]:
-    """Inputs that assumptions read although they may have no value."""
-    present = facts.presence(subsystem).in_later_periods
-    for axiom in subsystem.axioms:
-        for reading in facts.readings(subsystem).unguarded(axiom.that, present):
-            yield Absence(reading, axiom.place, "", "an assumption", "", "the second period")
-
-
-CHECKS = (presence_in_functions, presence_in_conditions, presence_in_memory, presence_in_axioms)
+CHECKS = (inputs_present, values_there)

@@ -6,16 +6,46 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import chain, count
 
-from specc.analysis.examples import Examples
-from specc.analysis.facts import Decided, Facts
+from specc.analysis import Decided, Facts
+from specc.analysis.examples import Examples, facts_of
 from specc.analysis.guards import ended, said
-from specc.analysis.words import ending, listed, operators_in, situation
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
 from specc.lang import show
-from specc.model.expr import Expr
-from specc.model.fsm import State, Transition
-from specc.model.system import Subsystem, System
+from specc.model.expr import Call, Expr, walk
+from specc.model.fsm import Behaviour, Cause, State, Transition
+from specc.model.system import Subsystem
 from specc.proof import Witness
+
+# Phrases about states and refutations.
+
+
+def ending(behaviour: Behaviour, cause: Cause) -> str:
+    """How a behaviour ends by a cause: `by its terminal condition `idle_ended``."""
+    condition = behaviour.terminal if cause == "terminal" else behaviour.error
+    return f"by its {cause} condition `{condition.name}`"
+
+
+def situation(witness: Witness) -> str:
+    """`when a is true and b is false`, or whatever holds in all situations of a witness."""
+    if witness.everywhere is not None:
+        return f"when `{show(witness.everywhere)}`"
+    if not witness.facts:
+        return "whatever the conditions are"
+    return f"when {facts_of(witness)}{', among other cases' if witness.some else ''}"
+
+
+def _operators_in(witness: Witness) -> str:
+    """A last remark on the operators in a witness; empty if it involves none."""
+    nodes = (node for asked, _ in witness.answers for node in walk(asked))
+    calls = (node.operator for node in nodes if isinstance(node, Call))
+    names = [f"`{name}`" for name in dict.fromkeys(calls)]
+    if not names:
+        return ""
+    kind = "an operator, which" if len(names) == 1 else "operators, which"
+    verb = "is" if len(names) == 1 else "are"
+    return f"; {listed(names, 'and')} {verb} {kind} may have any result as far as proofs know"
+
 
 # Refutations of the rows of several states that have one reason are reported once.
 
@@ -69,21 +99,21 @@ def shared(facts: Facts, witness_of: Callable[[Decided], Witness | None]) -> Ite
         if witness is not None:
             asked = tuple(row.condition.name for row in decided.verdict.rows)
             known = alike.setdefault((decided.subsystem.qualified_name, decided.cause, asked), [])
-            _tell(decided, witness, known, facts)
+            _tell(decided, witness, known)
     yield from (told for known in alike.values() for told in known)
 
 
-def _tell(decided: Decided, witness: Witness, known: list[Shared], facts: Facts) -> None:
+def _tell(decided: Decided, witness: Witness, known: list[Shared]) -> None:
     """Add a refutation to those about the same conditions; one that covers it represents it.
 
     If it covers some of them, it represents them instead.
     """
     compared = known[:MOST_COMPARED]
     for told in compared:
-        if _covers(told.widest, decided, facts):
+        if _covers(told.widest, decided):
             told.others.append(decided)
             return
-    less = [told for told in compared if _covers(decided, told.widest, facts)]
+    less = [told for told in compared if _covers(decided, told.widest)]
     if not less:
         known.append(Shared(decided, decided, witness))
         return
@@ -95,19 +125,17 @@ def _tell(decided: Decided, witness: Witness, known: list[Shared], facts: Facts)
     kept.others.append(decided)
 
 
-def _covers(one: Decided, other: Decided, facts: Facts) -> bool:
+def _covers(one: Decided, other: Decided) -> bool:
     """Whether the refutation of one state's rows also holds of the rows of another state."""
-    subsystem = one.subsystem
-    there = [facts.presence(subsystem).in_conditions(d.state.name) for d in (one, other)]
+    there = [one.machine.presence.in_conditions(d.state.name) for d in (one, other)]
     if not there[0] <= there[1]:
         return False
     context, fact = _ended(other), _ended(one)
     if context == fact:
         return True
-    if facts.is_vague(one) or facts.is_vague(other):
+    if one.is_vague or other.is_vague:
         return False
-    prover = facts.prover(subsystem)
-    return all(prover.implies(context, part) for part in fact)
+    return all(one.machine.prover.implies(context, part) for part in fact)
 
 
 def _ended(decided: Decided) -> tuple[Expr, ...]:
@@ -119,7 +147,7 @@ def _ended(decided: Decided) -> tuple[Expr, ...]:
 # Whenever a state ends by a cause, some row of that state and cause applies (2.4).
 
 
-def rows_complete(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     """E0601, once for all states that fail alike; a cause without any row is another matter."""
     examples = Examples(facts)
     for told in shared(facts, _gap):
@@ -156,7 +184,7 @@ def _with_one_more_row(told: Shared) -> str:
         f"add the row `[{decided.state.name}, {decided.cause}, {name}, ...]` with the initial "
         f'condition `{name}: "{show(gap.repair)}"`{also}, or say under `assume:` '
         "why this cannot occur"
-        f"{operators_in(gap)}"
+        f"{_operators_in(gap)}"
     )
 
 
@@ -171,16 +199,16 @@ _MOST = 6
 """Most rows of which every two are compared, and most other pairs that are reported."""
 
 
-def rows_exclusive(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
     examples = Examples(facts)
     for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
         decided, widest, overlap = told.first, told.widest, told.witness
         one, other = overlap.holding
         first, second = decided.verdict.rows[one], decided.verdict.rows[other]
-        others = tuple(_others(told, facts))
+        others = tuple(_others(told))
         also = "and so does this row"
-        if others and (own := facts.overlap(widest, (one, other))):
+        if others and (own := widest.overlap((one, other))):
             also += f" {situation(own)}"
         yield Diagnostic(
             "E0602",
@@ -193,13 +221,13 @@ def rows_exclusive(system: System, facts: Facts) -> Iterator[Diagnostic]:
         )
 
 
-def _others(told: Shared, facts: Facts) -> Iterator[Related]:
+def _others(told: Shared) -> Iterator[Related]:
     """The other pairs of rows that can apply together, at the second of them."""
     rows, holding = told.first.verdict.rows, told.witness.holding
     pairs = ((i, j) for j in range(len(rows)) for i in range(j) if (i, j) != holding)
     left = _MOST
     for pair in pairs if len(rows) <= _MOST else ():
-        overlap = facts.overlap(told.widest, pair)
+        overlap = told.widest.overlap(pair)
         if overlap and left:
             left -= 1
             name = rows[pair[0]].condition.name
@@ -209,7 +237,7 @@ def _others(told: Shared, facts: Facts) -> Iterator[Related]:
 
 def _with_one_row_less(told: Shared) -> str:
     overlap, rows = told.witness, told.first.verdict.rows
-    other = f"or say under `assume:` why this cannot occur{operators_in(overlap)}"
+    other = f"or say under `assume:` why this cannot occur{_operators_in(overlap)}"
     also = " in each of these states" if told.others else ""
     if overlap.repair is None or overlap.repaired is None:
         return f"delete one of the two rows{also}, {other}"
@@ -223,9 +251,9 @@ def _with_one_row_less(told: Shared) -> str:
 # A cause that can occur in a state has rows; a state without any row is not finished.
 
 
-def causes_have_rows(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
     """E0603, and O0605 where the table says nothing of a state yet."""
-    unmet = [decided for decided in facts.decided() if facts.lacks_rows(decided)]
+    unmet = [decided for decided in facts.decided() if decided.lacks_rows]
     for subsystem in facts.subsystems:
         sources = {row.source for row in subsystem.transitions}
         without = {
@@ -279,7 +307,7 @@ def _unfinished(subsystem: Subsystem, ends: list[State]) -> Iterator[Diagnostic]
 # Every row can be taken in some situation.
 
 
-def rows_can_apply(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     """W0604 where the cause never occurs, W0605 where the condition never holds then.
 
     A condition that never holds at all, and an error that always does, are `conditions_vary`'s
@@ -289,9 +317,9 @@ def rows_can_apply(system: System, facts: Facts) -> Iterator[Diagnostic]:
         decision, state = decided.verdict.decision, decided.state
         behaviour = state.behaviour
         ended = behaviour.terminal if decided.cause == "terminal" else behaviour.error
-        if facts.settled(decided.subsystem, ended) is False:
+        if decided.machine.settled(ended) is False:
             continue
-        if not decision.possible and facts.settled(decided.subsystem, behaviour.error):
+        if not decision.possible and decided.machine.settled(behaviour.error):
             continue
         words = ending(behaviour, decided.cause)
         applying = zip(decided.verdict.rows, decision.satisfiable, strict=True)
@@ -303,23 +331,23 @@ def rows_can_apply(system: System, facts: Facts) -> Iterator[Diagnostic]:
                     "W0604",
                     f"state `{state.name}` never ends {words}",
                     row.place,
-                    _never_taken(decided.subsystem, row, facts),
+                    _never_taken(decided, row),
                     (Related(behaviour.place, f"behaviour `{behaviour.name}`"),),
                     "delete the row, or change the condition",
                 )
-            elif facts.settled(decided.subsystem, row.condition) is None:
+            elif decided.machine.settled(row.condition) is None:
                 yield Diagnostic(
                     "W0605",
                     f"`{row.condition.name}` never holds when state `{state.name}` ends {words}",
                     row.place,
-                    _never_taken(decided.subsystem, row, facts),
+                    _never_taken(decided, row),
                     (Related(row.condition.place, f"`{row.condition.name}`"),),
                     "delete the row, or change the condition",
                 )
 
 
-def _never_taken(subsystem: Subsystem, row: Transition, facts: Facts) -> str:
-    excluded = facts.lasting(subsystem).excludes(row)
+def _never_taken(decided: Decided, row: Transition) -> str:
+    excluded = decided.machine.lasting.excludes(row)
     return "never taken: the times rule it out" if excluded else "never taken"
 
 
@@ -332,7 +360,7 @@ _WAY_OUT = (
 )
 
 
-def rows_proved(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rows_proved(facts: Facts) -> Iterator[Diagnostic]:
     """W0606."""
     for decided in facts.decided():
         reason = decided.verdict.decision.unknown

@@ -5,33 +5,33 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import partial
 
-from specc.analysis import Facts
+from specc.analysis import Facts, Machine
 from specc.analysis.graph import Component, all_lead_to, components
-from specc.analysis.words import ending, listed
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
 from specc.model.fsm import State
-from specc.model.system import Subsystem, System
+from specc.model.system import Subsystem
 from specc.reachable import grouped, reachable
 
 # A state whose behaviour has a terminal condition can be ended by it.
 
 
-def states_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def states_end(facts: Facts) -> Iterator[Diagnostic]:
     """W0614.
 
     Where there are rows, they are `rows_can_apply`'s matter; a condition that never holds at all
     is `conditions_vary`'s.
     """
-    for subsystem in facts.whole_subsystems:
-        for state in subsystem.states:
-            verdict = facts.verdict(subsystem, state.name, "terminal")
+    for machine in facts.whole:
+        for state in machine.subsystem.states:
+            verdict = machine.verdict(state.name, "terminal")
             if verdict.rows or verdict.decision.possible:
                 continue
             condition, error = state.behaviour.terminal, state.behaviour.error
-            if facts.prover(subsystem).constant(condition.when) is not False:
+            if machine.prover.constant(condition.when) is not False:
                 yield Diagnostic(
                     "W0614",
-                    f"state `{state.name}` never ends {ending(state.behaviour, 'terminal')}",
+                    f"state `{state.name}` never ends by its terminal condition `{condition.name}`",
                     state.place,
                     f"the error condition `{error.name}` holds whenever the terminal one does",
                     (Related(condition.place, "the terminal condition"),),
@@ -42,26 +42,25 @@ def states_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
 # Every state can be reached from the initial one.
 
 
-def states_reached(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def states_reached(facts: Facts) -> Iterator[Diagnostic]:
     """W0607, once for each group of connected states, where the others are reached from."""
-    for subsystem in facts.finished_subsystems:
-        reached = facts.reached(subsystem)
-        left = [s.name for s in subsystem.states if s.name not in reached]
-        if left:
-            yield from _findings(subsystem, left, reached, facts)
+    for machine in facts.machines:
+        if machine.is_finished:
+            states = (state.name for state in machine.subsystem.states)
+            left = [name for name in states if name not in machine.reached]
+            yield from _findings(machine, left) if left else ()
 
 
-def _findings(
-    subsystem: Subsystem, left: list[str], reached: frozenset[str], facts: Facts
-) -> Iterator[Diagnostic]:
+def _findings(machine: Machine, left: list[str]) -> Iterator[Diagnostic]:
     """Of the components of the unreached states, those that no other one leads to."""
+    subsystem = machine.subsystem
     edges = [(row.source, row.target) for row in subsystem.transitions]
     order = {name: index for index, name in enumerate(left)}
     targets = grouped(edge for edge in edges if edge[1] in order)
     entering = grouped(
         (row.target, (index, row))
         for index, row in enumerate(subsystem.transitions)
-        if row.source in reached
+        if row.source in machine.reached
     )
     senders = _senders(subsystem)
     told: set[str] = set()
@@ -73,8 +72,7 @@ def _findings(
         following = partial(_untold, targets, told)
         behind = sorted(reachable(part.states[:1], following), key=order.__getitem__)
         told.update(behind)
-        lasting = facts.lasting(subsystem)
-        never = [Related(row.place, _never_taken(lasting.excludes(row))) for row in dead]
+        never = [Related(row.place, _never_taken(machine.lasting.excludes(row))) for row in dead]
         lost = _unsent(subsystem, behind, senders)
         yield _not_reached(subsystem, part.states, behind, never, lost)
 
@@ -136,13 +134,13 @@ def _way_in(name: str, dead: list[Related]) -> str:
 # No state holds its machine for ever unless the specification says so with `never`.
 
 
-def states_left(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def states_left(facts: Facts) -> Iterator[Diagnostic]:
     """W0612, once for states that only lead to one another."""
-    for subsystem in facts.whole_subsystems:
-        if not facts.ways_are_known(subsystem):
+    for machine in facts.whole:
+        if not machine.ways_are_known:
             continue
-        edges = [(step.row.source, step.row.target) for step in facts.steps(subsystem)]
-        reached = facts.reached(subsystem)
+        subsystem, reached = machine.subsystem, machine.reached
+        edges = [(step.row.source, step.row.target) for step in machine.steps]
         if all_lead_to(subsystem.initial_state, edges, reached):
             continue
         names = [state.name for state in subsystem.states if state.name in reached]

@@ -7,17 +7,17 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from specc.analysis import Facts
-from specc.analysis.words import below, listed
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
 from specc.model.system import Agent, Device, Element, Port, Subsystem, System
 from specc.source import Place
 
 # The subsystems of an agent have different names; `c` is the control subsystem.
 
 
-def subsystems_distinct(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def subsystems_distinct(facts: Facts) -> Iterator[Diagnostic]:
     """E0411."""
-    for agent in system.agents:
+    for agent in facts.system.agents:
         first: dict[str, Subsystem] = {}
         for subsystem in agent.subsystems:
             earlier = first.setdefault(subsystem.name, subsystem)
@@ -37,7 +37,7 @@ def subsystems_distinct(system: System, facts: Facts) -> Iterator[Diagnostic]:
 _MOST_SHOWN = 4
 
 
-def buffers_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
     """O0403, E0404 and E0405, for connections with subsystems and with devices."""
     for subsystem in facts.subsystems:
         for port in subsystem.ports:
@@ -50,7 +50,7 @@ def buffers_match(system: System, facts: Facts) -> Iterator[Diagnostic]:
                 yield from _compare(port.place, port.elements, there, elements)
             else:
                 yield from _between_subsystems(subsystem, port, facts)
-    for device in system.devices:
+    for device in facts.system.devices:
         yield from _unconnected(device, facts)
 
 
@@ -203,9 +203,9 @@ def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
 # A real effector belongs to one virtual effector; nothing is commanded from two sides (2.1).
 
 
-def devices_owned(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def devices_owned(facts: Facts) -> Iterator[Diagnostic]:
     """E0406, at what makes a subsystem the second owner."""
-    for device in system.devices:
+    for device in facts.system.devices:
         owners = facts.connections.owners(device)
         for subsystem, port in owners[1:]:
             first, its_port = owners[0]
@@ -223,24 +223,24 @@ def _claim(device: Device, subsystem: Subsystem, port: Port) -> Place:
     """Where a subsystem says that it works with a device."""
     if subsystem.kind == "control" or subsystem.name == device.name:
         return port.place
-    return below(subsystem.place, "uses")
+    return subsystem.place.below("uses")
 
 
 # Every real effector and receptor is used by a subsystem.
 
 
-def devices_used(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def devices_used(facts: Facts) -> Iterator[Diagnostic]:
     """O0404; not of an agent with a broken subsystem, or one that claims another's device."""
-    used = {port.other_end for s in system.subsystems for port in s.ports}
+    used = {port.other_end for s in facts.system.subsystems for port in s.ports}
     unsure = {name.split(".")[0] for name in facts.broken | facts.connections.contested}
-    for device in system.devices:
+    for device in facts.system.devices:
         if device.qualified_name not in used and device.agent not in unsure:
             kind = "effector" if device.kind == "real_effector" else "receptor"
             yield Diagnostic(
                 "O0404",
                 f"no subsystem uses the real {kind} `{device.name}`",
                 device.place,
-                help=_way_out(device, kind, system),
+                help=_way_out(device, kind, facts.system),
             )
 
 
@@ -264,12 +264,12 @@ _MEANING = {
 }
 
 
-def agent_kind(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def agent_kind(facts: Facts) -> Iterator[Diagnostic]:
     """E0407 and E0408; an agent with a broken subsystem may have more than is known.
 
     Whether one is useless is seen once its control subsystem has states.
     """
-    for agent in system.agents:
+    for agent in facts.system.agents:
         if _is_unsure(agent, facts):
             continue
         kind = _derived(agent, facts)
@@ -288,7 +288,7 @@ def agent_kind(system: System, facts: Facts) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "E0407",
                 f"agent `{agent.name}` is of kind {kind}, not {agent.kind}",
-                below(agent.place, "kind"),
+                agent.place.below("kind"),
                 f"it has {has}",
                 help=f"write `kind: {kind}`, or change the structure",
             )

@@ -9,26 +9,26 @@ from math import ceil
 from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
 from specc.analysis.connections import LONGEST
-from specc.analysis.presence import arrivals_asked
-from specc.analysis.sources import Measured, Node, Sent, bounded, received
-from specc.analysis.words import below, ms
+from specc.analysis.dataflow import Measured, Node, Sent
+from specc.analysis.reads import arrivals_asked
 from specc.diagnostics import Diagnostic, Related
-from specc.model.system import Port, Subsystem, System
+from specc.diagnostics.phrases import ms
+from specc.model.system import Element, Port, Subsystem
 from specc.source import Place
 
 # All periods are whole multiples of a base tick, and the timeline repeats within reason.
 
 
-def rates_meet(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rates_meet(facts: Facts) -> Iterator[Diagnostic]:
     """E0409, at the subsystem whose rate does not go with those of the others."""
     clash = facts.rates.clash
     if clash is None:
         return
-    related = [Related(below(s.place, "rate"), _rated(s)) for s in clash.others]
+    related = [Related(s.place.below("rate"), _rated(s)) for s in clash.others]
     yield Diagnostic(
         "E0409",
         f"with {_rate(clash.odd)} the timeline repeats only after {_count(clash.ticks)} ticks",
-        below(clash.odd.place, "rate"),
+        clash.odd.place.below("rate"),
         _rated(clash.odd),
         tuple(related[:4]),
         f"choose rates that divide one another; at most {LONGEST} ticks are scheduled",
@@ -51,7 +51,7 @@ def _count(ticks: object) -> str:
 # A subsystem that asks whether a value has come is fast enough to see every value.
 
 
-def readers_fast_enough(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
     """W0414, for values that are sent on occasion; a value of every period is a measurement."""
     for subsystem in facts.rates.timed:
         asked = arrivals_asked(subsystem)
@@ -70,7 +70,7 @@ def readers_fast_enough(system: System, facts: Facts) -> Iterator[Diagnostic]:
                             f"two periods of {_ms(subsystem.rate_hz)}; only the last one is seen",
                             (
                                 Related(place, f"sends one every {_ms(rate)}"),
-                                Related(below(subsystem.place, "rate"), "reads at this rate"),
+                                Related(subsystem.place.below("rate"), "reads at this rate"),
                             ),
                             "raise the rate of the reader, or lower that of the sender",
                         )
@@ -85,7 +85,7 @@ def _source(
         rate = bound.binding.rate_hz
         if (bound.binding.device, bound.element.name) == (port.other_end, element) and rate:
             fits = bound.binding not in misfits
-            return (rate, below(bound.binding.place, "rate")) if fits else None
+            return (rate, bound.binding.place.below("rate")) if fits else None
     sender = facts.connections.subsystems.get(port.other_end)
     end = facts.connections.other_port(subsystem, port)
     unsure = facts.broken | facts.faulty
@@ -94,7 +94,7 @@ def _source(
     writing = sender.written.get((end.peer, element), {})
     if all(state.behaviour.name in writing for state in sender.states):
         return None
-    return sender.rate_hz, below(sender.place, "rate")
+    return sender.rate_hz, sender.place.below("rate")
 
 
 def _most_values(ratio: Fraction) -> int:
@@ -108,11 +108,11 @@ def _ms(rate: Fraction) -> str:
 # A value of every period comes at regular intervals to a subsystem that asks whether it came.
 
 
-def rates_divide(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
     """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
     readers = {s.qualified_name: s for s in facts.subsystems}
     asked = {name: arrivals_asked(reader) for name, reader in readers.items()}
-    for node, element in received(facts):
+    for node, element in facts.received():
         reader = readers.get(node.reader)
         if reader is None or (node.peer, node.element) not in asked[node.reader]:
             continue
@@ -144,27 +144,34 @@ def _sender(node: Node, facts: Facts) -> Subsystem | None:
 
 def _with_rate(subsystem: Subsystem) -> Related:
     words = f"`{subsystem.qualified_name}`, {float(subsystem.rate_hz):g} Hz"
-    return Related(below(subsystem.place, "rate"), words)
+    return Related(subsystem.place.below("rate"), words)
 
 
 # No value can be older than its reader allows.
 
 
-def ages_bounded(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def ages_bounded(facts: Facts) -> Iterator[Diagnostic]:
     """E0410, with the whole path of the oldest value."""
     if facts.broken or facts.faulty or facts.rates.clash or facts.rates.misfits:
         return
-    for node, element in bounded(facts):
+    for node, element in _bounded(facts):
         oldest, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(oldest, Trail) and allowed is not None and oldest.age_s > allowed:
             yield Diagnostic(
                 "E0410",
                 f"`{node.short}` can be {ms(oldest.age_s)} old",
-                below(element.place, "max_age"),
+                element.place.below("max_age"),
                 f"may be at most {ms(allowed)} old",
                 tuple(_way(oldest, facts)),
                 f"{_shorten(oldest, facts)}, which adds most, or allow {_at_least(oldest.age_s)}",
             )
+
+
+def _bounded(facts: Facts) -> Iterator[tuple[Node, Element]]:
+    """The elements whose age their readers limit."""
+    for node, element in facts.received():
+        if element.max_age_s is not None:
+            yield node, element
 
 
 def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
@@ -184,7 +191,7 @@ def _way(oldest: Trail, facts: Facts) -> Iterator[Related]:
         words = f"{rate}, reads it after {ms(read_s)}"
         if hop is not oldest:
             words += f" and sends a result, seen from {ms(read_s + 1 / reader.rate_hz)} on"
-        yield Related(below(reader.place, "rate"), words)
+        yield Related(reader.place.below("rate"), words)
 
 
 def _at_least(age_s: Fraction) -> str:
@@ -213,14 +220,14 @@ def _shorten(oldest: Trail, facts: Facts) -> str:
 # Where the age of a value is limited, the value comes from a measurement.
 
 
-def ages_known(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def ages_known(facts: Facts) -> Iterator[Diagnostic]:
     """W0415."""
-    for node, element in bounded(facts):
+    for node, element in _bounded(facts):
         if facts.ages.oldest(node) is None:
             yield Diagnostic(
                 "W0415",
                 f"`{node.short}` has no measurement from which to count its age",
-                below(element.place, "max_age"),
+                element.place.below("max_age"),
                 "limits nothing",
                 help="delete it, or set it where the measurement arrives; what comes out of memory "
                 "has no age",
@@ -237,15 +244,15 @@ _WAYS_OUT = {
 }
 
 
-def ages_held(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def ages_held(facts: Facts) -> Iterator[Diagnostic]:
     """W0416."""
-    for node, element in bounded(facts):
+    for node, element in _bounded(facts):
         held, allowed = facts.ages.oldest(node), element.max_age_s
         if isinstance(held, Held) and allowed is not None:
             yield Diagnostic(
                 "W0416",
                 f"nothing limits the age of `{node.short}`",
-                below(element.place, "max_age"),
+                element.place.below("max_age"),
                 f"may be at most {ms(allowed)} old",
                 tuple(_silence(held, node)),
                 _WAYS_OUT[type(held.source)],

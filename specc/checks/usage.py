@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Set
 
 from specc.analysis import Facts
-from specc.analysis.presence import expressions, inputs_read
+from specc.analysis.reads import inputs_read, nodes
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
@@ -112,11 +112,11 @@ def unused(system: System) -> Iterator[tuple[Definition, tuple[Definition, ...]]
 def _needed_by_agents(system: System) -> set[str]:
     found = set(system.named_in_agents)
     for subsystem in system.subsystems:
-        for expression in expressions(subsystem):
-            found |= _labels(expression)
+        found |= _labels(nodes(subsystem))
     for device in system.devices:
         for _, safe in device.safe:
-            found |= _labels(safe.value) | (_labels(safe.otherwise) if safe.otherwise else set())
+            found |= _labels(walk(safe.value))
+            found |= _labels(walk(safe.otherwise)) if safe.otherwise else set()
     return found
 
 
@@ -124,13 +124,14 @@ def _edges(system: System) -> dict[str, frozenset[str]]:
     edges = {d.label: d.names for d in system.definitions}
     for constant in system.constants:
         label = f"constant {constant.name}"
-        edges[label] = edges.get(label, frozenset()) | _labels(constant.value)
+        edges[label] = edges.get(label, frozenset()) | _labels(walk(constant.value))
     return edges
 
 
-def _labels(expression: Expr) -> frozenset[str]:
+def _labels(nodes: Iterable[Expr]) -> frozenset[str]:
+    """The definitions that parts of expressions name."""
     found = set()
-    for node in walk(expression):
+    for node in nodes:
         if isinstance(node, Call):
             found.add(f"operator {node.operator}")
         elif isinstance(node, ConstantRef):
@@ -152,10 +153,11 @@ MOST = 8
 """Parts that are shown with one that is not used."""
 
 
-def parts_used(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def parts_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0611; what only unused parts use is shown with them."""
-    task = system.task
-    for subsystem in facts.whole_subsystems:
+    task = facts.system.task
+    for machine in facts.whole:
+        subsystem = machine.subsystem
         watched = task.watch if task and task.subsystem == subsystem.qualified_name else ()
         parts = Parts(subsystem, watched)
         for label in parts.unused():
@@ -182,14 +184,14 @@ def _quoted(label: str) -> str:
 """Definitions that are shown with one that is not used."""
 
 
-def definitions_used(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
     """W0240, once there are agents; a library may well define more than one system needs.
 
     What only unused definitions use is shown with them.
     """
-    if not system.subsystems:
+    if not facts.system.subsystems:
         return
-    for definition, behind in unused(system):
+    for definition, behind in unused(facts.system):
         related = [
             Related(other.place, f"and so is {other.kind} `{other.name}`")
             for other in behind[:MOST]
@@ -206,7 +208,7 @@ def definitions_used(system: System, facts: Facts) -> Iterator[Diagnostic]:
 # What is sent to a subsystem is read there.
 
 
-def elements_read(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def elements_read(facts: Facts) -> Iterator[Diagnostic]:
     """W0412, at the end that receives the element.
 
     What devices and reused descriptions send is not for the reader to choose.
@@ -235,7 +237,7 @@ def _is_given(sender: Subsystem, reader: Subsystem) -> bool:
 # Every element of an output buffer is written by some behaviour.
 
 
-def elements_written(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def elements_written(facts: Facts) -> Iterator[Diagnostic]:
     """W0413."""
     for subsystem in facts.subsystems:
         behaviours = {state.behaviour.name: state.behaviour for state in subsystem.states}
@@ -259,16 +261,11 @@ def elements_written(system: System, facts: Facts) -> Iterator[Diagnostic]:
 # What is remembered is used for something.
 
 
-def memory_read(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def memory_read(facts: Facts) -> Iterator[Diagnostic]:
     """W0615; memory that is not even written is `parts_used`'s matter."""
-    task = system.task
+    task = facts.system.task
     for subsystem in facts.subsystems:
-        read = {
-            node.name
-            for expression in expressions(subsystem)
-            for node in walk(expression)
-            if isinstance(node, MemoryRef)
-        }
+        read = {node.name for node in nodes(subsystem) if isinstance(node, MemoryRef)}
         if task and task.subsystem == subsystem.qualified_name:
             read.update(task.watch)
         writers = {a.name: a for f in subsystem.functions for a in f.assignments if not a.peer}

@@ -9,76 +9,103 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import NamedTuple
 
-from specc.analysis.facts import Facts
+from specc.analysis import Facts, Machine
 from specc.analysis.graph import Step, reached_from
-from specc.analysis.words import listed
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
-from specc.model.system import Port, Subsystem, System
+from specc.model.system import Port, Subsystem
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
 
-# Ways in which a condition comes to hold, as sets of inputs that must be fresh for it.
+# Implicants of a condition in terms of freshness: sets of inputs, all of one of which must be fresh
+# for it to hold.
 #
-# Other questions are left out, so that a condition has rather too many ways than too few.
+# Other questions are left out, so that a condition has rather too many implicants than too few.
 
 
-Way = frozenset[InputName]
-Ways = tuple[Way, ...]
-FREE: Ways = (frozenset(),)
+Inputs = frozenset[InputName]
+Implicants = tuple[Inputs, ...]
+FREE: Implicants = (frozenset(),)
 _MOST = 64
 
 
-@dataclass(slots=True)
-class Conditions:
-    """The ways of the conditions of a subsystem."""
-
-    subsystem: Subsystem
-    _lets: dict[str, Expr] = field(init=False)
-    _known: dict[tuple[str, bool], Ways] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self._lets = {item.name: item.value for item in self.subsystem.lets}
-
-    def ways(self, expr: Expr, holds: bool = True) -> Ways:
-        """Ways in which a condition comes to hold, or not to hold."""
-        match expr:
-            case Truth(value=value):
-                return FREE if value == holds else ()
-            case Fresh(input=element) if holds:
-                return (frozenset(((element.peer, element.element),)),)
-            case Unary(op="not", operand=operand):
-                return self.ways(operand, not holds)
-            case LetRef(name=name) if name in self._lets:
-                if (name, holds) not in self._known:
-                    self._known[name, holds] = self.ways(self._lets[name], holds)
-                return self._known[name, holds]
-            case Logic(op=op, operands=operands):
-                parts = [self.ways(part, holds) for part in operands]
-                return (
-                    all_of(parts)
-                    if (op == "and") == holds
-                    else least(way for p in parts for way in p)
-                )
-        return FREE
-
-
-def all_of(parts: Iterable[Ways]) -> Ways:
-    """Ways in which several things come to hold at once."""
+def all_of(parts: Iterable[Implicants]) -> Implicants:
+    """The implicants of a conjunction."""
     found = FREE
     for part in parts:
         found = least(one | other for one, other in product(found, part))
     return found
 
 
-def least(ways: Iterable[Way]) -> Ways:
-    """Without ways that need more than another one does; too many ways count as no need at all."""
-    found: list[Way] = []
-    for way in sorted(set(ways), key=lambda w: (len(w), sorted(w))):
-        if not any(other <= way for other in found):
-            found.append(way)
+def least(implicants: Iterable[Inputs]) -> Implicants:
+    """Those that need no more than another one does; too many count as no need at all."""
+    found: list[Inputs] = []
+    for inputs in sorted(set(implicants), key=lambda i: (len(i), sorted(i))):
+        if not any(other <= inputs for other in found):
+            found.append(inputs)
     return tuple(found) if len(found) <= _MOST else FREE
+
+
+class Moves:
+    """The rows that a machine may take, and what must be fresh for each of them."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.subsystem = machine.subsystem
+        self._lets = {item.name: item.value for item in machine.subsystem.lets}
+        self._of_lets: dict[tuple[str, bool], Implicants] = {}
+        self._of_rows: dict[tuple[str, str, str], Implicants] = {}
+        self.leaving = grouped((step.row.source, step) for step in machine.steps)
+        self.entering = grouped((step.row.target, step) for step in machine.steps)
+
+    def needed(self, row: Transition) -> Implicants:
+        """What must be fresh for a row to be taken."""
+        behaviour = self.subsystem.state(row.source).behaviour
+        end = behaviour.terminal if row.cause == "terminal" else behaviour.error
+        key = row.cause, end.name, row.condition.name
+        if key not in self._of_rows:
+            self._of_rows[key] = all_of(map(self._implicants, (end.when, row.condition.when)))
+        return self._of_rows[key]
+
+    def ways_out(self, state: str) -> Implicants:
+        """What the ways out of a state need: those to others or, without these, to itself."""
+        steps = self.leaving.get(state, [])
+        found: set[Inputs] = set()
+        for step in [s for s in steps if s.row.target != state] or steps:
+            found.update(self.needed(step.row))
+            if frozenset() in found:
+                return FREE
+        return least(found)
+
+    def returns(self, state: str) -> bool:
+        """Whether a state can be entered again after it was left."""
+
+        def following(name: str) -> list[str]:
+            return [step.row.target for step in self.leaving.get(name, ())]
+
+        return state in reachable(following(state), following)
+
+    def _implicants(self, expr: Expr, holds: bool = True) -> Implicants:
+        """Those of a condition that holds, or does not."""
+        match expr:
+            case Truth(value=value):
+                return FREE if value == holds else ()
+            case Fresh(input=element) if holds:
+                return (frozenset(((element.peer, element.element),)),)
+            case Unary(op="not", operand=operand):
+                return self._implicants(operand, not holds)
+            case LetRef(name=name) if name in self._lets:
+                if (name, holds) not in self._of_lets:
+                    self._of_lets[name, holds] = self._implicants(self._lets[name], holds)
+                return self._of_lets[name, holds]
+            case Logic(op=op, operands=operands):
+                parts = [self._implicants(part, holds) for part in operands]
+                if (op == "and") == holds:
+                    return all_of(parts)
+                return least(inputs for part in parts for inputs in part)
+        return FREE
 
 
 # What a state waits for, and whether the subsystem that is to send it may come to rest without.
@@ -91,7 +118,7 @@ class Rest(NamedTuple):
     longer sends, if such a row leads there.
     """
 
-    sender: Subsystem
+    sender: Machine
     state: State
     row: Transition | None
 
@@ -101,178 +128,131 @@ class Waiting:
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
-        self._conditions: dict[str, Conditions] = {}
-        self._known: dict[tuple[object, ...], Ways] = {}
-        self._leaving: dict[str, dict[str, list[Step]]] = {}
-        self._entering: dict[str, dict[str, list[Step]]] = {}
-        self._waits: dict[tuple[str, str, frozenset[Way]], _Wait] = {}
+        self._moves: dict[str, Moves] = {}
+        self._waits: dict[tuple[str, str, frozenset[Inputs]], Wait] = {}
 
-    def in_vain(self, reader: Subsystem, state: State) -> Iterator[tuple[Way, Rest]]:
+    def in_vain(self, reader: Machine, state: State) -> Iterator[tuple[Inputs, Rest]]:
         """Of every sender that all ways out need: what is needed of it, and where it may rest."""
-        found = self._ways_out(reader, state)
-        for port in reader.ports if found and all(found) else ():
-            needs = frozenset(frozenset(n for n in way if n[0] == port.peer) for way in found)
+        found = self._moves_of(reader).ways_out(state.name)
+        for port in reader.subsystem.ports if found and all(found) else ():
+            needs = frozenset(frozenset(n for n in each if n[0] == port.peer) for each in found)
             if port.direction == "x" and all(needs):
                 wait = self._wait(reader, port, needs)
-                rest = self._rest(wait, state) if wait else None
+                rest = wait.rest_in(state) if wait else None
                 if rest is not None:
                     yield frozenset().union(*needs), rest
 
-    def _wait(self, reader: Subsystem, port: Port, needs: frozenset[Way]) -> _Wait | None:
+    def _moves_of(self, machine: Machine) -> Moves:
+        name = machine.subsystem.qualified_name
+        if name not in self._moves:
+            self._moves[name] = Moves(machine)
+        return self._moves[name]
+
+    def _wait(self, reader: Machine, port: Port, needs: frozenset[Inputs]) -> Wait | None:
         """What many states may wait for, which is looked into once."""
-        key = reader.qualified_name, port.peer, needs
+        key = reader.subsystem.qualified_name, port.peer, needs
         if key not in self._waits:
             sender = self._facts.connections.subsystems.get(port.other_end)
-            end = self._facts.connections.other_port(reader, port)
+            end = self._facts.connections.other_port(reader.subsystem, port)
             if sender is None or end is None:
                 return None
-            self._waits[key] = _Wait(self._facts, reader, sender, end, port, needs)
+            moves = self._moves_of(reader), self._moves_of(self._facts.of(sender))
+            self._waits[key] = Wait(*moves, end, port, needs)
         return self._waits[key]
-
-    def _ways_out(self, subsystem: Subsystem, state: State) -> Ways:
-        """The ways out of a state to others, or to itself if there is no other."""
-        steps = self._steps_from(subsystem, state.name)
-        leaving = [s for s in steps if s.row.target != state.name] or steps
-        found: set[Way] = set()
-        for step in leaving:
-            found.update(self._asked(subsystem, step))
-            if frozenset() in found:
-                return FREE
-        return least(found)
-
-    def _steps_from(self, subsystem: Subsystem, state: str) -> list[Step]:
-        name = subsystem.qualified_name
-        if name not in self._leaving:
-            steps = self._facts.steps(subsystem)
-            self._leaving[name] = grouped((step.row.source, step) for step in steps)
-        return self._leaving[name].get(state, [])
-
-    def _steps_to(self, subsystem: Subsystem, state: str) -> list[Step]:
-        name = subsystem.qualified_name
-        if name not in self._entering:
-            steps = self._facts.steps(subsystem)
-            self._entering[name] = grouped((step.row.target, step) for step in steps)
-        return self._entering[name].get(state, [])
-
-    def _asked(self, subsystem: Subsystem, step: Step) -> Ways:
-        behaviour = subsystem.state(step.row.source).behaviour
-        cause = behaviour.terminal if step.row.cause == "terminal" else behaviour.error
-        asked = (cause, step.row.condition)
-        key = (subsystem.qualified_name, *((c.kind, c.name) for c in asked))
-        if key not in self._known:
-            name = subsystem.qualified_name
-            conditions = self._conditions.setdefault(name, Conditions(subsystem))
-            self._known[key] = all_of(conditions.ways(c.when) for c in asked)
-        return self._known[key]
-
-    def _rest(self, wait: _Wait, state: State) -> Rest | None:
-        if wait.served.isdisjoint(wait.reached):
-            return None  # said of the element, or of the state that would send it
-        if wait.rest is not None and self._returns(wait.reader, state):
-            return wait.rest
-        still = _sent(state, wait.back, wait.end)
-        spent = self._sent_before(wait, state) - still
-        if (spent, still) not in wait.unanswered:
-            wait.unanswered[spent, still] = self._unanswered(wait, spent, still)
-        return wait.unanswered[spent, still]
-
-    def _unanswered(self, wait: _Wait, spent: Way, still: Way) -> Rest | None:
-        """Where the sender may rest after it has taken up what was sent before this state.
-
-        `spent` is no longer sent, `still` is still sent.
-        """
-        free: list[Step] = []
-        taking: list[Step] = []
-        for step in wait.steps if spent else ():
-            found = self._asked(wait.sender, step)
-            bound = all(any(n[0] == wait.end.peer and n not in still for n in way) for way in found)
-            if not bound:
-                free.append(step)
-            elif any(way & spent for way in found):
-                taking.append(step)
-        resting = _resting(wait, free) if taking else frozenset()
-        silent = [s for s in free if not {s.row.source, s.row.target} & wait.served]
-        for step in taking if resting else ():
-            if step.row.target not in wait.served:
-                here = resting & reached_from(step.row.target, silent)
-                for state in wait.sender.states if here else ():
-                    if state.name in here:
-                        return Rest(wait.sender, state, step.row)
-        return None
-
-    def _sent_before(self, wait: _Wait, state: State) -> Way:
-        """What the states before the waiting one send to the one that is waited for."""
-        before = {step.row.source for step in self._steps_to(wait.reader, state.name)}
-        sent = (
-            _sent(wait.reader.state(name), wait.back, wait.end) for name in before - {state.name}
-        )
-        return frozenset().union(*sent)
-
-    def _returns(self, subsystem: Subsystem, state: State) -> bool:
-        """Whether a state can be entered again after it was left."""
-
-        def following(name: str) -> list[str]:
-            return [step.row.target for step in self._steps_from(subsystem, name)]
-
-        return state.name in reachable(following(state.name), following)
 
 
 @dataclass(frozen=True, eq=False)
-class _Wait:
+class Wait:
     """States of `reader` that need, on each of their ways out, something of `sender`.
 
-    `port` is where the reader receives it, `end` where the sender has it. `unanswered` keeps where
-    the sender may rest for what such a state sends no more, and still sends.
+    `port` is where the reader receives it, `end` where the sender has it.
     """
 
-    facts: Facts
-    reader: Subsystem
-    sender: Subsystem
+    reader: Moves
+    sender: Moves
     end: Port
     port: Port
-    needs: frozenset[Way]
-    unanswered: dict[tuple[Way, Way], Rest | None] = field(default_factory=dict)
+    needs: frozenset[Inputs]
+    _unanswered: dict[tuple[Inputs, Inputs], Rest | None] = field(default_factory=dict)
+
+    def rest_in(self, state: State) -> Rest | None:
+        """Where the sender may rest while the reader is in a state."""
+        if self._served.isdisjoint(self.sender.machine.reached):
+            return None  # said of the element, or of the state that would send it
+        if self._rest is not None and self.reader.returns(state.name):
+            return self._rest
+        still = _sent(state, self._back, self.end)
+        spent = self._sent_before(state) - still
+        if (spent, still) not in self._unanswered:
+            self._unanswered[spent, still] = self._rest_unanswered(spent, still)
+        return self._unanswered[spent, still]
 
     @cached_property
-    def steps(self) -> tuple[Step, ...]:
-        """The rows that the sender may take."""
-        return self.facts.steps(self.sender)
-
-    @cached_property
-    def reached(self) -> frozenset[str]:
-        """The states that the sender can enter."""
-        return self.facts.reached(self.sender)
-
-    @cached_property
-    def served(self) -> frozenset[str]:
+    def _served(self) -> frozenset[str]:
         """The states of the sender that send all that some way out needs."""
         return frozenset(
             s.name
-            for s in self.sender.states
+            for s in self.sender.subsystem.states
             if any(need <= _sent(s, self.end, self.port) for need in self.needs)
         )
 
     @cached_property
-    def rest(self) -> Rest | None:
+    def _rest(self) -> Rest | None:
         """Where the sender may come to rest whatever is sent to it."""
-        resting = _resting(self, self.steps) & self.reached
-        if not resting or _is_trap(resting, self.reached, self.steps):
+        machine = self.sender.machine
+        resting = self._resting(machine.steps) & machine.reached
+        if not resting or _is_trap(resting, machine.reached, machine.steps):
             return None
-        return Rest(self.sender, next(s for s in self.sender.states if s.name in resting), None)
+        return Rest(machine, _first(resting, machine.subsystem), None)
 
-    @property
-    def back(self) -> Port:
+    @cached_property
+    def _back(self) -> Port:
         """Where the reader sends to the sender; the port of its own if it sends nothing."""
-        found = (p for p in self.reader.ports if p.direction == "y" and p.peer == self.port.peer)
+        ports = self.reader.subsystem.ports
+        found = (p for p in ports if p.direction == "y" and p.peer == self.port.peer)
         return next(found, self.port)
 
+    def _rest_unanswered(self, spent: Inputs, still: Inputs) -> Rest | None:
+        """Where the sender may rest after it has taken up what was sent before this state.
 
-def _resting(wait: _Wait, steps: Iterable[Step]) -> frozenset[str]:
-    """States from which the sender can reach neither a sending state nor a declared end."""
-    sources = grouped((step.row.target, step.row.source) for step in steps)
-    ends = (s.name for s in wait.sender.states if _is_end(s))
-    active = reachable((*wait.served, *ends), lambda name: sources.get(name, ()))
-    return frozenset(s.name for s in wait.sender.states if s.name not in active)
+        `spent` is no longer sent, `still` is still sent.
+        """
+        machine = self.sender.machine
+        free: list[Step] = []
+        taking: list[Step] = []
+        for step in machine.steps if spent else ():
+            found = self.sender.needed(step.row)
+            bound = all(any(n[0] == self.end.peer and n not in still for n in i) for i in found)
+            if not bound:
+                free.append(step)
+            elif any(inputs & spent for inputs in found):
+                taking.append(step)
+        resting = self._resting(free) if taking else frozenset()
+        silent = [s for s in free if not {s.row.source, s.row.target} & self._served]
+        for step in taking if resting else ():
+            if step.row.target not in self._served:
+                here = resting & reached_from(step.row.target, silent)
+                if here:
+                    return Rest(machine, _first(here, machine.subsystem), step.row)
+        return None
+
+    def _sent_before(self, state: State) -> Inputs:
+        """What the states before the waiting one send to the one that is waited for."""
+        before = {step.row.source for step in self.reader.entering.get(state.name, ())}
+        states = map(self.reader.subsystem.state, before - {state.name})
+        return frozenset[InputName]().union(*(_sent(s, self._back, self.end) for s in states))
+
+    def _resting(self, steps: Iterable[Step]) -> frozenset[str]:
+        """States from which the sender can reach neither a sending state nor a declared end."""
+        sources = grouped((step.row.target, step.row.source) for step in steps)
+        states = self.sender.subsystem.states
+        ends = (s.name for s in states if _is_end(s))
+        active = reachable((*self._served, *ends), lambda name: sources.get(name, ()))
+        return frozenset(s.name for s in states if s.name not in active)
+
+
+def _first(names: frozenset[str], subsystem: Subsystem) -> State:
+    return next(state for state in subsystem.states if state.name in names)
 
 
 def _is_end(state: State) -> bool:
@@ -285,10 +265,7 @@ def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[S
     edges = {(s.row.source, s.row.target) for s in steps}
     if any((name, name) in edges for name in resting):
         return True
-    outside: dict[str, set[str]] = {}
-    for source, target in edges:
-        if source in reached - resting and target not in resting:
-            outside.setdefault(source, set()).add(target)
+    outside = grouped(e for e in edges if e[0] in reached - resting and e[1] not in resting)
     try:
         TopologicalSorter(outside).prepare()
     except CycleError:
@@ -296,7 +273,7 @@ def _is_trap(resting: frozenset[str], reached: frozenset[str], steps: Sequence[S
     return False
 
 
-def _sent(state: State, end: Port, port: Port) -> frozenset[InputName]:
+def _sent(state: State, end: Port, port: Port) -> Inputs:
     """What a state of the sender sends, as its reader calls it."""
     return frozenset((port.peer, a.name) for a in state.behaviour.assignments if a.peer == end.peer)
 
@@ -304,21 +281,20 @@ def _sent(state: State, end: Port, port: Port) -> frozenset[InputName]:
 # What a state waits for is sent, however the sender goes on.
 
 
-def waits_end(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def waits_end(facts: Facts) -> Iterator[Diagnostic]:
     """W0417, once for each sender that a state may wait for forever."""
     waiting = Waiting(facts)
-    for subsystem in facts.whole_subsystems:
-        reached = facts.reached(subsystem)
-        for state in subsystem.states:
-            if state.name in reached:
-                for needed, rest in waiting.in_vain(subsystem, state):
-                    if facts.ways_are_known(rest.sender):
+    for machine in facts.whole:
+        for state in machine.subsystem.states:
+            if state.name in machine.reached:
+                for needed, rest in waiting.in_vain(machine, state):
+                    if rest.sender.ways_are_known:
                         yield _finding(state, needed, rest)
 
 
-def _finding(state: State, needed: Way, rest: Rest) -> Diagnostic:
+def _finding(state: State, needed: Inputs, rest: Rest) -> Diagnostic:
     names = [f"`x.{peer}.{element}`" for peer, element in sorted(needed)]
-    sender = f"`{rest.sender.qualified_name}`"
+    sender = f"`{rest.sender.subsystem.qualified_name}`"
     related = [Related(rest.state.place, f"from here on {sender} never sends it")]
     if rest.row is not None:
         words = f"here {sender} accepts what it was sent before"

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 from specc.diagnostics.render.visible import visible
 
 if TYPE_CHECKING:
+    from specc.analysis import Facts
     from specc.analysis.ages import Ages, Held, Trail
-    from specc.analysis.sources import Node
-    from specc.model.system import Element, System
+    from specc.analysis.dataflow import Node
+    from specc.model.system import Element
 
 VERSION = 1
 
@@ -35,16 +36,16 @@ def run_ages(options: argparse.Namespace) -> int:
         found = report(resolve(result.diagnostics, result.sources), [options.spec])
         return tell(found) or 1
     shown = _as_json if options.format == "json" else _as_text
-    streams.show(shown(result.system), options.format)
+    streams.show(shown(result.proofs), options.format)
     return 0
 
 
-def _as_text(system: System) -> str:
+def _as_text(facts: Facts) -> str:
     """A table: reader, element, greatest age, what is allowed, and the path of the oldest value."""
     rows: list[tuple[str, ...]] = [
         ("reader", "element", "age", "allowed", "path of the oldest value")
     ]
-    for node, element, oldest, ages in _found(system):
+    for node, element, oldest, ages in _found(facts):
         limit = element.max_age_s
         allowed = "" if limit is None else _ms(limit)
         age, way = _age(oldest, ages)
@@ -54,12 +55,12 @@ def _as_text(system: System) -> str:
     return "".join(f"{line.rstrip()}\n" for line in lines)
 
 
-def _as_json(system: System) -> str:
+def _as_json(facts: Facts) -> str:
     """An object with `version`, `system` and `values`; ages in s, null where none is known."""
     from specc.analysis.ages import Trail
 
     values = []
-    for node, element, oldest, ages in _found(system):
+    for node, element, oldest, ages in _found(facts):
         limit = element.max_age_s
         values.append(
             {
@@ -71,7 +72,8 @@ def _as_json(system: System) -> str:
             }
         )
     return (
-        json.dumps({"version": VERSION, "system": system.name, "values": values}, indent=2) + "\n"
+        json.dumps({"version": VERSION, "system": facts.system.name, "values": values}, indent=2)
+        + "\n"
     )
 
 
@@ -79,20 +81,15 @@ def _name(node: Node) -> str:
     return node.short if node.peer else node.element
 
 
-def _found(system: System) -> list[tuple[Node, Element, Trail | Held | None, Ages]]:
-    from specc.analysis import Facts
-    from specc.analysis.ages import Ages
-    from specc.analysis.sources import received
-
-    facts = Facts(system)
-    ages = Ages(facts)
-    return [(node, element, ages.oldest(node), ages) for node, element in received(facts)]
+def _found(facts: Facts) -> list[tuple[Node, Element, Trail | Held | None, Ages]]:
+    ages = facts.ages
+    return [(node, element, ages.oldest(node), ages) for node, element in facts.received()]
 
 
 def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
     """The age in words, and how it comes about."""
     from specc.analysis.ages import Held
-    from specc.analysis.sources import Measured
+    from specc.analysis.dataflow import Measured
 
     if oldest is None:
         return "-", "no measurement"
@@ -106,11 +103,11 @@ def _age(oldest: Trail | Held | None, ages: Ages) -> tuple[str, str]:
     source = ages.sources.of(hops[0].node)
     start = f"{source.device}.{hops[0].node.element}" if isinstance(source, Measured) else ""
     steps = [f"{hop.node.reader} after {_ms(hop.read_s - oldest.measured_s)}" for hop in hops]
-    when = ", used only when fresh" if ages.only_on_arrival(oldest.node) else ""
+    when = ", used only when fresh" if ages.sources.only_on_arrival(oldest.node) else ""
     return _ms(oldest.age_s), " -> ".join((start, *steps)) + when
 
 
 def _ms(seconds: Any) -> str:
-    from specc.analysis.words import ms
+    from specc.diagnostics.phrases import ms
 
     return ms(seconds)

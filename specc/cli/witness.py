@@ -64,7 +64,7 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
     from specc.tools.witness.plan import planned
     from specc.tools.witness.subject import refutations
 
-    facts = result.proofs.facts
+    facts = result.proofs
     found = [item for item in refutations(facts) if _is_asked(item, options)]
     if not found:
         others = sum(1 for finding in result.diagnostics if finding.severity == "error")

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from specc.analysis import Facts
-from specc.analysis.ages import Ages, Held, Trail
-from specc.analysis.sources import Node
+from specc.analysis.ages import Held, Trail
+from specc.analysis.dataflow import Node
 from specc.pipeline import read_spec
 
 RATES = (100, 50, 40, 30, 25, 20, 12, 10)
@@ -116,7 +116,7 @@ def test_the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -
     assert system is not None
     last = len(stages) - 1
     node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
-    found = Ages(Facts(system)).oldest(node)
+    found = Facts(system).ages.oldest(node)
     holds = any(b.pauses and not r.asks for b, r in pairwise(stages))
     assert isinstance(found, Held) == holds
     if not isinstance(found, Held):
@@ -143,7 +143,7 @@ def test_samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path:
     assert system is not None
     last = len(stages) - 1
     node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
-    found = Ages(Facts(system)).oldest(node)
+    found = Facts(system).ages.oldest(node)
     held = any(b.pauses and not r.asks for b, r in pairwise(stages))
     assert isinstance(found, Held) == (held or (not limit and not stages[0].asks))
     if isinstance(found, Trail):
@@ -160,7 +160,7 @@ def test_the_ways_of_a_trail_add_up(tmp_path: Path) -> None:
         assert system is not None
         last = len(stages) - 1
         node = Node(f"a{last}.c", "k" if last == 1 else f"a{last - 1}", "v")
-        found = Ages(Facts(system)).oldest(node)
+        found = Facts(system).ages.oldest(node)
         if isinstance(found, Trail):
             hops = found.hops()
             assert [hop.node.reader for hop in hops][-1] == f"a{last}.c"

@@ -10,7 +10,7 @@ import pytest
 
 from specc.analysis.connections import Arrivals
 from specc.analysis.graph import Step, reached_from
-from specc.analysis.presence import Presence, Readings, find_presence
+from specc.analysis.must import Presence
 from specc.model.expr import TRUE, Choice, Expr, Fresh, Input, LetRef, Logic, Present, Unary
 from specc.model.fsm import Transition
 from specc.model.system import Element, Port, Subsystem
@@ -78,7 +78,7 @@ def followed(steps: tuple[Step, ...], arrivals: Arrivals) -> dict[str, Names]:
 def test_presence_is_what_all_ways_have_in_common(seed: int) -> None:
     machine_, steps, arrivals = random_flow(seed)
     expected = followed(steps, arrivals)
-    found = find_presence(machine_, steps, arrivals).in_functions
+    found = Presence(machine_, steps, arrivals).in_functions
     assert {state: found[state] for state in expected} == expected
     assert expected.keys() == reached_from("S0", steps)
 
@@ -86,7 +86,7 @@ def test_presence_is_what_all_ways_have_in_common(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(200))
 def test_a_way_without_an_element_is_one(seed: int) -> None:
     machine_, steps, arrivals = random_flow(seed)
-    presence = find_presence(machine_, steps, arrivals)
+    presence = Presence(machine_, steps, arrivals)
     for state in reached_from("S0", steps):
         for element in set(INPUTS) - presence.in_functions[state]:
             way = presence.way_without(state, element)
@@ -119,9 +119,9 @@ def negation(expr: Expr) -> Expr:
 
 def read(expr: Expr, known: Names = frozenset(), together: bool = False) -> set[str]:
     """Elements that `expr` may read in vain."""
-    closing = Arrivals(frozenset(), frozenset(), {("c", "a"): frozenset({("c", "b")})})
-    close = closing.close if together else lambda names: names
-    return {r.name[1] for r in Readings(machine([TRUE]), close).unguarded(expr, known)}
+    pairs = {("c", "a"): frozenset({("c", "b")})} if together else {}
+    arrivals = Arrivals(frozenset(), frozenset(), pairs)
+    return {r.name[1] for r in Presence(machine([TRUE]), (), arrivals).unguarded(expr, known)}
 
 
 @pytest.mark.parametrize(
@@ -152,9 +152,9 @@ def test_what_is_sent_together_is_present_together() -> None:
 def test_lets_are_followed() -> None:
     lets: dict[str, Expr] = {"asked": fresh(A), "value": A}
     asked, value = (LetRef(name, type=BOOL) for name in lets)
-    readings = Readings(machine([TRUE], lets=lets), lambda names: names)
+    presence = Presence(machine([TRUE], lets=lets), (), Arrivals(frozenset(), frozenset()))
     guarded = Logic("and", (asked, value), type=BOOL)
-    assert not list(readings.unguarded(guarded, frozenset()))
-    (reading,) = readings.unguarded(value, frozenset())
+    assert not list(presence.unguarded(guarded, frozenset()))
+    (reading,) = presence.unguarded(value, frozenset())
     assert reading.let is not None
     assert reading.let.name == "value"

@@ -24,11 +24,11 @@ COPIED = (
 
 CHECK = '''
 
-def rates_possible(system: System, facts: Facts) -> Iterator[Diagnostic]:
+def rates_possible(facts: Facts) -> Iterator[Diagnostic]:
     """W0489, at the rate of a subsystem."""
-    for subsystem in system.subsystems:
+    for subsystem in facts.subsystems:
         if subsystem.rate_hz > 10_000:
-            place = below(subsystem.place, "rate")
+            place = subsystem.place.below("rate")
             yield Diagnostic("W0489", f"{_rate(subsystem)} is a lot", place, help="lower the rate")
 
 

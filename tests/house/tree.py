@@ -17,9 +17,9 @@ class Module:
     name: str
     path: Path
 
-    def imports_at_once(self, known: set[str]) -> Iterator[str]:
-        """Those of the `known` modules that it imports while it is imported itself."""
-        for node in ast.parse(self.path.read_text(encoding="utf-8")).body:
+    def imports_of(self, known: set[str]) -> Iterator[str]:
+        """Those of the `known` modules that it imports: late ones, and for types only, as well."""
+        for node in ast.walk(ast.parse(self.path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 yield from {alias.name for alias in node.names} & known
             elif isinstance(node, ast.ImportFrom) and node.module:

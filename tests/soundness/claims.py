@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 
+from specc import analysis
 from specc.analysis import Facts
-from specc.analysis.lasting import Lasting
 from specc.checks.constancy import Constancy
 from specc.model.expr import Expr
-from specc.model.system import Subsystem, System
+from specc.model.system import System
 from tests.soundness import interpreter
 from tests.soundness.evaluator import Absent, Situation, Value, value
 from tests.soundness.interpreter import Interpreter, Machine
@@ -50,26 +50,24 @@ class Claims:
 def claims_of(system: System) -> dict[str, Claims]:
     """The claims about each subsystem of an accepted system."""
     facts = Facts(system)
-    return {s.qualified_name: _claims(s, facts) for s in facts.whole_subsystems}
+    return {m.subsystem.qualified_name: _claims(m) for m in facts.whole}
 
 
-def _claims(subsystem: Subsystem, facts: Facts) -> Claims:
-    found, constancy = Claims(), Constancy(subsystem, facts)
+def _claims(machine: analysis.Machine) -> Claims:
+    found, constancy, subsystem = Claims(), Constancy(machine), machine.subsystem
     for condition in subsystem.conditions:
-        parts = (
-            [] if facts.settled(subsystem, condition) is not None else constancy.parts(condition)
-        )
+        parts = [] if machine.settled(condition) is not None else constancy.parts(condition)
         for part in parts:
             about = found.in_conditions if part.text.expr is condition.when else found.anywhere
             about[f"{part.holds} {part.expr}"] = _always(part.expr, part.holds)
-    for misfit in facts.misfits(subsystem).found:
+    for misfit in machine.misfits.found:
         one, other = misfit.because[0], misfit.because[-1]
         if misfit.kind == "itself":
             found.anywhere[f"same {misfit.expr}"] = _same(one, other)
         elif misfit.kind == "clamp":
             found.anywhere[f"limited {misfit.expr}"] = _same(misfit.expr, one)
     for state in subsystem.states:
-        for late in Lasting(subsystem, facts).late(state):
+        for late in machine.lasting.late(state):
             if late.row is None:
                 cause = "error" if late.condition is state.behaviour.error else "terminal"
                 found.never_ends.add((state.name, cause))

@@ -56,9 +56,7 @@ def _noting(step: Callable[..., Any], flags: list[str], late: list[str]) -> Call
 
 def known_of(system: System) -> dict[str, frozenset[InputName]]:
     facts = Facts(system)
-    return {
-        s.qualified_name: facts.connections.always_fresh(s, facts.broken) for s in system.subsystems
-    }
+    return {m.subsystem.qualified_name: m.arrivals.fresh for m in facts.machines}
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ def judged(made: Table, folder: Path) -> tuple[System, Subsystem, RowVerdict]:
     assert all(code.startswith(("E06", "E07")) for code in errors), text_of(made.tree)
     assert result.system is not None
     subsystem = next(s for s in result.system.subsystems if s.name == "m")
-    return result.system, subsystem, Facts(result.system).verdict(subsystem, "S0", "terminal")
+    return result.system, subsystem, Facts(result.system).of(subsystem).verdict("S0", "terminal")
 
 
 def tried(subsystem: Subsystem, made: Table) -> list[tuple[Situation, list[int]]]:

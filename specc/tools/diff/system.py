@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 from fractions import Fraction
 
-from specc.analysis.words import ms
+from specc.diagnostics.phrases import ms
 from specc.lang import show
 from specc.model.system import Agent, Binding, Device, Operator, Subsystem, System, Task
 from specc.tools.diff.machine import (

@@ -87,7 +87,7 @@ def _rows(analysis: Analysis, diagnostic: Diagnostic) -> Iterator[Action]:
 
 
 def _decided(analysis: Analysis) -> Iterator[Decided]:
-    return analysis.proofs.facts.decided() if analysis.proofs else iter(())
+    return analysis.proofs.decided() if analysis.proofs else iter(())
 
 
 def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:

@@ -60,7 +60,7 @@ class Inputs:
         """`original` is the subsystem as the facts know it; what `never` names does not come."""
         self._meaning = meaning
         self._never = never
-        self._arrivals = facts.presence(original).arrivals
+        self._arrivals = facts.of(original).arrivals
         ports = [port for port in original.ports if port.direction == "x"]
         self._elements = {(p.peer, e.name): e for p in ports for e in p.elements}
         self.names = frozenset(self._elements)
@@ -168,7 +168,7 @@ class Driver:
         self._code = code
         self._never = never
         self._subsystem = code.subsystem
-        self._presence = facts.presence(original)
+        self._presence = facts.of(original).presence
         self._changing = frozenset(
             a.name for b in self._subsystem.behaviours for a in b.assignments if not a.peer
         )

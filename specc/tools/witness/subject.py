@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
-from specc.analysis import Decided, Facts
+from specc.analysis import Decided, Facts, Machine
 from specc.analysis.vague import surely
-from specc.analysis.words import ending, situation
-from specc.checks import presence
+from specc.checks.presence import absences
+from specc.checks.rows import ending, situation
 from specc.emit import filled
 from specc.example.numbers import runnable
 from specc.example.search import Goal
@@ -149,12 +149,12 @@ class Refutation:
 def refutations(facts: Facts) -> Iterator[Refutation]:
     """The refutations of a system, in the order of its states."""
     for decided in facts.decided():
-        yield from _of_rows(decided, facts)
-    for subsystem in facts.consistent_subsystems:
-        yield from _of_absence(subsystem, facts)
+        yield from _of_rows(decided)
+    for machine in facts.consistent:
+        yield from _of_absence(machine)
 
 
-def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
+def _of_rows(decided: Decided) -> Iterator[Refutation]:
     """E0601, E0602, E0603."""
     verdict, state, cause = decided.verdict, decided.state, decided.cause
     gap, overlap = verdict.decision.gap, verdict.decision.overlap
@@ -162,7 +162,7 @@ def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
     if gap and verdict.rows:
         words = f"no row of state `{state.name}` applies {situation(gap)}"
         yield Refutation("E0601", name, state.name, cause, words, gap.answers)
-    elif facts.lacks_rows(decided) and not _is_unfinished(decided, facts):
+    elif decided.lacks_rows and not _is_unfinished(decided):
         words = f"state `{state.name}` can end {ended} and has no row for that"
         yield Refutation("E0603", name, state.name, cause, words)
     if overlap:
@@ -171,28 +171,20 @@ def _of_rows(decided: Decided, facts: Facts) -> Iterator[Refutation]:
         yield Refutation("E0602", name, state.name, cause, words, overlap.answers, rows)
 
 
-def _is_unfinished(decided: Decided, facts: Facts) -> bool:
+def _is_unfinished(decided: Decided) -> bool:
     """Whether the table has no rows for the state yet."""
-    return any(decided.state is state for state in facts.dead_ends(decided.subsystem))
+    return any(decided.state is state for state in decided.machine.dead_ends)
 
 
-def _of_absence(subsystem: Subsystem, facts: Facts) -> Iterator[Refutation]:
+def _of_absence(machine: Machine) -> Iterator[Refutation]:
     """E0701 to E0704, once for each input and state."""
     told = set()
-    for code, absences in _ABSENCES.items():
-        for absence in absences(subsystem, facts):
-            state = absence.state or subsystem.initial_state
-            name = absence.reading.name
-            if (code, state, name) not in told:
-                told.add((code, state, name))
-                input_ = f"`x.{name[0]}.{name[1]}`"
-                words = f"{input_} may have no value {absence.where}, where {absence.what} reads it"
-                yield Refutation(code, subsystem.qualified_name, state, None, words, absent=name)
-
-
-_ABSENCES = {
-    "E0701": presence.absences_in_functions,
-    "E0702": presence.absences_in_conditions,
-    "E0703": presence.absences_in_memory,
-    "E0704": presence.absences_in_axioms,
-}
+    subsystem = machine.subsystem
+    for absence in sorted(absences(machine), key=lambda absence: absence.code):
+        state, name = absence.state or subsystem.initial_state, absence.reading.name
+        if (absence.code, state, name) not in told:
+            told.add((absence.code, state, name))
+            input_ = f"`x.{name[0]}.{name[1]}`"
+            words = f"{input_} may have no value {absence.where}, where {absence.what} reads it"
+            owner = subsystem.qualified_name
+            yield Refutation(absence.code, owner, state, None, words, absent=name)

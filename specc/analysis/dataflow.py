@@ -1,0 +1,215 @@
+"""Where values come from: flow through a subsystem, and samples behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+from specc.analysis.connections import Connections
+from specc.analysis.guards import Guards, Implied
+from specc.analysis.machine import Machine
+from specc.analysis.plant import BoundElement
+from specc.model.expr import Expr, Fresh, Input
+from specc.model.fsm import State
+from specc.model.system import Subsystem
+from specc.proof import InputName
+from specc.source import Place
+
+# Which inputs of the same period the value of an expression is computed from.
+
+
+InputNames = frozenset[InputName]
+
+
+class Read(NamedTuple):
+    """An input whose value counts, with `on_arrival` only in periods that find it fresh."""
+
+    input: InputName
+    on_arrival: bool
+
+
+class Reads:
+    """What a machine reads in the states that it enters; memory is not followed."""
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        lets = machine.subsystem.lets
+        asked = Implied({let.name: let for let in lets}, _asked)
+        self._guards = Guards[InputNames](
+            lets, lambda fresh, *test: fresh | asked.by(*test), frozenset.intersection
+        )
+
+    def of(self, expr: Expr) -> frozenset[Read]:
+        """What the value of `expr` depends on."""
+        parts = self._guards.parts(expr, frozenset())
+        inputs = ((part, fresh) for part, fresh, _ in parts if isinstance(part, Input))
+        names = (((part.peer, part.element), fresh) for part, fresh in inputs)
+        return frozenset(Read(name, name in fresh) for name, fresh in names)
+
+    @cached_property
+    def own(self) -> frozenset[Read]:
+        """The inputs whose values the machine uses."""
+        reached = self._machine.reached
+        behaviours = [s.behaviour for s in self._machine.subsystem.states if s.name in reached]
+        rows = (row for row in self._machine.subsystem.transitions if row.source in reached)
+        values = [item.value for behaviour in behaviours for item in behaviour.assignments]
+        values += [end.when for b in behaviours for end in (b.terminal, b.error)]
+        values += [row.condition.when for row in rows]
+        return frozenset[Read]().union(*map(self.of, values))
+
+    @cached_property
+    def running(self) -> dict[str, State]:
+        """The behaviours that run, each with the first state that it runs in."""
+        first: dict[str, State] = {}
+        for state in self._machine.subsystem.states:
+            if state.name in self._machine.reached:
+                first.setdefault(state.behaviour.name, state)
+        return first
+
+
+def _asked(expr: Expr, holds: bool) -> InputNames:
+    """The input that must be fresh where a condition holds."""
+    if holds and isinstance(expr, Fresh):
+        return frozenset(((expr.input.peer, expr.input.element),))
+    return frozenset()
+
+
+# Where the values of inputs come from: who computes them, when, and from which other inputs.
+
+
+class Node(NamedTuple):
+    """An element of an input buffer: of a subsystem, or with the peer "" of a device."""
+
+    reader: str
+    peer: str
+    element: str
+
+    def __str__(self) -> str:
+        return f"{self.short} of {self.reader}" if self.peer else self.short
+
+    @property
+    def short(self) -> str:
+        """The element as its reader calls it, or with the whole name of a device."""
+        if not self.peer:
+            return f"{self.reader}.{self.element}"
+        return f"x.{self.peer}.{self.element}"
+
+
+class Sent(NamedTuple):
+    """An element that a subsystem computes, from `reads` of its own.
+
+    `silent` is a state, of those that the subsystem enters, in which it does not send it.
+    """
+
+    sender: Subsystem
+    reads: tuple[tuple[Node, bool], ...]
+    silent: State | None
+
+
+class Measured(NamedTuple):
+    """An element that a device reports.
+
+    `period_s` are the seconds between samples, 0 without a rate; for a `sporadic` one the longest
+    time without a sample, 0 if that is not known. `shared` tells whether it has several readers.
+    """
+
+    device: str
+    period_s: Fraction
+    place: Place
+    sporadic: bool = False
+    shared: bool = False
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether there may be no new sample for an unlimited time."""
+        return self.sporadic and not self.period_s
+
+
+class DataFlow:
+    """The data flow between the subsystems of a system."""
+
+    def __init__(
+        self,
+        connections: Connections,
+        machines: Mapping[str, Machine],
+        bindings: Sequence[BoundElement],
+    ) -> None:
+        """`machines` are the subsystems without errors, by their qualified names."""
+        self._connections = connections
+        self._machines = machines
+        self._bindings = bindings
+        self._reads = {name: Reads(machine) for name, machine in machines.items()}
+        self._found: dict[Node, Sent | Measured | None] = {}
+
+    def of(self, node: Node) -> Sent | Measured | None:
+        """Where a value comes from; None if that is not known."""
+        if node not in self._found:
+            self._found[node] = self._sent(node) or self._measured(node)
+        return self._found[node]
+
+    def only_on_arrival(self, node: Node) -> bool:
+        """Whether a subsystem uses a value only where it is fresh."""
+        reads = self._reads.get(node.reader)
+        own = [read for read in reads.own if read.input == node[1:]] if reads else []
+        return bool(own) and all(read.on_arrival for read in own)
+
+    def _sent(self, node: Node) -> Sent | None:
+        sender, peer = self._sender(node)
+        machine = self._machines.get(sender)
+        if machine is None or machine.faulty:
+            return None
+        reads = self._reads[sender]
+        written = machine.subsystem.written.get((peer, node.element), {})
+        silent = (state for name, state in reads.running.items() if name not in written)
+        values = (value for name in written.keys() & reads.running for value in written[name])
+        found = {
+            (Node(sender, *read.input), read.on_arrival)
+            for value in values
+            for read in reads.of(value)
+        }
+        return Sent(machine.subsystem, tuple(sorted(found)), next(silent, None))
+
+    def _sender(self, node: Node) -> tuple[str, str]:
+        """The subsystem that sends to a node, and its name for the buffer; empty if none does."""
+        if not node.peer:
+            return self._drivers.get(node.reader, ("", ""))
+        reader = self._connections.subsystems.get(node.reader)
+        port = reader.port("x", node.peer) if reader else None
+        end = self._connections.other_port(reader, port) if reader and port else None
+        return (port.other_end, end.peer) if port and end else ("", "")
+
+    @cached_property
+    def _drivers(self) -> dict[str, tuple[str, str]]:
+        """The subsystem that commands each device, and its name for the buffer."""
+        return {
+            port.other_end: (name, port.peer)
+            for name, machine in self._machines.items()
+            for port in machine.subsystem.ports
+            if port.direction == "y" and port.other_end in self._connections.devices
+        }
+
+    def _measured(self, node: Node) -> Measured | None:
+        reader = self._connections.subsystems.get(node.reader)
+        port = reader.port("x", node.peer) if reader and node.peer else None
+        device = self._connections.devices.get(port.other_end) if port else None
+        element = next((e for e in device.y if e.name == node.element), None) if device else None
+        if device is None or element is None:
+            return None
+        name = device.qualified_name
+        for bound in self._bindings:
+            binding = bound.binding
+            if (binding.device, binding.element) != (name, node.element):
+                continue
+            if binding.sporadic:
+                gap_s, place = binding.max_gap_s or Fraction(0), binding.place.below("sporadic")
+                return Measured(name, gap_s, place, True, self._is_shared(name, node.element))
+            if binding.rate_hz is not None:
+                return Measured(name, 1 / binding.rate_hz, binding.place.below("rate"))
+        return Measured(name, Fraction(0), element.place)
+
+    def _is_shared(self, device: str, element: str) -> bool:
+        """Whether several subsystems read what a device reports."""
+        ports = (port for _, port in self._connections.ends_at(device) if port.direction == "x")
+        return sum(port.element(element) is not None for port in ports) > 1

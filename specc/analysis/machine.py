@@ -1,0 +1,253 @@
+"""What is known of one subsystem: each question about it is answered once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property, partial
+
+from specc.analysis.connections import Arrivals
+from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
+from specc.analysis.lasting import Lasting
+from specc.analysis.misfits import Misfits
+from specc.analysis.must import Presence, Values
+from specc.analysis.reads import Dependences, names_any
+from specc.analysis.vague import Views, is_vague
+from specc.frozen import frozen
+from specc.model.expr import Truth, has_unknown
+from specc.model.fsm import Cause, Condition, State
+from specc.model.system import Constant, Subsystem
+from specc.proof import Prover, RowVerdict, Witness
+
+
+@frozen
+class Decided:
+    """The verdict about the rows of one state and cause."""
+
+    machine: Machine
+    state: State
+    cause: Cause
+    verdict: RowVerdict
+
+    @property
+    def subsystem(self) -> Subsystem:
+        """The subsystem of the state."""
+        return self.machine.subsystem
+
+    @property
+    def is_vague(self) -> bool:
+        """Whether something about the rows is unknown."""
+        return self.machine.is_vague(self.state, self.cause)
+
+    @property
+    def lacks_rows(self) -> bool:
+        """Whether the cause can occur before the state is over, and has no row."""
+        if self.verdict.rows or not self.verdict.decision.possible:
+            return False
+        known = not self.machine.faulty and not self.machine.dead_ends
+        return not (known and self.machine.lasting.never_ends(self.state, self.cause))
+
+    def overlap(self, pair: tuple[int, int]) -> Witness | None:
+        """Where two of the rows surely apply together, by their indices."""
+        state = self.state.name
+        present = self.machine.presence.in_conditions(state)
+        return self.machine.views.overlap(state, self.cause, pair, present)
+
+
+class Machine:
+    """Answers about a subsystem, in terms of its states, conditions and expressions.
+
+    They follow from the subsystem, the constants and what its connections say of its inputs. As
+    long as these are equal the answers stay, whatever else changes in the system.
+    """
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        constants: Mapping[str, Constant],
+        arrivals: Arrivals,
+        *,
+        faulty: bool = False,
+    ) -> None:
+        """`constants` of the system have values; they are in order of dependence.
+
+        A `faulty` subsystem has unknowns in it; what is said of it holds whatever they are.
+        """
+        self.subsystem = subsystem
+        self.arrivals = arrivals
+        self.faulty = faulty
+        self._constants = constants
+        self._verdicts: dict[tuple[str, Cause], RowVerdict] = {}
+
+    # What it is made of.
+
+    @cached_property
+    def prover(self) -> Prover:
+        """Answers about conditions."""
+        return self._new_prover(self.subsystem)
+
+    def _new_prover(self, subsystem: Subsystem) -> Prover:
+        values = {name: constant.value for name, constant in self._constants.items()}
+        return Prover(subsystem, values, self.arrivals.declared)
+
+    @cached_property
+    def views(self) -> Views:
+        """What is certain where something is unknown."""
+        return Views(self.subsystem, self._new_prover)
+
+    @cached_property
+    def misfits(self) -> Misfits:
+        """What cannot be meant in expressions."""
+        return Misfits(self.subsystem, self._constants)
+
+    @cached_property
+    def dependences(self) -> Dependences:
+        """What expressions depend on."""
+        return Dependences(self.subsystem.lets)
+
+    @cached_property
+    def lasting(self) -> Lasting:
+        """How long states can last, if there are no unknowns."""
+        return Lasting(self.subsystem, self.prover, self.dependences, self.verdict)
+
+    # How much can be asked of it.
+
+    @cached_property
+    def is_consistent(self) -> bool:
+        """Whether its axioms do not contradict each other."""
+        return not self.prover.contradiction()
+
+    @cached_property
+    def is_finished(self) -> bool:
+        """Whether it is consistent, with rows for all states that end."""
+        return self.is_consistent and not self.dead_ends
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it is finished and has no unknowns."""
+        return not self.faulty and self.is_finished
+
+    @cached_property
+    def is_legible(self) -> bool:
+        """Whether it is consistent, with nothing unknown in what leads from state to state."""
+        unknown = self._is_vague or any(has_unknown(let.value) for let in self.subsystem.lets)
+        return self.is_consistent and not unknown
+
+    def is_vague(self, state: State, cause: Cause) -> bool:
+        """Whether something about the rows of a state and cause is unknown."""
+        return self.faulty and is_vague(self.subsystem, state, cause)
+
+    @cached_property
+    def _is_vague(self) -> bool:
+        return any(self.is_vague(s, cause) for s in self.subsystem.states for cause in CAUSES)
+
+    # What is decided about its rows.
+
+    @cached_property
+    def decided(self) -> tuple[Decided, ...]:
+        """The verdicts about every state and cause.
+
+        Where conditions are unknown, what they say holds whatever these are.
+        """
+        return tuple(
+            Decided(self, state, cause, verdict)
+            for state in self.subsystem.states
+            for cause in CAUSES
+            if (verdict := self._certain(state, cause)) is not None
+        )
+
+    def _certain(self, state: State, cause: Cause) -> RowVerdict | None:
+        """The verdict that does not depend on anything unknown; None if there is none."""
+        if not self.is_vague(state, cause):
+            return self.verdict(state.name, cause)
+        present = self.presence.in_conditions(state.name)
+        return self.views.verdict(state.name, cause, present)
+
+    def verdict(self, state: str, cause: Cause) -> RowVerdict:
+        """The verdict about the rows of a state and cause, with what is known of presence.
+
+        What peers always send makes rows complete, but none superfluous.
+        """
+        key = state, cause
+        if key not in self._verdicts:
+            present = self.presence.in_conditions(state)
+            prove = partial(self.prover.prove_rows, state, cause, present=present)
+            verdict, fresh = prove(), self.arrivals.fresh
+            if fresh and not verdict.proved:
+                verdict = verdict.where_fresh(prove(fresh=fresh).decision, fresh)
+            self._verdicts[key] = verdict
+        return self._verdicts[key]
+
+    @cached_property
+    def dead_ends(self) -> tuple[State, ...]:
+        """States that may end although the table has no row at all for them."""
+        sources = {row.source for row in self.subsystem.transitions}
+        return tuple(
+            state
+            for state in self.subsystem.states
+            if state.name not in sources
+            and any(self.prover.prove_rows(state.name, cause).decision.possible for cause in CAUSES)
+        )
+
+    # Where it gets to.
+
+    @cached_property
+    def steps(self) -> tuple[Step, ...]:
+        """The rows that may be taken, in the order of the file.
+
+        Presence follows from them, so they are found without it.
+        """
+        return find_steps(self.subsystem, self.prover.prove_rows)
+
+    @cached_property
+    def reached(self) -> frozenset[str]:
+        """The states that it can enter; all of them where that is not known."""
+        if not self.subsystem.begun or not self.ways_are_known:
+            return frozenset(state.name for state in self.subsystem.states)
+        return reached_from(self.subsystem.initial_state, self.steps)
+
+    @cached_property
+    def ways_are_known(self) -> bool:
+        """Whether no row is missing and no condition has one value by mistake.
+
+        If the table needs a repair anyway, it is not known yet which states can be reached.
+        """
+        return self.conditions_vary and not any(
+            decided.verdict.decision.gap or decided.lacks_rows for decided in self.decided
+        )
+
+    @cached_property
+    def conditions_vary(self) -> bool:
+        """Whether no condition has one value by mistake."""
+        return all(self.settled(condition) is None for condition in _used(self.subsystem))
+
+    def settled(self, condition: Condition) -> bool | None:
+        """The constant truth value of a condition that should change; None if it can change.
+
+        A literal `True` or `False` is intended, and a parameter may well decide a condition.
+        """
+        parameters = {constant.name for constant in self.subsystem.constants}
+        if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
+            return None
+        return self.prover.constant(condition.when)
+
+    # What must hold in its states.
+
+    @cached_property
+    def presence(self) -> Presence:
+        """Where inputs surely have values."""
+        steps = self.views.steps() if self._is_vague else self.steps
+        return Presence(self.subsystem, steps, self.arrivals)
+
+    @cached_property
+    def values(self) -> Values:
+        """Where optional values and lists surely have something in them, if it is legible."""
+        rows = [step.row for step in self.steps]
+        return Values(self.subsystem, rows, self.prover, self.dependences)
+
+
+def _used(subsystem: Subsystem) -> Iterable[Condition]:
+    """The conditions that lead from state to state, each once."""
+    behaviours = [state.behaviour for state in subsystem.states]
+    every = [condition for b in behaviours for condition in (b.terminal, b.error)]
+    every += [row.condition for row in subsystem.transitions]
+    return {(condition.kind, condition.name): condition for condition in every}.values()

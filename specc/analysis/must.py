@@ -1,0 +1,355 @@
+"""What must hold where an expression is evaluated: its inputs have come, its values are there.
+
+As a Java compiler follows definite assignment: what is known in a state is what every way into it
+tells, and the tests inside an expression tell the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+from specc.analysis.connections import Arrivals
+from specc.analysis.graph import Held, Step, must_hold
+from specc.analysis.guards import Guards, Implied, Use, ended, negation, said, there
+from specc.analysis.reads import Dependences, all_inputs, nodes, texts
+from specc.model.expr import (
+    TRUE,
+    Builtin,
+    Compare,
+    Expr,
+    Fresh,
+    Input,
+    IsNone,
+    Logic,
+    MemoryRef,
+    Present,
+    Quantifier,
+    Sure,
+    Unary,
+    Unknown,
+    has_unknown,
+)
+from specc.model.fsm import Axiom, Condition, Function, State, Transition
+from specc.model.system import Let, Memory, Subsystem
+from specc.model.types import ListOf, OptionalOf, Type
+from specc.proof import InputName, Moment, Prover
+from specc.reachable import grouped, shortest
+
+# Inputs that surely have a value. A value that has come stays, so the sets only grow along a way.
+
+
+Names = frozenset[InputName]
+_NONE: Names = frozenset()
+
+
+class Reading(NamedTuple):
+    """An input that is read, in the text of `let` or, without one, of the expression itself."""
+
+    input: Input
+    let: Let | None
+
+    @property
+    def name(self) -> InputName:
+        """Peer and element."""
+        return self.input.peer, self.input.element
+
+
+class Presence:
+    """Inputs of a subsystem that surely have a value, by state; `steps` may be taken.
+
+    A state that is never entered has everything, and so has every state if it is not known where
+    the machine begins.
+    """
+
+    def __init__(self, subsystem: Subsystem, steps: Sequence[Step], arrivals: Arrivals) -> None:
+        self._subsystem = subsystem
+        self._steps = steps
+        self._arrivals = arrivals
+        self._close = arrivals.close
+        self._everything = all_inputs(subsystem)
+        self._told = Implied({let.name: let for let in subsystem.lets}, self._asked).by
+        self._guards = Guards(subsystem.lets, self.behind, frozenset.intersection)
+        self.in_first_period = self._close(arrivals.always)
+        """In the first period of all."""
+        self.in_later_periods = self._close(arrivals.always | arrivals.later)
+        """In every period after the first, in any state: when conditions are asked."""
+        self.in_functions = self._settled()
+        """In the functions of a state, from its first period on."""
+
+    def in_conditions(self, state: str) -> Names:
+        """In the conditions that end a state; they are first asked one period after it began."""
+        return self._close(self.in_functions[state] | self._arrivals.later)
+
+    def at(self, use: Use) -> Names:
+        """Where an expression is evaluated."""
+        match use.owner:
+            case Memory():
+                return self.in_first_period
+            case Axiom():
+                return self.in_later_periods
+        assert use.state is not None  # functions and conditions are those of a state
+        if isinstance(use.owner, Function):
+            return self.in_functions[use.state.name]
+        present = self.in_conditions(use.state.name)
+        for test, holds in use.tests:
+            present = self.behind(present, test, holds)
+        return present
+
+    def behind(self, present: Names, test: Expr, holds: bool) -> Names:
+        """What is present after a test that held, or did not."""
+        return self._close(present | self._told(test, holds))
+
+    def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
+        """What `expr` may read without a value where only `present` is sure; tests in it count."""
+        for part, known, let in self._guards.parts(expr, present):
+            if isinstance(part, Input) and (part.peer, part.element) not in known:
+                yield Reading(part, let)
+
+    def after(self, step: Step) -> Names:
+        """Once a row was taken."""
+        return self._close(self.in_conditions(step.row.source) | step.ensures)
+
+    def way_without(self, state: str, element: InputName) -> list[str]:
+        """States on a shortest way to `state` on which the element may be missing."""
+        without = (step.row for step in self._steps if element not in self.after(step))
+        leaving = grouped((row.source, row.target) for row in without)
+        return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
+
+    def _asked(self, expr: Expr, holds: bool) -> Names:
+        """Inputs that have a value where a condition holds; the unknown may be about any input."""
+        match expr:
+            case Unknown():
+                return self._everything
+            case Fresh(input=element) | Present(input=element) if holds:
+                return frozenset(((element.peer, element.element),))
+        return _NONE
+
+    def _settled(self) -> Held[InputName]:
+        most = {state.name: self._everything for state in self._subsystem.states}
+        if not self._subsystem.begun:
+            return most
+        most[self._subsystem.initial_state] = self.in_first_period
+        if self.in_first_period == self._everything:
+            return most
+        ways = grouped((s.row.source, (s.row.target, s.ensures)) for s in self._steps)
+        return must_hold(most, ways, self._kept)
+
+    def _kept(self, names: Names, _: str, known: Names, ensures: Names) -> Names:
+        return names & self._close(self._close(known | self._arrivals.later) | ensures)
+
+
+# Optional values that are not None, and lists that are not empty.
+#
+# A transition is taken in the period in which its conditions held, so what they say is true of the
+# functions of the next state. After that it stays true of memory that the behaviour does not write.
+
+
+Facts = frozenset[Expr]
+Context = tuple[Expr, ...]
+"""Conditions that hold in one period."""
+MOST_WAYS = 16
+"""To one let with different tests before it; of more ways counts what all have in common."""
+
+
+class Need(NamedTuple):
+    """A value that has to be there, in the text of `let` or, without one, of the expression itself.
+
+    On each of the `ways` to it the tests of that way hold.
+    """
+
+    sure: Sure
+    ways: tuple[Context, ...]
+    let: Let | None
+
+    @property
+    def fact(self) -> Expr:
+        """The condition that it is there."""
+        return there(self.sure.value)
+
+
+class Values:
+    """What is known of optional values and of lists in the states of a machine without unknowns."""
+
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        rows: Sequence[Transition],
+        prover: Prover,
+        dependences: Dependences,
+    ) -> None:
+        """`rows` may be taken."""
+        self._subsystem = subsystem
+        self._rows = rows
+        self._prover = prover
+        self._dependences = dependences
+        self._guards = Guards(subsystem.lets, _behind, _either)
+
+    @cached_property
+    def needed(self) -> bool:
+        """Whether any expression needs a value to be there."""
+        return any(isinstance(node, Sure) for node in nodes(self._subsystem))
+
+    def needs(self, expr: Expr) -> Iterator[Need]:
+        """What an evaluation of `expr` may need."""
+        for part in self._guards.parts(expr, ((),)):
+            if isinstance(part.expr, Sure):
+                yield Need(part.expr, part.known, part.let)
+
+    def at(self, use: Use) -> Context:
+        """What is known where an expression is evaluated."""
+        if use.state is None:
+            return ()
+        if isinstance(use.owner, Function):
+            return _in_order(self._held[use.state.name])
+        known = self._when_asked(use.state, self._held[use.state.name])
+        return (*_in_order(known), *said(use.tests))
+
+    def lacks(self, need: Need, use: Use) -> bool:
+        """Whether a value may be missing; where an error stands before it, that is not known."""
+        known = self.at(use)
+        legible = (way for way in need.ways if not any(map(has_unknown, way)))
+        contexts = ((*known, *way) for way in legible)
+        moment = self._moment(use)
+        return any(
+            need.fact not in context
+            and not self._prover.implies(_with_items(context), need.fact, moment)
+            for context in contexts
+        )
+
+    def tells(self, fact: Expr, use: Use) -> bool:
+        """Whether tests on the ways into a state would say enough of a value that is used there."""
+        state = use.state
+        if state is None or state.name == self._subsystem.initial_state:
+            return False
+        once = isinstance(use.owner, Function) and state.behaviour.terminal.when == TRUE
+        return self._outlives(fact, state) or once
+
+    def _moment(self, use: Use) -> Moment:
+        if isinstance(use.owner, Condition):
+            return "conditions"
+        later = use.state is not None and use.state.name != self._subsystem.initial_state
+        return "functions" if later else "start"
+
+    @cached_property
+    def _facts(self) -> Facts:
+        """What matters; facts about the clock do not, as it starts anew with every state."""
+        needs = (need for text in texts(self._subsystem) for need in self.needs(text.expr))
+        return frozenset(f for f in {n.fact for n in needs} if not self._dependences.of(f).clock)
+
+    @cached_property
+    def _held(self) -> Held[Expr]:
+        """What holds in every period in which the functions of a state are executed."""
+        most = {state.name: self._facts for state in self._subsystem.states}
+        if self._subsystem.initial_state in most:
+            initial = {item.name: item.init.type for item in self._subsystem.memory}
+            most[self._subsystem.initial_state] = _there_by_type(self._facts, initial)
+        return must_hold(most, self._ways(), self._kept)
+
+    def _ways(self) -> dict[str, list[tuple[str, Context]]]:
+        """State -> the states that it enters, or goes on as, and what is true when it does."""
+        found: dict[str, list[tuple[str, Context]]] = {}
+        for state in self._subsystem.states:
+            ends = (state.behaviour.terminal.when, state.behaviour.error.when)
+            found[state.name] = [(state.name, self._timeless(map(negation, ends)))]
+        for row in self._rows:
+            source = self._subsystem.state(row.source).behaviour
+            before = said(ended(source.error, source.terminal, row.cause))
+            found[row.source].append((row.target, self._timeless([*before, row.condition.when])))
+        return found
+
+    def _timeless(self, conditions: Iterable[Expr]) -> Context:
+        """The parts of conditions that are as true of the next state, whose clock starts anew."""
+        parts: list[Expr] = []
+        for condition in conditions:
+            match condition:
+                case Logic(op="and", operands=operands):
+                    parts += operands
+                case _:
+                    parts.append(condition)
+        return tuple(part for part in parts if not self._dependences.of(part).clock)
+
+    def _kept(self, facts: Facts, state: str, held: Facts, conditions: Context) -> Facts:
+        known = self._when_asked(self._subsystem.state(state), held)
+        context = _with_items((*conditions, *_in_order(known)))
+        return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
+
+    def _when_asked(self, state: State, held: Facts) -> Facts:
+        """Facts that hold when the conditions that end a state are asked."""
+        lasting = (fact for fact in held if self._outlives(fact, state))
+        return frozenset(lasting) | _there_by_type(self._facts, _written(state))
+
+    def _outlives(self, fact: Expr, state: State) -> bool:
+        """Whether what is true when a state is entered is so in all its periods."""
+        on = self._dependences.of(fact)
+        return on.lasts and not on.memory & _written(state).keys()
+
+
+def _behind(ways: tuple[Context, ...], test: Expr, holds: bool) -> tuple[Context, ...]:
+    said = test if holds else negation(test)
+    return tuple((*way, said) for way in ways)
+
+
+def _either(one: tuple[Context, ...], other: tuple[Context, ...]) -> tuple[Context, ...]:
+    """Ways on which no more is known than on each of these: one with more tests adds nothing."""
+    found: list[tuple[Context, frozenset[Expr]]] = []
+    for way in (*one, *other):
+        tests = frozenset(way)
+        if not any(fewer <= tests for _, fewer in found):
+            found.append((way, tests))
+    if len(found) > MOST_WAYS:
+        common = frozenset.intersection(*(tests for _, tests in found))
+        return (tuple(test for test in found[0][0] if test in common),)
+    return tuple(way for way, _ in found)
+
+
+def _in_order(known: Facts) -> Context:
+    """Facts in an order that does not depend on the run."""
+    return tuple(sorted(known, key=repr))
+
+
+def _with_items(conditions: Iterable[Expr]) -> list[Expr]:
+    """Conditions with what they say of lists: where some item passes a test, there is one."""
+    found: list[Expr] = []
+    for condition in conditions:
+        found.append(condition)
+        match condition:
+            case Logic(op="and", operands=operands):
+                found += _with_items(operands)
+            case (
+                Quantifier(kind="any", over=over) | Unary(operand=Quantifier(kind="all", over=over))
+            ) if isinstance(over.type, ListOf):
+                found.append(there(over))
+    return found
+
+
+def _written(state: State) -> dict[str, Type]:
+    """Memory that a behaviour writes -> the type of what it assigns."""
+    return {a.name: a.value.type for a in state.behaviour.assignments if not a.peer}
+
+
+def _there_by_type(facts: Facts, memory: Mapping[str, Type]) -> Facts:
+    """Facts about memory that has got a value of a type that is never None, or never empty."""
+    return frozenset(
+        fact
+        for fact in facts
+        if (name := _memory_of(fact)) in memory and _is_there(fact, memory[name])
+    )
+
+
+def _memory_of(fact: Expr) -> str:
+    """The memory element that a fact is about; "" if it is about something else."""
+    match fact:
+        case Unary(operand=IsNone(value=MemoryRef(name=name))):
+            return name
+        case Compare(left=Builtin(args=(MemoryRef(name=name),))):
+            return name
+    return ""
+
+
+def _is_there(fact: Expr, type_: Type) -> bool:
+    """Whether a value of that type is never None, or a list of that type never empty."""
+    if isinstance(fact, Unary):
+        return not isinstance(type_, OptionalOf)
+    return isinstance(type_, ListOf) and type_.nonempty

@@ -1,0 +1,137 @@
+"""The expressions of a subsystem: where they stand, and what they refer to."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from typing import NamedTuple
+
+from specc.frozen import frozen
+from specc.model.expr import (
+    Bound,
+    Clock,
+    ConstantRef,
+    Expr,
+    Fresh,
+    Input,
+    LetRef,
+    MemoryRef,
+    Present,
+    children,
+    walk,
+)
+from specc.model.system import Constant, Let, Memory, Subsystem, System
+from specc.proof import InputName
+from specc.source import Place
+
+# The expressions of a subsystem with the texts in which they stand.
+
+
+class Text(NamedTuple):
+    """An expression that is the text at `key` of a part, or its short form.
+
+    Without a key it is the text of the part itself.
+    """
+
+    expr: Expr
+    part: Place
+    key: str
+
+    def place(self, node: Expr) -> Place:
+        """Where a part of the expression stands."""
+        text = self.part.below(self.key) if self.key else self.part
+        return text.within(*node.span)
+
+
+def text_of(named: Constant | Let | Memory) -> Text:
+    """The text of what has a name in expressions."""
+    if isinstance(named, Memory):
+        return Text(named.init, named.place, "init")
+    return Text(named.value, named.place, "is")
+
+
+def texts(owner: Subsystem | System) -> Iterator[Text]:
+    """All expressions of a subsystem, or those of the constants of a system."""
+    yield from map(text_of, owner.constants)
+    if isinstance(owner, System):
+        return
+    for port in owner.ports:
+        yield from (Text(e.init, e.place, "init") for e in port.elements if e.init is not None)
+    yield from map(text_of, owner.memory)
+    yield from map(text_of, owner.lets)
+    yield from (Text(condition.when, condition.place, "when") for condition in owner.conditions)
+    for function in owner.functions:
+        yield from (Text(item.value, item.place, "is") for item in function.assignments)
+    yield from (Text(axiom.that, axiom.place, "") for axiom in owner.axioms)
+
+
+def nodes(subsystem: Subsystem) -> Iterator[Expr]:
+    """Every part of every expression of a subsystem."""
+    for text in texts(subsystem):
+        yield from walk(text.expr)
+
+
+# What expressions refer to.
+
+
+def inputs_read(subsystem: Subsystem) -> frozenset[InputName]:
+    """Inputs whose value or arrival some expression asks for."""
+    every = nodes(subsystem)
+    return frozenset((node.peer, node.element) for node in every if isinstance(node, Input))
+
+
+def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
+    """Inputs of which it matters whether a new value has come."""
+    asked = (node.input for node in nodes(subsystem) if isinstance(node, Fresh))
+    return frozenset((element.peer, element.element) for element in asked)
+
+
+def all_inputs(subsystem: Subsystem) -> frozenset[InputName]:
+    """Every element of the input buffers."""
+    return frozenset(
+        (port.peer, element.name)
+        for port in subsystem.ports
+        if port.direction == "x"
+        for element in port.elements
+    )
+
+
+def names_any(expr: Expr, constants: Collection[str]) -> bool:
+    """Whether an expression refers to one of some constants or parameters."""
+    if not constants:
+        return False
+    return any(isinstance(node, ConstantRef) and node.name in constants for node in walk(expr))
+
+
+@frozen
+class Dependence:
+    """What the value of an expression depends on."""
+
+    memory: frozenset[str] = frozenset()
+    lasts: bool = True
+    """It changes with the memory only: no input, clock or variable of a quantifier is in it."""
+    clock: bool = False
+
+
+class Dependences:
+    """What expressions depend on, directly or through lets."""
+
+    def __init__(self, lets: Iterable[Let]) -> None:
+        """`lets` in order of dependence."""
+        self._lets: dict[str, Dependence] = {}
+        for item in lets:
+            self._lets[item.name] = self.of(item.value)
+
+    def of(self, expr: Expr) -> Dependence:
+        """What `expr` depends on."""
+        match expr:
+            case MemoryRef(name=name):
+                return Dependence(frozenset((name,)))
+            case Clock(name="elapsed" | "entered"):
+                return Dependence(lasts=False, clock=True)
+            case Input() | Fresh() | Present() | Bound():
+                return Dependence(lasts=False)
+            case LetRef(name=name) if name in self._lets:
+                return self._lets[name]
+        parts = [self.of(child) for child in children(expr)]
+        memory = frozenset[str]().union(*(part.memory for part in parts))
+        return Dependence(memory, all(p.lasts for p in parts), any(p.clock for p in parts))
