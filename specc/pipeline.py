@@ -140,6 +140,6 @@ def build(path: str, values: Mapping[str, str] = _AS_WRITTEN) -> Build:
 
 def json_schema() -> dict[str, Any]:
     """JSON Schema of a specification file, for editors."""
-    from specc.schema import json_schema as of_files
+    from specc.schema.json_schema import json_schema as of_files
 
     return of_files()

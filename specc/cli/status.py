@@ -10,6 +10,7 @@ from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
 from specc.frozen import frozen
 from specc.model.system import Agent, Subsystem, System
+from specc.schema.places import along
 from specc.source import Place
 
 # How far a specification has come along the procedure of section 3 (Fig. 4).
@@ -47,28 +48,6 @@ _BY_CODE = {
     "O0605": "fsm",
     "O0606": "ends",
     "O0607": "behaviours",
-}
-_BY_KEY = {
-    "agents": "structure",
-    "system": "structure",
-    "plant": "simulation",
-    "task": "simulation",
-    "x": "buffers",
-    "y": "buffers",
-    "memory": "buffers",
-    "uses": "buffers",
-    "title": "role",
-    "rate": "role",
-    "states": "fsm",
-    "initial_state": "fsm",
-    "transitions": "fsm",
-    "assume": "fsm",
-    "initial": "fsm",
-    "terminal": "ends",
-    "error": "ends",
-    "real_effectors": "devices",
-    "real_receptors": "devices",
-    "kind": "control",
 }
 
 
@@ -159,8 +138,8 @@ def _missing(subsystem: Subsystem) -> Iterator[str]:
 def _step_of(finding: Diagnostic, steps: tuple[str, ...]) -> str:
     """The step that a finding belongs to; what has no step of its own goes to the last of them."""
     named = _BY_CODE.get(finding.code, "")
-    keys = [_BY_KEY[str(k)] for k in finding.primary.route if str(k) in _BY_KEY]
-    found = [name for name in (named, *reversed(keys)) if name in steps]
+    by_key = [here.key.step for here in along(finding.primary.route) if here.key]
+    found = [name for name in (named, *reversed(by_key)) if name in steps]
     if found:
         return found[0]
     if "definitions" in steps:

@@ -86,7 +86,7 @@ def _described(
         return resolver.resolve("", spec.agent, top["agent"], setting) or nobody, resolver
     if spec.subsystem is None:
         return nobody, resolver
-    around = AgentDef.model_validate({})
+    around = AgentDef()
     ends = {peer: f"{peer}.c" for peer in peers}
     where = top["subsystem"]
     subsystem = resolver.subsystem("", "c", "control", around, spec.subsystem, where, ends, setting)

@@ -15,7 +15,7 @@ from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.model.units import UnitError, parse_unit
 from specc.read import Reach
-from specc.schema.base import Traced
+from specc.schema.texts import Traced
 from specc.source import Place, Route
 
 # What every part of resolving shares: a cursor into the files and the list of findings.

@@ -195,7 +195,7 @@ class MachineResolver:
     def _resolve_functions(self) -> None:
         for name, item in self.definition.functions.items():
             at = self.where["functions"][name]
-            targets = item.__pydantic_extra__ or {}
+            targets = item.targets
             found = [
                 assignment
                 for target, value in targets.items()

@@ -2,170 +2,182 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field
-
-from specc.schema.base import (
-    ExprText,
+from specc.schema.keys import Listed, Part, Role, Text, key
+from specc.schema.subsystem import CommandDef, ElementDef, SubsystemDef
+from specc.schema.texts import (
+    ArgumentText,
+    ConstantText,
     FieldName,
+    FilePath,
     GapText,
     PythonPath,
     RateText,
     ReadableName,
-    Strict,
     Traced,
     TypeText,
-    short_form,
 )
-from specc.schema.subsystem import Command, Element, SubsystemDef
 
 
-class TypeDef(Traced):
+class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     """A name for a type, a record of fields, or an opaque type that only operators look into."""
 
     type: TypeText | None = None
-    frames: list[ReadableName] = Field(
-        [], description="Frame parameters of a record or opaque type."
-    )
-    fields: dict[FieldName, TypeText] | None = Field(None, description="Fields of a record.")
-    opaque: Literal[True] | None = Field(None, description="Only operators look into its values.")
+    frames: list[ReadableName] = key([], "Frame parameters of a record or opaque type.")
+    fields: dict[FieldName, TypeText] | None = key(None, "Fields of a record.", defines="field")
+    opaque: Literal[True] | None = key(None, "Only operators look into its values.")
     python: PythonPath | None = None
 
 
-class ConstantDef(Traced):
+class ConstantDef(Traced, short="is"):
     """A value that never changes."""
 
-    value: ExprText = Field(
-        alias="is", description="An expression of constants, operators and numbers."
+    value: ConstantText = key(
+        about="An expression of constants, operators and numbers.", spelled="is"
     )
 
 
-class OperatorDef(Traced):
+class OperatorDef(Traced, first="signature python title"):
     """A primitive function, written in Python."""
 
-    signature: str = Field(
-        description="Parameters and result: `(q: vector[6, rad]) -> pose[B, E]`."
+    signature: Annotated[str, Text(Role("signature"))] = key(
+        about="Parameters and result: `(q: vector[6, rad]) -> pose[B, E]`."
     )
     python: PythonPath | None = None
 
 
-class DeviceDef(Traced):
+class DeviceDef(Traced, first="title eq table fig"):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
-    x: dict[ReadableName, Command] = Field({}, description="What the device accepts.")
-    y: dict[ReadableName, Element] = Field({}, description="What the device reports.")
+    x: dict[ReadableName, CommandDef] = key(
+        {}, "What the device accepts.", defines="element", step="buffers"
+    )
+    y: dict[ReadableName, ElementDef] = key(
+        {}, "What the device reports.", defines="element", step="buffers"
+    )
 
 
-class AgentDef(Traced):
+class AgentDef(
+    Traced,
+    first="use title kind with eq table fig real_effectors real_receptors "
+    "virtual_effectors virtual_receptors",
+):
     """An embodied agent, or the use of one that another file describes."""
 
-    use: str | None = Field(None, description="File that describes the agent.")
-    arguments: dict[str, ExprText] = Field({}, alias="with", description="Values of parameters.")
-    kind: str | None = Field(None, description="Letters of section 2.2, e.g. CERT.")
-    control: SubsystemDef | None = Field(None, description="The control subsystem, called `c`.")
-    virtual_effectors: dict[ReadableName, SubsystemDef] = Field(
-        {}, description="Subsystems that turn commands into those of real effectors."
+    use: FilePath | None = key(None, "File that describes the agent.")
+    arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
+    kind: str | None = key(None, "Letters of section 2.2, e.g. CERT.", step="control")
+    control: SubsystemDef | None = key(
+        None, "The control subsystem, called `c`.", defines="subsystem"
     )
-    virtual_receptors: dict[ReadableName, SubsystemDef] = Field(
-        {}, description="Subsystems that aggregate measurements of real receptors."
+    virtual_effectors: dict[ReadableName, SubsystemDef] = key(
+        {}, "Subsystems that turn commands into those of real effectors.", defines="subsystem"
     )
-    real_effectors: dict[ReadableName, DeviceDef] = Field({}, description="Devices that act.")
-    real_receptors: dict[ReadableName, DeviceDef] = Field({}, description="Devices that measure.")
+    virtual_receptors: dict[ReadableName, SubsystemDef] = key(
+        {}, "Subsystems that aggregate measurements of real receptors.", defines="subsystem"
+    )
+    real_effectors: dict[ReadableName, DeviceDef] = key(
+        {}, "Devices that act.", defines="device", step="devices"
+    )
+    real_receptors: dict[ReadableName, DeviceDef] = key(
+        {}, "Devices that measure.", defines="device", step="devices"
+    )
 
 
-def _as_list(value: object) -> object:
-    return value if value is None or isinstance(value, (list, dict)) else [value]
-
-
-class BindingDef(Strict):
+class BindingDef(Part, first="actuators joints sensors camera image rate sporadic max_gap through"):
     """What stands behind one element of a device in the plant."""
 
-    joints: list[str] = Field([], description="Joints of the model.")
-    sensors: list[str] = Field([], description="Sensors of the model.")
-    actuators: list[str] = Field([], description="Actuators of the model.")
-    camera: str = Field("", description="Camera of the model.")
-    image: Literal["", "rgb", "depth"] = Field("", description="What the camera records.")
+    joints: list[str] = key([], "Joints of the model.")
+    sensors: list[str] = key([], "Sensors of the model.")
+    actuators: list[str] = key([], "Actuators of the model.")
+    camera: str = key("", "Camera of the model.")
+    image: Literal["", "rgb", "depth"] = key("", "What the camera records.")
     rate: RateText | None = None
-    sporadic: bool = Field(False, description="Whether there may be no new sample.")
+    sporadic: bool = key(False, "Whether there may be no new sample.")
     max_gap: GapText | None = None
-    noise: Annotated[
-        list[ExprText], BeforeValidator(_as_list, json_schema_input_type=str | list[str])
-    ] = Field([], description="Standard deviation per sensor, or `kinect` for a depth image.")
-    through: PythonPath | None = Field(
-        None, description="Function between the model and the element, `package.module:name`."
+    noise: Annotated[list[ConstantText], Listed(alone=(str, int, float, bool))] = key(
+        [], "Standard deviation per sensor, or `kinect` for a depth image."
+    )
+    through: PythonPath | None = key(
+        None, "Function between the model and the element, `package.module:name`."
     )
 
 
-class PlantDef(Strict):
+class PlantDef(Part):
     """What stands behind the devices: a MuJoCo model, or a plant of one's own."""
 
-    model: str = Field("", description="MJCF file, relative to this file.")
-    python: PythonPath | None = Field(
-        None, description="Function that makes a plant of your own, `package.module:factory`."
+    model: str = key("", "MJCF file, relative to this file.")
+    python: PythonPath | None = key(
+        None, "Function that makes a plant of your own, `package.module:factory`."
     )
-    bind: dict[str, BindingDef] = Field(
-        {}, description="Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
+    bind: dict[str, BindingDef] = key(
+        {}, "Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
     )
 
 
-class CycleDef(Strict):
+class CycleDef(Part):
     """A transition that counts as one finished cycle."""
 
-    of: str = Field(description="Subsystem, e.g. `irp.c`.")
-    source: str = Field(alias="from", description="State that is left.")
-    target: str = Field(alias="to", description="State that is entered.")
+    of: Annotated[str, Text(Role("task", "subsystem"))] = key(about="Subsystem, e.g. `irp.c`.")
+    source: Annotated[str, Text(Role("task", "state"))] = key(
+        about="State that is left.", spelled="from"
+    )
+    target: Annotated[str, Text(Role("task", "state"))] = key(
+        about="State that is entered.", spelled="to"
+    )
 
 
-class TaskDef(Strict):
+class TaskDef(Part):
     """What `specc run` counts and judges."""
 
-    cycle: CycleDef = Field(description="What counts as one cycle.")
-    scene: PythonPath | None = Field(None, description="Class that sets the scene up.")
-    judge: PythonPath | None = Field(None, description="Class that judges a cycle.")
-    watch: list[str] = Field([], description="Memory elements that the judge may see.")
+    cycle: CycleDef = key(about="What counts as one cycle.")
+    scene: PythonPath | None = key(None, "Class that sets the scene up.")
+    judge: PythonPath | None = key(None, "Class that judges a cycle.")
+    watch: list[Annotated[str, Text(Role("task", "memory"))]] = key(
+        [], "Memory elements that the judge may see."
+    )
 
 
 _OF_SYSTEMS = frozenset(("system", "agents", "plant", "task"))
-_OF_ALL = frozenset(("specc", *Traced.model_fields))
+_OF_ALL = frozenset(("specc", *Traced.keys))
 
 
-class SpecFile(Traced):
+class SpecFile(Traced, first="specc system title eq table fig use parameters frames types files"):
     """A specification (`system:`), a description to reuse (`subsystem:` or `agent:`), or
     definitions that other files use.
     """
 
-    specc: Literal[1] = Field(description="Version of the language.")
-    system: ReadableName | None = Field(
-        None, description="Name of the system and of its generated code."
+    specc: Literal[1] = key(about="Version of the language.")
+    system: ReadableName | None = key(
+        None, "Name of the system and of its generated code.", step="structure"
     )
-    use: list[str] = Field([], description="Files whose definitions are merged in.")
-    parameters: dict[ReadableName, TypeText] = Field(
-        {}, description="Parameters of a reusable description; each is a type or `frame`."
+    use: list[FilePath] = key([], "Files whose definitions are merged in.")
+    parameters: dict[ReadableName, TypeText] = key(
+        {},
+        "Parameters of a reusable description; each is a type or `frame`.",
+        defines="parameter",
     )
-    frames: dict[ReadableName, str] = Field(
-        {}, description="Coordinate frames, each with a short description."
+    frames: dict[ReadableName, str] = key(
+        {}, "Coordinate frames, each with a short description.", defines="frame"
     )
-    types: dict[ReadableName, Annotated[TypeDef, short_form("type", TypeDef)]] = Field(
-        {}, description="Names for types."
+    types: dict[ReadableName, TypeDef] = key({}, "Names for types.", defines="type")
+    constants: dict[ReadableName, ConstantDef] = key(
+        {}, "Values that never change.", defines="constant"
     )
-    constants: dict[ReadableName, Annotated[ConstantDef, short_form("is", ConstantDef)]] = Field(
-        {}, description="Values that never change."
+    files: dict[ReadableName, str] = key(
+        {}, "Files, relative to the file that names them.", defines="file"
     )
-    files: dict[ReadableName, str] = Field(
-        {}, description="Files, relative to the file that names them."
+    operators: dict[ReadableName, OperatorDef] = key(
+        {}, "Functions written in Python.", defines="operator"
     )
-    operators: dict[ReadableName, OperatorDef] = Field(
-        {}, description="Functions written in Python."
+    agents: dict[ReadableName, AgentDef] = key(
+        {}, "The embodied agents of the system.", defines="agent", step="structure"
     )
-    agents: dict[ReadableName, AgentDef] = Field(
-        {}, description="The embodied agents of the system."
-    )
-    subsystem: SubsystemDef | None = Field(None, description="A subsystem to reuse.")
-    agent: AgentDef | None = Field(None, description="An agent to reuse.")
-    plant: PlantDef | None = Field(None, description="What stands behind the devices.")
-    task: TaskDef | None = None
+    subsystem: SubsystemDef | None = key(None, "A subsystem to reuse.", defines="subsystem")
+    agent: AgentDef | None = key(None, "An agent to reuse.")
+    plant: PlantDef | None = key(None, "What stands behind the devices.", step="simulation")
+    task: TaskDef | None = key(None, step="simulation")
 
     @property
     def is_part(self) -> bool:
         """Whether the file has definitions or a description for systems to use, and no system."""
-        given = self.model_fields_set
-        return not given & _OF_SYSTEMS and not given <= _OF_ALL
+        return not self.given & _OF_SYSTEMS and not self.given <= _OF_ALL

@@ -1,61 +1,273 @@
-"""The shape of a file checked; the JSON Schema for editors."""
+"""The shape of a file checked: its parts, or what is wrong with it, in words, at its place."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+import re
+from typing import Any, Literal, TypeVar
 
-from pydantic import ValidationError
-
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
 from specc.schema.files import SpecFile
+from specc.schema.keys import (
+    OTHERS,
+    Choice,
+    Key,
+    Kind,
+    Named,
+    Optional,
+    Part,
+    Several,
+    Text,
+    Truth,
+    Whole,
+)
+from specc.source import Place, Route
 
-# Data of a file to its shape, or to findings about what does not fit.
+_FOUND: tuple[tuple[type, str], ...] = (
+    (bool, "{value}"),
+    (int, "the number {value}"),
+    (float, "the number {value}"),
+    (str, "text"),
+    (list, "a list"),
+    (dict, "a mapping"),
+)
+_WRITTEN = {
+    "a mapping": "a mapping is written `{key: value}`, or `key: value` on lines of its own below",
+    "a list": "a list is written `[a, b]`, or `- a` on lines of its own below",
+    "text": "text is one value, in quotes if it has brackets, braces or a colon",
+    "a whole number": "write digits only, without quotes",
+    "true or false": "write `true` or `false`, without quotes",
+}
+_PLAIN = re.compile(r"[\w./-]+")
+_PartOfPlace = Literal["key", "value"]
+P = TypeVar("P", bound=Part)
+_SHOWN = 60
+_LISTED_KEYS = 24
+_VERSION: Route = ("specc",)
+
+# Whole numbers and truth values may stand in quotes.
+_DIGITS = re.compile(r"\s*([+-]?\d+(?:_\d+)*)(?:\.0+)?\s*", re.ASCII)
+_MOST_DIGITS = 400
+_TRUTHS: dict[object, bool] = {
+    **dict.fromkeys((1, "1", "true", "t", "yes", "y", "on"), True),
+    **dict.fromkeys((0, "0", "false", "f", "no", "n", "off"), False),
+}
 
 
 def shape(data: object, file: str) -> tuple[SpecFile | None, list[Diagnostic]]:
     """The shaped file, or None and what is wrong with its shape."""
-    try:
-        return SpecFile.model_validate(data), []
-    except ValidationError as error:
-        from specc.schema.errors import shape_diagnostics
-
-        return None, shape_diagnostics(error, file, SpecFile)
+    return checked(SpecFile, data, file)
 
 
-# The JSON Schema of a specification file, as editors want it: descriptions and no noise.
+def checked(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
+    """A mapping made of data, or None and what is wrong with their shape."""
+    check = _Check(file)
+    made = check.value(part, data, ())
+    unsupported = [finding for finding in check.findings if finding.code == "E0105"]
+    found = unsupported or check.findings
+    return (None if found else made), found
 
 
-_DIALECT = "https://json-schema.org/draft/2020-12/schema"
-_EMPTY: tuple[object, ...] = (None, "", [], {})
+class _Check:
+    """Makes parts of data; for what does not fit there is a finding, and what is made is void."""
+
+    def __init__(self, file: str) -> None:
+        self.findings: list[Diagnostic] = []
+        self._file = file
+
+    def value(self, kind: Kind, value: Any, route: Route) -> Any:
+        """What is made of the value at a route, which should be of a kind."""
+        match kind:
+            case Text():
+                return self._text(kind, value, route)
+            case Optional():
+                return None if value is None else self.value(kind.value, value, route)
+            case Named():
+                return self._named(kind, value, route)
+            case Several():
+                return self._several(kind, value, route)
+            case Choice():
+                return self._choice(kind, value, route)
+            case Whole():
+                return self._whole(value, route)
+            case Truth():
+                return self._truth(value, route)
+        return self._part(kind, value, route)
+
+    def _text(self, kind: Text, value: Any, route: Route) -> Any:
+        if (kind.scalars or kind.quantity) and isinstance(value, (bool, int, float)):
+            return repr(value)
+        if not isinstance(value, str):
+            return self._misfit("text", value, route)
+        if kind.filled and not value:
+            self._refuse(f"{_name(route)}the text is empty", "write a few words", route)
+        if kind.fault and (fault := kind.fault(value)):
+            self._refuse(f"{_name(route)}{_shown(value)} {fault[0]}", fault[1], route)
+        return value
+
+    def _named(self, kind: Named, value: Any, route: Route) -> Any:
+        if not isinstance(value, dict):
+            return self._misfit("a mapping", value, route)
+        made = {}
+        for name, one in value.items():
+            if kind.name.fault and (fault := kind.name.fault(name)):
+                words = f"{_shown(name)} {fault[0]}"
+                self._tell("E0104", words, (*route, name), fault[1], "key")
+            made[name] = self.value(kind.value, one, (*route, name))
+        return made
+
+    def _several(self, kind: Several, value: Any, route: Route) -> Any:
+        if type(value) in kind.how.alone:
+            value = [value]
+        if not isinstance(value, list):
+            return self._misfit("a list", value, route, kind.how.help)
+        if kind.how.most is not None and len(value) > kind.how.most:
+            words = f"{_name(route)}a list must have at most {kind.how.most} items"
+            return self._refuse(words, "", route)
+        items = [self.value(kind.item, one, (*route, n)) for n, one in enumerate(value)]
+        return kind.made(items)
+
+    def _choice(self, kind: Choice, value: Any, route: Route) -> Any:
+        for one in kind.values:
+            if value == one:
+                return one
+        if route == _VERSION:
+            words = f"version {value!r} of the specification language is not supported"
+            return self._tell("E0105", words, route, "write `specc: 1`")
+        names = [str(one) for one in kind.values]
+        close = nearest(value, names) if isinstance(value, str) else []
+        listed = ", ".join(f"`{name}`" for name in names)
+        hint = f"did you mean `{close[0]}`?" if close else "write one of them"
+        return self._refuse(f"{_name(route)}{_shown(value)} is not one of {listed}", hint, route)
+
+    def _whole(self, value: Any, route: Route) -> Any:
+        if isinstance(value, str) and len(value) <= _MOST_DIGITS:
+            digits = _DIGITS.fullmatch(value)
+            value = int(digits[1]) if digits else value
+        if isinstance(value, float) and not math.isfinite(value):
+            words = f"{_name(route)}{_shown(value)} must be a finite number"
+            return self._refuse(words, "", route)
+        if isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
+            return int(value)
+        return self._misfit("a whole number", value, route)
+
+    def _truth(self, value: Any, route: Route) -> Any:
+        meant = value.lower() if isinstance(value, str) else value
+        if isinstance(value, (str, int, float)) and meant in _TRUTHS:
+            return _TRUTHS[meant]
+        return self._misfit("true or false", value, route)
+
+    def _part(self, part: type[Part], value: Any, route: Route) -> Any:
+        known = part.keys
+        data = _written_out(part, value)
+        if part.row and isinstance(data, list):
+            words = f"{_name(route)}a row has {len(part.row)} items, this one has {len(data)}"
+            return self._refuse(words, f"write `[{', '.join(part.row)}]`", route)
+        if not isinstance(data, dict):
+            needed = [f"{name}: ..." for name, key in known.items() if key.needed and route]
+            hint = f"write `{{{', '.join(needed)}}}`" if needed and data is not None else ""
+            return self._misfit("a mapping", value, route, hint)
+        if OTHERS in known:
+            data = _others_apart(data, known)
+        else:
+            self._check_names(known, data, route)
+        made = {}
+        for name, key in known.items():
+            if name in data:
+                at = route if name == OTHERS else (*route, name)
+                made[key.attribute] = self.value(key.kind, data[name], at)
+        return part(given=frozenset(data), **made)
+
+    def _check_names(self, known: dict[str, Key], data: dict[str, Any], route: Route) -> None:
+        """Report keys that there are not, and those that are missing, but not as mistyped."""
+        close = {name: nearest(name, known) for name in data if name not in known}
+        mistyped = {one for names in close.values() for one in names}
+        for name, key in known.items():
+            if key.needed and name not in data and name not in mistyped:
+                value = "1" if (*route, name) == _VERSION else "..."
+                words = f"missing key `{name}`{_inside(route)}"
+                self._tell("E0102", words, route, f"add `{name}: {value}`", "key")
+        for name, names in close.items():
+            self._unknown(name, names, [*known], route)
+
+    def _unknown(self, name: str, close: list[str], known: list[str], route: Route) -> None:
+        hint = f"did you mean {' or '.join(f'`{one}`' for one in close)}?"
+        if not close:
+            rest = ", ..." if len(known) > _LISTED_KEYS else ""
+            hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
+        place = Place(self._file, (*route, name), "key")
+        meant = surely_meant(name, close)
+        fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+        words = f"unknown key `{name}`{_inside(route)}"
+        self.findings.append(Diagnostic("E0101", words, place, help=hint, fix=fix))
+
+    def _misfit(self, expected: str, value: Any, route: Route, help: str = "") -> None:
+        """A value of another kind than expected."""
+        words = f"{_name(route)}expected {expected}, found {_kind_of(value)}"
+        self._tell("E0103", words, route, help or _way_to(expected, value))
+
+    def _refuse(self, words: str, help: str, route: Route) -> None:
+        """A value of the right kind that is not right."""
+        self._tell("E0104", words, route, help)
+
+    def _tell(
+        self, code: str, words: str, route: Route, help: str, part: _PartOfPlace = "value"
+    ) -> None:
+        place = Place(self._file, route, part)
+        self.findings.append(Diagnostic(code, words, place, help=help))
 
 
-def json_schema() -> dict[str, Any]:
-    """JSON Schema (draft 2020-12) of a specification file."""
-    schema = SpecFile.model_json_schema(by_alias=True)
-    return {
-        "$schema": _DIALECT,
-        "title": "specc specification",
-        **_without_noise(schema),
-    }
+def _written_out(part: type[Part], value: Any) -> Any:
+    """The mapping that a short form stands for; any other value as it is."""
+    if part.short and isinstance(value, (str, int, float)):
+        return {part.short: value}
+    if part.row and isinstance(value, list) and len(value) == len(part.row):
+        return dict(zip(part.row, value, strict=True))
+    return value
 
 
-def _without_noise(schema: Any) -> Any:
-    """A schema without what pydantic makes up: titles, empty defaults, null for a missing value."""
-    if isinstance(schema, list):
-        return [_without_noise(item) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    kept = {
-        key: _without_noise(value)
-        for key, value in schema.items()
-        if not (key == "title" and isinstance(value, str))
-        and not (key == "default" and (value in _EMPTY or isinstance(value, dict)))
-    }
-    return _without_null(kept) if isinstance(kept.get("anyOf"), list) else kept
+def _others_apart(data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
+    others = {name: value for name, value in data.items() if name not in known}
+    return {name: value for name, value in data.items() if name in known} | {OTHERS: others}
 
 
-def _without_null(schema: dict[str, Any]) -> dict[str, Any]:
-    """Editors report what is wrong inside a value only if the value has one meaning."""
-    members = [member for member in schema["anyOf"] if member != {"type": "null"}]
-    rest = {key: value for key, value in schema.items() if key != "anyOf"}
-    return {**members[0], **rest} if len(members) == 1 else {**rest, "anyOf": members}
+# Words.
+
+
+def _kind_of(value: Any) -> str:
+    """Words for what stands in the file."""
+    for kind, words in _FOUND:
+        if isinstance(value, kind):
+            return words.format(value=str(value).lower() if kind is bool else value)
+    return "nothing"
+
+
+def _way_to(expected: str, value: Any) -> str:
+    """How a value of the expected kind is written; `value` stands there now."""
+    if value is None:
+        return "write what belongs here, or delete the key"
+    if expected == "text" and isinstance(value, (bool, int, float)):
+        return f'a value in quotes is text: `"{str(value).lower()}"`'
+    if expected == "a list" and isinstance(value, str) and _PLAIN.fullmatch(value):
+        return f"write `[{value}]`"
+    return _WRITTEN[expected]
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, (dict, list)):
+        return _kind_of(value)
+    text = str(value)
+    return f"`{text}`" if len(text) <= _SHOWN else f"`{text[:_SHOWN]}...`"
+
+
+def _name(route: Route) -> str:
+    return f"`{_spelled(route)}`: " if route else ""
+
+
+def _inside(route: Route) -> str:
+    return f" in `{_spelled(route)}`" if route else ""
+
+
+def _spelled(route: Route) -> str:
+    parts = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in route]
+    return "".join(parts).removeprefix(".")

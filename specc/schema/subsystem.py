@@ -2,34 +2,32 @@
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
-
 from specc.limits import MAX_ASSUMPTIONS
-from specc.schema.base import (
+from specc.schema.keys import OTHERS, Listed, Part, Role, Text, key
+from specc.schema.texts import (
+    ArgumentText,
+    ConstantText,
     DurationText,
     ExprText,
+    FilePath,
+    InitialText,
     Name,
     RateText,
     ReadableName,
-    Strict,
+    SafeText,
+    StateName,
     Traced,
     TypeText,
-    row_form,
-    short_form,
 )
-
-ROW_KEYS = ("from", "cause", "when", "to")
-"""What the items of a row of the transition table stand for."""
-
 
 Cause = Literal["terminal", "error"]
 
 
-class ElementDef(Traced):
+class ElementDef(Traced, short="type"):
     """An element of a communication buffer."""
 
     type: TypeText
-    init: ExprText | None = Field(None, description="Value before the first one arrives.")
+    init: ConstantText | None = key(None, "Value before the first one arrives.")
 
 
 class InputDef(ElementDef):
@@ -38,139 +36,147 @@ class InputDef(ElementDef):
     max_age: DurationText | None = None
 
 
-class SafeDef(Strict):
+class SafeDef(Part, short="is"):
     """What an element of a device gets when a run ends."""
 
-    value: ExprText = Field(
-        alias="is",
-        description="An expression of constants, operators and what the device reported last.",
+    value: SafeText = key(
+        about="An expression of constants, operators and what the device reported last.",
+        spelled="is",
     )
-    otherwise: ExprText | None = Field(
-        None, description="A constant that is sent if the expression fails."
-    )
+    otherwise: SafeText | None = key(None, "A constant that is sent if the expression fails.")
 
 
 class CommandDef(InputDef):
     """An element that a device accepts."""
 
-    safe: Annotated[SafeDef, short_form("is", SafeDef)] | None = None
-
-
-Element = Annotated[ElementDef, short_form("type", ElementDef)]
-Input = Annotated[InputDef, short_form("type", InputDef)]
-Command = Annotated[CommandDef, short_form("type", CommandDef)]
-InputBufferDef = dict[str, dict[ReadableName, Input]]
-OutputBufferDef = dict[str, dict[ReadableName, Element]]
+    safe: SafeDef | None = None
 
 
 class MemoryDef(Traced):
     """A value that a subsystem keeps from period to period."""
 
     type: TypeText
-    init: ExprText | None = Field(None, description="Value in the first period.")
+    init: InitialText | None = key(None, "Value in the first period.")
 
 
-class LetDef(Traced):
+class LetDef(Traced, short="is"):
     """A named subexpression, computed at most once a period."""
 
-    value: ExprText = Field(alias="is", description="The expression that the name stands for.")
+    value: ExprText = key(about="The expression that the name stands for.", spelled="is")
 
 
-class ConditionDef(Traced):
+class ConditionDef(Traced, short="when", first="eq table fig title"):
     """A named condition."""
 
-    when: ExprText | None = Field(None, description="A Boolean expression, e.g. `fresh(x.c.T_d)`.")
+    when: ExprText | None = key(None, "A Boolean expression, e.g. `fresh(x.c.T_d)`.")
 
 
-class AssignmentDef(Traced):
+class AssignmentDef(Traced, short="is"):
     """The value of one target of a transition function."""
 
-    value: ExprText = Field(alias="is", description="What the target gets in the next period.")
+    value: ExprText = key(about="What the target gets in the next period.", spelled="is")
 
 
 class FunctionDef(Traced):
     """A transition function: targets (`y.peer.element` or a memory element) and their values."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
-    __pydantic_extra__: dict[str, Annotated[AssignmentDef, short_form("is", AssignmentDef)]]
+    targets: dict[str, AssignmentDef] = key({}, spelled=OTHERS)
 
 
-_Conditions = dict[Name, Annotated[ConditionDef, short_form("when", ConditionDef)]]
-
-
-class ConditionsDef(Strict):
+class ConditionsDef(Part):
     """The conditions of a subsystem by their use."""
 
-    initial: _Conditions = Field(
-        default={}, description="Conditions of rows of the transition table."
+    initial: dict[Name, ConditionDef] = key(
+        {},
+        "Conditions of rows of the transition table.",
+        defines="initial condition",
+        step="fsm",
     )
-    terminal: _Conditions = Field(default={}, description="Conditions that end a behaviour.")
-    error: _Conditions = Field(default={}, description="Conditions that abort a behaviour.")
+    terminal: dict[Name, ConditionDef] = key(
+        {}, "Conditions that end a behaviour.", defines="terminal condition", step="ends"
+    )
+    error: dict[Name, ConditionDef] = key(
+        {}, "Conditions that abort a behaviour.", defines="error condition", step="ends"
+    )
 
 
-class BehaviourDef(Traced):
+class BehaviourDef(Traced, first="eq table fig title"):
     """Transition functions, repeated every period until a condition holds."""
 
-    functions: list[str] = Field(
-        [], description="Transition functions that are executed in every period."
+    functions: list[Annotated[str, Text(Role("name", "function"))]] = key(
+        [], "Transition functions that are executed in every period."
     )
-    terminal: str | None = Field(None, description="A terminal condition, `always` or `never`.")
-    error: str = Field("never", description="An error condition, or `never`.")
+    terminal: Annotated[str, Text(Role("name", "terminal condition"))] | None = key(
+        None, "A terminal condition, `always` or `never`.", step="ends"
+    )
+    error: Annotated[str, Text(Role("name", "error condition"))] = key(
+        "never", "An error condition, or `never`.", step="ends"
+    )
 
 
-class StateDef(Traced):
+class StateDef(Traced, short="behaviour", first="behaviour title"):
     """A state of the subsystem's machine."""
 
-    behaviour: str | None = Field(None, description="The behaviour that runs in this state.")
+    behaviour: Annotated[str, Text(Role("name", "behaviour"))] | None = key(
+        None, "The behaviour that runs in this state."
+    )
 
 
-class TransitionDef(Traced):
+class TransitionDef(Traced, row="from cause when to"):
     """A row of the transition table."""
 
-    source: str = Field(alias="from", description="State whose behaviour ended.")
-    cause: Cause = Field(description="Which condition ended it: `terminal` or `error`.")
-    when: str = Field(description="An initial condition, or `always`.")
-    target: str = Field(alias="to", description="State that is entered.")
+    source: StateName = key(about="State whose behaviour ended.", spelled="from")
+    cause: Cause = key(about="Which condition ended it: `terminal` or `error`.")
+    when: Annotated[str, Text(Role("name", "initial condition"))] = key(
+        about="An initial condition, or `always`."
+    )
+    target: StateName = key(about="State that is entered.", spelled="to")
 
 
-class AxiomDef(Strict):
+ROW_KEYS = TransitionDef.row
+"""What the items of a row of the transition table stand for."""
+
+
+class AxiomDef(Part):
     """What the proofs may take for granted."""
 
-    that: ExprText = Field(description="A Boolean expression that always holds.")
-    because: str = Field(min_length=1, description="Why it holds; the reader must be convinced.")
+    that: ExprText = key(about="A Boolean expression that always holds.")
+    because: Annotated[str, Text(filled=True)] = key(
+        about="Why it holds; the reader must be convinced."
+    )
 
 
-Row = tuple[str, Cause, str, str] | TransitionDef
-"""The two ways to write a row of the transition table."""
-
-
-class SubsystemDef(Traced):
+class SubsystemDef(Traced, first="use title rate with uses eq table fig"):
     """A control subsystem, virtual effector or virtual receptor, or the use of one."""
 
-    use: str | None = Field(None, description="File that describes the subsystem.")
-    arguments: dict[str, ExprText] = Field({}, alias="with", description="Values of parameters.")
-    rate: RateText | None = None
-    uses: list[str] | None = Field(None, description="Real effectors or receptors it works with.")
-    x: InputBufferDef = Field({}, description="Input buffers, by the peer at the other end.")
-    y: OutputBufferDef = Field({}, description="Output buffers, by the peer at the other end.")
-    memory: dict[ReadableName, MemoryDef] = Field(
-        {}, description="Values kept from period to period."
+    use: FilePath | None = key(None, "File that describes the subsystem.")
+    arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
+    rate: RateText | None = key(None, step="role")
+    uses: list[Annotated[str, Text(Role("name", "device"))]] | None = key(
+        None, "Real effectors or receptors it works with.", step="buffers"
     )
-    let: dict[ReadableName, Annotated[LetDef, short_form("is", LetDef)]] = Field(
-        {}, description="Named subexpressions, each computed at most once a period."
+    x: dict[str, dict[ReadableName, InputDef]] = key(
+        {}, "Input buffers, by the peer at the other end.", defines="element", step="buffers"
     )
-    conditions: ConditionsDef = Field(
-        ConditionsDef(), description="Initial, terminal and error conditions."
+    y: dict[str, dict[ReadableName, ElementDef]] = key(
+        {}, "Output buffers, by the peer at the other end.", defines="element", step="buffers"
     )
-    functions: dict[Name, FunctionDef] = Field({}, description="Transition functions.")
-    behaviours: dict[Name, BehaviourDef] = Field({}, description="What can run in a state.")
-    states: dict[Name, Annotated[StateDef, short_form("behaviour", StateDef)]] = Field(
-        {}, description="States, each with its behaviour."
+    memory: dict[ReadableName, MemoryDef] = key(
+        {}, "Values kept from period to period.", defines="memory", step="buffers"
     )
-    initial_state: str | None = Field(None, description="State of the first period.")
-    transitions: list[Annotated[TransitionDef, row_form(ROW_KEYS, Row)]] = Field(
-        [], description="Transition table; a row is `[from, cause, when, to]`."
+    let: dict[ReadableName, LetDef] = key(
+        {}, "Named subexpressions, each computed at most once a period.", defines="let"
     )
-    assume: list[AxiomDef] = Field(
-        [], max_length=MAX_ASSUMPTIONS, description="Assumptions that the proofs may use."
+    conditions: ConditionsDef = key(ConditionsDef, "Initial, terminal and error conditions.")
+    functions: dict[Name, FunctionDef] = key({}, "Transition functions.", defines="function")
+    behaviours: dict[Name, BehaviourDef] = key({}, "What can run in a state.", defines="behaviour")
+    states: dict[Name, StateDef] = key(
+        {}, "States, each with its behaviour.", defines="state", step="fsm"
+    )
+    initial_state: StateName | None = key(None, "State of the first period.", step="fsm")
+    transitions: list[TransitionDef] = key(
+        [], "Transition table; a row is `[from, cause, when, to]`.", step="fsm"
+    )
+    assume: Annotated[list[AxiomDef], Listed(most=MAX_ASSUMPTIONS)] = key(
+        [], "Assumptions that the proofs may use.", step="fsm"
     )

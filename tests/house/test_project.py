@@ -34,7 +34,6 @@ NAMES = {
     "cv2": "opencv-python-headless",
     "lsprotocol": "pygls",  # comes with it, in the versions that fit
     "pinocchio": "pin",
-    "pydantic_core": "pydantic",
     "ruamel": "ruamel.yaml",
     "z3": "z3-solver",
 }

@@ -11,9 +11,10 @@ from collections.abc import Iterator
 
 from specc.read import read_text
 from specc.read.comments import comments_in
+from specc.schema.keys import layout
+from specc.schema.places import FILE, UNKNOWN, Stand
 from specc.tools.fmt import scalars
 from specc.tools.fmt.attach import Attacher
-from specc.tools.fmt.order import FILE, OTHER, Kind
 from specc.tools.fmt.scalars import key_text, value_text
 from specc.tools.fmt.tree import Alias, Collection, Entry, Scalar, Value, parse
 
@@ -49,21 +50,21 @@ class _Printer:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def lines(self, whole: Collection, kind: Kind, margin: int = 0) -> Iterator[str]:
+    def lines(self, whole: Collection, here: Stand, margin: int = 0) -> Iterator[str]:
         """A collection as a block, without the indentation of `margin` columns that it will get."""
-        columns = self._table(whole) if kind.is_table else None
-        entries = _ordered(whole, kind)
+        columns = self._table(whole) if here.is_table else None
+        entries = _ordered(whole, here)
         for number, entry in enumerate(entries):
             above = entry.above if number else entry.above[_blanks(entry.above) :]
             if columns and number == 0:
                 above = [*above[:-1], *self._header(above[-1:], columns)]
             yield from above
             step = number if entry.key is None else entry.key.text
-            yield from self._entry(entry, kind.child(step), columns, margin)
+            yield from self._entry(entry, here.below(step), columns, margin)
         yield from whole.below
 
     def _entry(
-        self, entry: Entry, kind: Kind, columns: list[int] | None, margin: int
+        self, entry: Entry, here: Stand, columns: list[int] | None, margin: int
     ) -> Iterator[str]:
         value = entry.value
         key = entry.key
@@ -77,16 +78,16 @@ class _Printer:
             yield from _indented(_dedented(body))
         elif columns and _is_row(value, len(columns)):
             yield f"{head} {scalars.row(self._cells(value), columns)}{beside}"
-        elif (inline := self._inline(value, kind, margin + len(head))) is not None:
+        elif (inline := self._inline(value, here, margin + len(head))) is not None:
             yield f"{head} {inline}".rstrip() + beside
         else:
             assert isinstance(value, Collection)
-            yield from self._block(head, entry, value, kind, margin + _STEP)
+            yield from self._block(head, entry, value, here, margin + _STEP)
 
     def _block(
-        self, head: str, entry: Entry, value: Collection, kind: Kind, margin: int
+        self, head: str, entry: Entry, value: Collection, here: Stand, margin: int
     ) -> Iterator[str]:
-        inner = list(self.lines(value, kind, margin))
+        inner = list(self.lines(value, here, margin))
         if head == "-":
             # What stands between a dash and its block belongs above the dash.
             if entry.beside:
@@ -98,7 +99,7 @@ class _Printer:
             yield f"{head} {entry.beside}".rstrip()
         yield from _indented(inner)
 
-    def _inline(self, value: Value, kind: Kind, taken: int) -> str | None:
+    def _inline(self, value: Value, here: Stand, taken: int) -> str | None:
         """The value on one line; None if it takes several."""
         if isinstance(value, Scalar):
             return value_text(value, flow=False)
@@ -107,23 +108,23 @@ class _Printer:
         if value.broken or (not value.flow and value.entries) or value.below:
             return None
         # The head of the line has the anchor.
-        line = self._collected(value, kind)
+        line = self._collected(value, here)
         wide = taken + 1 + len(line) > WIDTH
         several = "\n" in self._text[value.start : value.end]
         return None if wide and (several or _has_braces(value)) else line
 
-    def _flow(self, value: Value, kind: Kind) -> str:
+    def _flow(self, value: Value, here: Stand) -> str:
         if isinstance(value, Scalar):
             return _anchored(value, value_text(value, flow=True))
         if isinstance(value, Alias):
             return f"*{value.name}"
-        return _anchored(value, self._collected(value, kind))
+        return _anchored(value, self._collected(value, here))
 
-    def _collected(self, value: Collection, kind: Kind) -> str:
+    def _collected(self, value: Collection, here: Stand) -> str:
         parts = []
-        for number, entry in enumerate(_ordered(value, kind)):
+        for number, entry in enumerate(_ordered(value, here)):
             step = number if entry.key is None else entry.key.text
-            text = self._flow(entry.value, kind.child(step))
+            text = self._flow(entry.value, here.below(step))
             if entry.key is not None:
                 key = _anchored(entry.key, key_text(entry.key, flow=True))
                 text = f"{key}: {text}"
@@ -133,7 +134,7 @@ class _Printer:
 
     def _cells(self, value: Value) -> list[str]:
         assert isinstance(value, Collection)
-        return [self._flow(entry.value, OTHER) for entry in value.entries]
+        return [self._flow(entry.value, UNKNOWN) for entry in value.entries]
 
     def _table(self, whole: Collection) -> list[int] | None:
         """Widths of the columns of a list of rows that are all as long as the first."""
@@ -155,15 +156,18 @@ class _Printer:
         return [scalars.header_line(cells, columns)] if cells else comment
 
 
-def _ordered(whole: Collection, kind: Kind) -> list[Entry]:
+def _ordered(whole: Collection, here: Stand) -> list[Entry]:
+    """Entries in the order of their keys; those with names that people choose keep theirs."""
     # An alias must come behind its anchor.
-    if not whole.is_mapping or whole.linked:
+    if not whole.is_mapping or whole.linked or not isinstance(here.kind, type):
         return whole.entries
-    places = {id(entry): number for number, entry in enumerate(whole.entries)}
-    return sorted(
-        whole.entries,
-        key=lambda entry: kind.rank(entry.key.text if entry.key else "", places[id(entry)]),
-    )
+    known = layout(here.kind)
+    ranks = {name: rank for rank, name in enumerate(known)}
+    return sorted(whole.entries, key=lambda entry: ranks.get(_name(entry), len(known)))
+
+
+def _name(entry: Entry) -> str:
+    return entry.key.text if entry.key else ""
 
 
 def _is_row(value: Value, columns: int) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from specc.diagnostics import Diagnostic
 from specc.frozen import frozen
+from specc.schema.places import keys_at, role_of
 from specc.source import Place, Sources
 from specc.tools.lsp.completion import Completion, complete
 from specc.tools.lsp.describe import cause_at, code_at, describe_part, describe_symbol
@@ -15,8 +16,6 @@ from specc.tools.lsp.index import Occurrence
 from specc.tools.lsp.mending import shift
 from specc.tools.lsp.project import Project, View
 from specc.tools.lsp.rename import Edit, RenameError, check_renameable, rename
-from specc.tools.lsp.signature import describe_key
-from specc.tools.lsp.structure import role_of
 from specc.tools.lsp.symbols import beside, values
 
 _UNUSED_IGNORE = "W0901"
@@ -182,7 +181,7 @@ def _key_hover(project: Project, view: View, path: str, at: int) -> Hover | None
     top = source.spans if source else None
     for route, key, _ in values(top) if top else ():
         if key is not None and key.start <= at <= key.end:
-            words = describe_key(route)
+            words = keys_at(route[:-1]).get(str(route[-1]), "")
             where = _now(project, view, path, key.start, key.end)
             return Hover(f"**{route[-1]}**: {words}", where) if words and where else None
     return None

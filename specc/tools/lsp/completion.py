@@ -19,12 +19,12 @@ from specc.model.types import (
     Vector,
 )
 from specc.model.units import UNITS
+from specc.schema.keys import Form, Role, SymbolKind
+from specc.schema.places import defined_by, keys_at, role_of, split, values_at
 from specc.source import Route
 from specc.tools.lsp.cursor import Cursor, cursors
 from specc.tools.lsp.describe import describe_symbol
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.signature import keys_at, values_at
-from specc.tools.lsp.structure import Form, Kind, Role, defined_by, role_of, split
 from specc.tools.lsp.symbols import Symbol, beside, node_at
 
 # What can be written at the end of an unfinished expression or type.
@@ -40,8 +40,8 @@ _NAME = re.compile(r"[^\W\d]?\w*$")
 _HEAD = re.compile(r"(\w+)\s*\[[^\[\]]*$")
 _OPENING = {")": "(", "]": "["}
 
-_CONSTANTS: tuple[Kind, ...] = ("parameter", "constant", "file", "operator", "member")
-_VISIBLE: dict[Form, tuple[Kind, ...]] = {
+_CONSTANTS: tuple[SymbolKind, ...] = ("parameter", "constant", "file", "operator", "member")
+_VISIBLE: dict[Form, tuple[SymbolKind, ...]] = {
     "constant": _CONSTANTS,
     "argument": _CONSTANTS,
     "initial": _CONSTANTS,
@@ -158,7 +158,7 @@ def _members(index: Index, path: str, owner: Route, value: str, word: str) -> It
 
 
 def _of_kind(
-    index: Index, symbols: Iterator[Symbol] | list[Symbol], kinds: tuple[Kind, ...], word: str
+    index: Index, symbols: Iterator[Symbol] | list[Symbol], kinds: tuple[SymbolKind, ...], word: str
 ) -> Iterator[Item]:
     for symbol in symbols:
         if symbol.kind in kinds:
@@ -291,7 +291,7 @@ def _task(index: Index, role: Role) -> Iterator[Item]:
 
 
 def _symbols(
-    index: Index, symbols: Iterable[Symbol], kinds: tuple[Kind | None, ...]
+    index: Index, symbols: Iterable[Symbol], kinds: tuple[SymbolKind | None, ...]
 ) -> Iterator[Item]:
     for symbol in symbols:
         if symbol.kind in kinds:

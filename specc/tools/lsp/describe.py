@@ -22,9 +22,10 @@ from specc.model.types import (
     Vector,
 )
 from specc.resolve.context import Meaning
+from specc.schema.keys import SymbolKind
+from specc.schema.places import split
 from specc.source import Node, Place, Route
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.structure import Kind, split
 from specc.tools.lsp.symbols import Symbol, node_at, values
 
 # What a hover says of a symbol and of a part of an expression; the text is Markdown.
@@ -34,7 +35,7 @@ _LONGEST = 160
 
 
 def describe_symbol(index: Index, symbol: Symbol, type_: Type | None = None) -> str:
-    """Kind, name, type, title, equation and what the symbol stands for."""
+    """SymbolKind, name, type, title, equation and what the symbol stands for."""
     node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
     shown = type_ or symbol.type
     head = f"**{symbol.kind}** `{symbol.name}{_typed(symbol, node, shown)}`"
@@ -256,14 +257,14 @@ def _scalar(node: Node, key: str) -> str:
 # The outline of a file: what it defines, the one inside the other.
 
 
-_INSIDE: frozenset[Kind] = frozenset(("field", "variable"))
+_INSIDE: frozenset[SymbolKind] = frozenset(("field", "variable"))
 
 
 @dataclass(slots=True)
 class Entry:
     """A definition: the stretch of all of it and, `name_start` to `name_end`, of its name."""
 
-    kind: Kind
+    kind: SymbolKind
     name: str
     title: str
     start: int

@@ -10,17 +10,14 @@ from specc.frozen import frozen
 from specc.model.system import Device, Element, Subsystem, System
 from specc.model.types import Enum, Type
 from specc.resolve.context import Meaning
+from specc.schema.keys import Role, SymbolKind
+from specc.schema.places import TRACED, role_of, split
 from specc.source import Node, Place, Route, SourceFile
 from specc.tools.lsp.structure import (
-    TRACE_KEYS,
-    Kind,
     Mention,
-    Role,
     guesses,
     mentions,
-    role_of,
     signature_mentions,
-    split,
     type_mentions,
 )
 from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, beside, in_force, lookup, values
@@ -217,7 +214,7 @@ class _Reader:
         """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
         owner, rest = split(route)
         match rest:
-            case ("functions", _, str(target)) if target not in TRACE_KEYS:
+            case ("functions", _, str(target)) if target not in TRACED:
                 yield from self._target(route, owner, target)
             case ("x" | "y", str()):
                 yield from self._linked(Place(self.path, route, "key"), self.links.named, route)
@@ -319,7 +316,7 @@ class _Reader:
                 yield Reference(Place(self.path, route, "value", *part.span()), symbol)
 
     def _named(
-        self, place: Place, owner: Route, kinds: tuple[Kind, ...], name: str
+        self, place: Place, owner: Route, kinds: tuple[SymbolKind, ...], name: str
     ) -> Iterator[Reference]:
         symbol = lookup(self.files, self.path, owner, kinds, name)
         if symbol is not None:

@@ -9,10 +9,12 @@ from collections.abc import Iterable, Iterator
 from specc.frozen import frozen
 from specc.lang import RESERVED
 from specc.model.units import UNITS
+from specc.schema.keys import SymbolKind
+from specc.schema.places import role_of, split
 from specc.tools.lsp.completion import TYPE_WORDS
 from specc.tools.lsp.index import Index, Occurrence
 from specc.tools.lsp.project import Project
-from specc.tools.lsp.structure import Kind, role_of, signature_mentions, split, type_mentions
+from specc.tools.lsp.structure import signature_mentions, type_mentions
 from specc.tools.lsp.symbols import Symbol, node_at, values
 
 # Whether a symbol can be renamed: invalid names, names in use, names that Python relies on.
@@ -21,11 +23,11 @@ from specc.tools.lsp.symbols import Symbol, node_at, values
 _NAME = re.compile(r"[^\W\d]\w*")
 _YAML_WORDS = frozenset({"true", "false", "null"})
 _PEER_WORDS = frozenset({"c", "E", "R", "control"})
-_VALUES: frozenset[Kind] = frozenset(
+_VALUES: frozenset[SymbolKind] = frozenset(
     {"memory", "let", "parameter", "constant", "file", "operator", "member", "variable"}
 )
 """Kinds that expressions name plainly: one name of them all."""
-_PARTS: frozenset[Kind] = frozenset({"agent", "subsystem", "device"})
+_PARTS: frozenset[SymbolKind] = frozenset({"agent", "subsystem", "device"})
 """Kinds that name buffers: peers."""
 
 

@@ -7,8 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from specc.model.types import Type
+from specc.schema.keys import SymbolKind
+from specc.schema.places import defined_by, is_device, split
 from specc.source import Node, Place, Route, SourceFile
-from specc.tools.lsp.structure import Kind, defined_by, enum_members, is_device, split
+from specc.tools.lsp.structure import enum_members
 
 Key = tuple[str, Route]
 """File and route of a definition."""
@@ -18,7 +20,7 @@ Key = tuple[str, Route]
 class Symbol:
     """Something with a name; `owner` is the subsystem or device that it belongs to."""
 
-    kind: Kind
+    kind: SymbolKind
     name: str
     place: Place
     owner: Route
@@ -41,8 +43,8 @@ class FileSymbols:
     """The symbols of one file: of the file itself, and of each subsystem and device in it."""
 
     uses: tuple[str, ...] = ()
-    top: dict[tuple[Kind, str], Symbol] = field(default_factory=dict)
-    inside: dict[Route, dict[tuple[Kind, str], Symbol]] = field(default_factory=dict)
+    top: dict[tuple[SymbolKind, str], Symbol] = field(default_factory=dict)
+    inside: dict[Route, dict[tuple[SymbolKind, str], Symbol]] = field(default_factory=dict)
     by_route: dict[Route, Symbol] = field(default_factory=dict)
 
 
@@ -75,7 +77,7 @@ def collect(source: SourceFile) -> FileSymbols:
     return found
 
 
-def _symbol(kind: Kind, route: Route, path: str) -> Symbol:
+def _symbol(kind: SymbolKind, route: Route, path: str) -> Symbol:
     owner, rest = split(route)
     name = str(route[-1])
     if kind in ("subsystem", "device"):
@@ -110,7 +112,11 @@ def _add_members(found: FileSymbols, path: str, route: Route, text: str) -> None
 
 
 def lookup(
-    files: Mapping[str, FileSymbols], path: str, owner: Route, kinds: tuple[Kind, ...], name: str
+    files: Mapping[str, FileSymbols],
+    path: str,
+    owner: Route,
+    kinds: tuple[SymbolKind, ...],
+    name: str,
 ) -> Symbol | None:
     """The symbol of a name where it is used: in its subsystem, its file, or a file in use."""
     file = files.get(path)
@@ -125,7 +131,7 @@ def lookup(
 
 
 def _in_files(
-    files: Mapping[str, FileSymbols], path: str, key: tuple[Kind, str], seen: tuple[str, ...]
+    files: Mapping[str, FileSymbols], path: str, key: tuple[SymbolKind, str], seen: tuple[str, ...]
 ) -> Symbol | None:
     file = files.get(path)
     if file is None or path in seen:

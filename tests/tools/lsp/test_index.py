@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from specc.schema.places import role_of
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
-from specc.tools.lsp.structure import role_of
 from specc.tools.lsp.symbols import values
 from tests.house.tree import ROOT
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place

@@ -1,0 +1,267 @@
+"""What the schema is written in: kinds of values, keys with their roles, mappings of keys.
+
+The class of a mapping says all that is known of its keys: annotations say what their values are,
+`key` what they are for. The check of files, the formatter, the editor, `specc status` and the JSON
+Schema read it there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from types import NoneType, UnionType
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    Union,
+    get_args,
+    get_origin,
+)
+
+from specc.frozen import frozen
+
+SymbolKind = Literal[
+    "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
+    "subsystem", "device", "element", "memory", "let", "initial condition", "terminal condition",
+    "error condition", "function", "behaviour", "state", "variable",
+]  # fmt: skip
+"""What a name can be the name of."""
+Form = Literal[
+    "constant", "initial", "full", "type", "signature", "name", "task", "argument", "path"
+]
+"""Expressions (over constants, over inputs too, over everything), types, and sorts of names."""
+SCALARS = [{"type": name} for name in ("string", "integer", "number", "boolean")]
+"""What stands for text in JSON Schema where numbers and truth values are text too."""
+Fault = tuple[str, str]
+"""What is wrong with a value, in words that follow it, and a way out."""
+
+
+@frozen
+class Role:
+    """What a text is; a name is one of a symbol of `kind` in the subsystem around it."""
+
+    form: Form
+    kind: SymbolKind | None = None
+
+
+# Kinds of values, as the annotations of keys say them.
+
+
+@frozen
+class Text:
+    """Text.
+
+    `scalars`: a number or a truth value is taken for the text that it is; `quantity`: one is too,
+    but only to be told that it lacks its unit. Where `filled`, it may not be empty. `fault` finds
+    what is wrong beyond that.
+    """
+
+    role: Role | None = None
+    about: str = ""
+    scalars: bool = False
+    quantity: bool = False
+    filled: bool = False
+    examples: tuple[str, ...] = ()
+    pattern: str = ""
+    fault: Callable[[str], Fault | None] | None = None
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
+        """The JSON Schema; where pydantic is asked for one, it asks."""
+        form = {"anyOf": SCALARS} if self.scalars else handler(core)
+        told = {
+            "description": self.about,
+            "examples": list(self.examples),
+            "minLength": int(self.filled),
+            "pattern": self.pattern,
+        }
+        return form | {name: value for name, value in told.items() if value}
+
+
+@frozen
+class Whole:
+    """A whole number."""
+
+
+@frozen
+class Truth:
+    """`true` or `false`."""
+
+
+@frozen
+class Choice:
+    """One of a few values."""
+
+    values: tuple[object, ...]
+
+
+@frozen
+class Listed:
+    """How a list is written: an item of these types `alone`, at `most` so many items."""
+
+    alone: tuple[type, ...] = ()
+    most: int | None = None
+    help: str = ""
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
+        """The JSON Schema; where pydantic is asked for one, it asks."""
+        form = handler(core)
+        if self.most is not None:
+            form["maxItems"] = self.most
+        return {"anyOf": [form["items"], form]} if self.alone else form
+
+
+@frozen
+class Several:
+    """A list or tuple of items."""
+
+    item: Kind
+    made: Callable[[list[Any]], object]
+    how: Listed
+
+
+@frozen
+class Named:
+    """A mapping from names that people choose."""
+
+    name: Text
+    value: Kind
+
+
+@frozen
+class Optional:
+    """A value, or nothing."""
+
+    value: Kind
+
+
+Kind = Text | Whole | Truth | Choice | Several | Named | Optional | type["Part"]
+_PLAIN: dict[Any, Kind] = {str: Text(), int: Whole(), bool: Truth()}
+
+
+def _kind(annotation: Any, how: Any = None) -> Kind:
+    """The kind of values that an annotation stands for."""
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    found: Kind = _PLAIN.get(annotation, annotation)
+    if origin is Annotated:
+        how = arguments[1]
+        found = how if isinstance(how, Text) else _kind(arguments[0], how)
+    elif origin in (list, tuple):
+        found = Several(_kind(arguments[0]), origin, how or Listed())
+    elif origin is dict:
+        name = _kind(arguments[0])
+        assert isinstance(name, Text)
+        found = Named(name, _kind(arguments[1]))
+    elif origin is Literal:
+        found = Choice(arguments)
+    elif origin in (Union, UnionType):
+        found = Optional(*(_kind(member) for member in arguments if member is not NoneType))
+    return found
+
+
+def bare(kind: Kind) -> Kind:
+    """The kind of the value if there is one."""
+    return kind.value if isinstance(kind, Optional) else kind
+
+
+# Keys, and the mappings that they make.
+
+
+OTHERS = "*"
+"""Stands for all keys of a mapping that have no key of their own."""
+_LAST = ("eq", "table", "fig", "title")
+
+
+def key(
+    default: Any = dataclasses.MISSING,
+    about: str = "",
+    *,
+    spelled: str = "",
+    defines: SymbolKind | None = None,
+    step: str = "",
+) -> Any:
+    """A key of a mapping; one without a default is needed.
+
+    `spelled` is the key where Python has another name for it. `defines` says what the names below
+    it, or it, if there are none, define; `step` is the step of section 3 that it belongs to.
+    """
+    told = {"description": about, "alias": spelled, "defines": defines, "step": step}
+    metadata = {name: value for name, value in told.items() if value}
+    make = default if isinstance(default, type) else type(default)
+    if make in (dict, list) or issubclass(make, Part):
+        return dataclasses.field(default_factory=make, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+class Part:
+    """A mapping with known keys.
+
+    `short`: the key that a scalar in place of the mapping gives. `row`: the keys that the items
+    of a list in place of it give. `first`: the keys that the formatter puts before the others.
+    """
+
+    short: ClassVar[str] = ""
+    row: ClassVar[tuple[str, ...]] = ()
+    first: ClassVar[tuple[str, ...]] = ()
+    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
+    keys: ClassVar[dict[str, Key]] = {}
+    """The keys that there are, by their names; inherited ones come first."""
+    given: ClassVar[frozenset[str]] = frozenset()
+    """The keys that the file gives."""
+
+    def __init__(self, **values: Any) -> None:
+        made = {one.attribute: one.make() for one in self.keys.values() if one.make}
+        self.__dict__.update(made | values)
+
+    def __init_subclass__(cls, short: str = "", row: str = "", first: str = "") -> None:
+        cls.short, cls.row, cls.first = short or cls.short, tuple(row.split()), tuple(first.split())
+        made: Any = dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
+        cls.keys = {one.name: one for one in map(_key, dataclasses.fields(made))}
+
+
+@frozen
+class Key:
+    """A key as the file spells it, with the attribute that has its value."""
+
+    name: str
+    attribute: str
+    kind: Kind
+    needed: bool
+    make: Callable[[], object] | None
+    """Makes the default; None if the class has it."""
+    about: str
+    defines: SymbolKind | None
+    step: str
+
+
+def _key(field: dataclasses.Field[Any]) -> Key:
+    told, kind = field.metadata, _kind(field.type)
+    make = None if field.default_factory is dataclasses.MISSING else field.default_factory
+    return Key(
+        told.get("alias", field.name),
+        field.name,
+        kind,
+        make is None and field.default is dataclasses.MISSING,
+        make,
+        told.get("description", "") or about(kind),
+        told.get("defines"),
+        told.get("step", ""),
+    )
+
+
+def about(kind: Kind) -> str:
+    """What is known of all values of a kind, in words."""
+    match bare(kind):
+        case Text() as text:
+            return text.about
+        case type() as part:
+            return " ".join((part.__doc__ or "").split())
+    return ""
+
+
+def layout(part: type[Part]) -> list[str]:
+    """The keys of a mapping in the order in which the formatter writes them."""
+    known = [name for name in part.keys if name != OTHERS]
+    inner = [name for name in known if name not in _LAST]
+    return [name for name in dict.fromkeys((*part.first, *inner, *_LAST)) if name in known]

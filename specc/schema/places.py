@@ -1,0 +1,128 @@
+"""What stands where in a file: by routes alone, so it holds for files with errors too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import reduce
+from itertools import accumulate
+
+from specc.frozen import frozen
+from specc.schema.files import DeviceDef, SpecFile
+from specc.schema.keys import (
+    OTHERS,
+    Choice,
+    Key,
+    Kind,
+    Named,
+    Part,
+    Role,
+    Several,
+    SymbolKind,
+    Text,
+    bare,
+)
+from specc.schema.subsystem import SubsystemDef
+from specc.schema.texts import Traced
+from specc.source import Route
+
+
+@frozen
+class Stand:
+    """A value on the way down a file: its kind, None if the schema has none for it, the key that
+    it stands below, and what its own name defines.
+    """
+
+    kind: Kind | None
+    key: Key | None = None
+    defines: SymbolKind | None = None
+
+    def below(self, step: str | int) -> Stand:
+        """What stands one step below."""
+        kind = self.kind
+        if isinstance(kind, type):
+            return _of_key(kind, _item_of_row(kind, step))
+        if isinstance(kind, Several):
+            return Stand(bare(kind.item), self.key)
+        if isinstance(kind, Named):
+            inner = bare(kind.value)
+            named = None if self.key is None or isinstance(inner, Named) else self.key.defines
+            return Stand(inner, self.key, named)
+        return UNKNOWN
+
+    @property
+    def is_table(self) -> bool:
+        """Whether it is a list of rows."""
+        item = self.kind.item if isinstance(self.kind, Several) else None
+        return isinstance(item, type) and bool(item.row)
+
+
+FILE, UNKNOWN = Stand(SpecFile), Stand(None)
+TRACED = tuple(Traced.keys)
+"""Keys that nearly every mapping takes."""
+
+
+def _item_of_row(part: type[Part], step: str | int) -> str:
+    return part.row[step] if isinstance(step, int) and step < len(part.row) else str(step)
+
+
+def _of_key(part: type[Part], step: str) -> Stand:
+    if key := part.keys.get(step):
+        kind = bare(key.kind)
+        return Stand(kind, key, key.defines if isinstance(kind, type) else None)
+    others = part.keys.get(OTHERS)
+    return Stand(others.kind, others).below(step) if others else UNKNOWN
+
+
+def along(route: Route) -> Iterator[Stand]:
+    """What stands at each step of a route."""
+    return accumulate(route, Stand.below, initial=FILE)
+
+
+def at(route: Route) -> Stand:
+    """What stands at a route."""
+    return reduce(Stand.below, route, FILE)
+
+
+def split(route: Route) -> tuple[Route, Route]:
+    """The subsystem or device that a route lies in, empty for none, and the rest of the route."""
+    for size, here in enumerate(along(route)):
+        if here.kind in (SubsystemDef, DeviceDef):
+            return route[:size], route[size:]
+    return (), route
+
+
+def is_device(owner: Route) -> bool:
+    """Whether the part at a route is a real effector or receptor."""
+    return at(owner).kind is DeviceDef
+
+
+def defined_by(route: Route) -> SymbolKind | None:
+    """The kind of symbol that the key at the end of a route defines."""
+    return at(route).defines
+
+
+def role_of(route: Route) -> Role | None:
+    """What the value at a route is; rows of a table may be lists or mappings."""
+    kind = at(route).kind
+    if isinstance(kind, type) and kind.short:
+        kind = bare(kind.keys[kind.short].kind)
+    elif isinstance(kind, Several) and kind.how.alone:
+        kind = kind.item
+    return kind.role if isinstance(kind, Text) else None
+
+
+def keys_at(route: Route) -> dict[str, str]:
+    """The keys of the mapping at a route, with their descriptions: those first that it needs."""
+    kind = at(route).kind
+    found = (
+        [key for key in kind.keys.values() if key.name != OTHERS] if isinstance(kind, type) else []
+    )
+    found.sort(key=lambda key: (not key.needed, key.name in TRACED))
+    return {key.name: key.about for key in found}
+
+
+def values_at(route: Route) -> list[str]:
+    """The values that the one at a route is chosen from; empty if it is free."""
+    kind = at(route).kind
+    values = kind.values if isinstance(kind, Choice) else ()
+    return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

@@ -1,0 +1,118 @@
+"""Texts that many keys have, and the keys that nearly all mappings have: title and traces."""
+
+import keyword
+import re
+import unicodedata
+from typing import Annotated
+
+from specc.schema.keys import Fault, Listed, Part, Role, Text, key
+
+PYTHON_PATH = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*$"
+
+_LETTERS = "use letters, digits and `_`; the first character is not a digit"
+_ANOTHER = "choose another name"
+_FORM = "write `package.module:name`"
+
+
+def _of_name(value: str) -> Fault | None:
+    # Expressions read some letters as others; a name is written as it is read.
+    if value.isidentifier() and unicodedata.normalize("NFKC", value) == value:
+        return None
+    plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", value)).strip("_")
+    meant = plain if plain.isidentifier() else f"n{plain}"
+    return "is not a valid name", f"{_LETTERS}, e.g. `{meant}`" if plain else _LETTERS
+
+
+def _of_readable_name(value: str) -> Fault | None:
+    if keyword.iskeyword(value):
+        return "is a word of the expression language", f"{_ANOTHER}, e.g. `{value}_`"
+    return _of_name(value)
+
+
+def _of_field_name(value: str) -> Fault | None:
+    private = "begins with two underscores, which makes it private in Python"
+    if value.startswith("__") and value.isidentifier():
+        return private, f"{_ANOTHER}, e.g. `own{value[1:]}`"
+    return _of_readable_name(value)
+
+
+def _of_path(value: str) -> Fault | None:
+    if not re.fullmatch(PYTHON_PATH.rstrip("$"), value):
+        return "does not have the form `package.module:name`", _FORM
+    if any(map(keyword.iskeyword, re.split("[.:]", value))):
+        return "contains a keyword of Python and cannot be imported", _FORM
+    return None
+
+
+_EXPRESSION = "An expression, e.g. `near(d_c, d_m, 0.001[m])`."
+
+Name = Annotated[str, Text(fault=_of_name)]
+"""Letters, digits and `_`, not beginning with a digit."""
+ReadableName = Annotated[str, Text(fault=_of_readable_name)]
+"""A name that can stand in an expression."""
+FieldName = Annotated[str, Text(fault=_of_field_name)]
+"""A name that can stand behind a point, in expressions and in Python."""
+
+SafeText = Annotated[str, Text(None, _EXPRESSION, scalars=True)]
+ConstantText = Annotated[str, Text(Role("constant"), _EXPRESSION, scalars=True)]
+InitialText = Annotated[str, Text(Role("initial"), _EXPRESSION, scalars=True)]
+ExprText = Annotated[str, Text(Role("full"), _EXPRESSION, scalars=True)]
+ArgumentText = Annotated[str, Text(Role("argument"), _EXPRESSION, scalars=True)]
+TypeText = Annotated[
+    str,
+    Text(
+        Role("type"),
+        "A type, e.g. `vector[6, rad]` or `pose[B, E]`.",
+        examples=(
+            "bool",
+            "real[m]",
+            "vector[6, rad]",
+            "pose[B, E]",
+            "wrench[E]",
+            "list[Object[B]]",
+        ),
+    ),
+]
+RateText = Annotated[
+    str,
+    Text(
+        about="Periods per second, e.g. `500 Hz`, or the period, e.g. `2 ms`.",
+        quantity=True,
+        examples=("500 Hz", "100 Hz", "5 Hz", "2 ms"),
+    ),
+]
+DurationText = Annotated[
+    str,
+    Text(
+        about="Greatest age of the measurements behind the value, e.g. `20 ms`.",
+        quantity=True,
+        examples=("20 ms", "0.5 s"),
+    ),
+]
+GapText = Annotated[
+    str,
+    Text(
+        about="Longest time without a new sample of a sporadic device, e.g. `200 ms`.",
+        quantity=True,
+        examples=("200 ms", "1 s"),
+    ),
+]
+PythonPath = Annotated[
+    str,
+    Text(about="A Python object as `package.module:name`.", pattern=PYTHON_PATH, fault=_of_path),
+]
+FilePath = Annotated[str, Text(Role("path"))]
+StateName = Annotated[str, Text(Role("name", "state"))]
+Numbers = Annotated[
+    tuple[int, ...],
+    Listed(alone=(int,), help="write a number or a list of numbers, e.g. `[4, 5]`"),
+]
+
+
+class Traced(Part):
+    """A part that may carry a title and its place in the paper."""
+
+    title: str = key("", "What it is, in words; becomes a docstring.", step="role")
+    eq: Numbers = key((), "Equation number or numbers.")
+    table: Numbers = key((), "Table number or numbers.")
+    fig: Numbers = key((), "Figure number or numbers.")
