@@ -35,8 +35,8 @@ def run_diff(options: argparse.Namespace) -> int:
     if wrong or old is None or new is None:
         return tell(report(wrong, [options.old, options.new]))
     comparison = compare(old, new)
-    renderer = import_module(f"specc.tools.diff.render.{options.format}")
-    streams.show(renderer.render(comparison, options.old, options.new), options.format)
+    render = getattr(import_module("specc.tools.diff.render"), f"as_{options.format}")
+    streams.show(render(comparison, options.old, options.new), options.format)
     return 1 if comparison.differences else 0
 
 

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 from specc.lang import show
-from specc.model.fsm import Assignment, Behaviour, Cause, Transition
+from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Transition
 from specc.model.system import Subsystem
 from specc.proof.formula import Formula
 from specc.tools.diff.meaning import Meaning
-from specc.tools.diff.record import Book, paired
+from specc.tools.diff.record import Book, Pairs, paired
 
 # Changes of a transition table, and of what is assumed of a subsystem.
 
 
 Arc = tuple[str, Cause, str]
+Named = TypeVar("Named", Condition, Behaviour)
 
 
 def compare_rows(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """Rows of one state, cause and target are one arc: any of their conditions leads there."""
-    pairs = paired(_arcs(old), _arcs(new), lambda rows: _arc_name(rows[0]))
-    for name, rows in pairs.removed.items():
-        book.removed("row", name, _names(rows))
-    for name, rows in pairs.added.items():
-        book.added("row", name, _names(rows))
-    for name, (before, after) in pairs.both.items():
+    both = book.matched("row", _arcs(old), _arcs(new), lambda rows: _arc_name(rows[0]), _names)
+    for name, before, after in both:
         book.remark("row", name, "trace", _traces(before), _traces(after))
         if {r.condition.name for r in before} == {r.condition.name for r in after}:
             # A condition of one name in both is compared where it is declared.
@@ -95,21 +93,34 @@ def compare_conditions(old: Subsystem, new: Subsystem, meaning: Meaning, book: B
         texts = show(before.when), show(after.when)
         book.verdict(f"{before.kind} condition", before.name, verdict, texts, "meaning")
         book.words(f"{before.kind} condition", before.name, before, after)
+
+    def same(old: Condition, new: Condition) -> bool:
+        return old.kind == new.kind and meaning.compare([old.when], [new.when]).same
+
+    _renamed(pairs, same, lambda c: f"{c.kind} condition", lambda c: show(c.when), book, False)
+
+
+def _renamed(
+    pairs: Pairs[Named],
+    same: Callable[[Named, Named], bool],
+    part: Callable[[Named], str],
+    text: Callable[[Named], str],
+    book: Book,
+    semantic: bool,
+) -> None:
+    """What only one version has; if it is the same as a thing of the other, only its name is new.
+
+    Anything else is a change of meaning if it is `semantic`.
+    """
     left = dict(pairs.added)
     for before in pairs.removed.values():
-        part = f"{before.kind} condition"
-        again = [
-            (key, c)
-            for key, c in left.items()
-            if c.kind == before.kind and meaning.compare([before.when], [c.when]).same
-        ]
-        if again:
-            book.remark(part, before.name, "name", before.name, again[0][1].name)
-            del left[again[0][0]]
+        again = next((key for key, after in left.items() if same(before, after)), None)
+        if again is None:
+            book.removed(part(before), before.name, text(before), semantic=semantic)
         else:
-            book.removed(part, before.name, show(before.when), semantic=False)
+            book.remark(part(before), before.name, "name", before.name, left.pop(again).name)
     for after in left.values():
-        book.added(f"{after.kind} condition", after.name, show(after.when), semantic=False)
+        book.added(part(after), after.name, text(after), semantic=semantic)
 
 
 def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
@@ -119,16 +130,11 @@ def compare_behaviours(old: Subsystem, new: Subsystem, meaning: Meaning, book: B
         _ends(name, before, after, meaning, book)
         _effects(name, before, after, meaning, book)
         book.words("behaviour", name, before, after)
-    left = dict(pairs.added)
-    for before in pairs.removed.values():
-        again = next((b for b in left.values() if same_behaviour(before, b, meaning)), None)
-        if again is None:
-            book.removed("behaviour", before.name, _text(before))
-        else:
-            book.remark("behaviour", before.name, "name", before.name, again.name)
-            del left[again.name]
-    for after in left.values():
-        book.added("behaviour", after.name, _text(after))
+
+    def same(old: Behaviour, new: Behaviour) -> bool:
+        return same_behaviour(old, new, meaning)
+
+    _renamed(pairs, same, lambda _: "behaviour", _text, book, True)
 
 
 def _ends(name: str, old: Behaviour, new: Behaviour, meaning: Meaning, book: Book) -> None:
@@ -183,12 +189,10 @@ def _text(behaviour: Behaviour) -> str:
 
 def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """States are known by their names, which step records carry."""
-    pairs = paired(old.states, new.states, lambda s: s.name)
-    for name, state in pairs.removed.items():
-        book.removed("state", name, state.behaviour.name)
-    for name, state in pairs.added.items():
-        book.added("state", name, state.behaviour.name)
-    for name, (before, after) in pairs.both.items():
+    both = book.matched(
+        "state", old.states, new.states, lambda s: s.name, lambda s: s.behaviour.name
+    )
+    for name, before, after in both:
         names = before.behaviour.name, after.behaviour.name
         same = names[0] != names[1] and same_behaviour(before.behaviour, after.behaviour, meaning)
         book.changed("state", name, "behaviour", *names, semantic=not same)

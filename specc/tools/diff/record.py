@@ -95,6 +95,27 @@ class Book:
         change = Difference(self.where, part, name, "removed", old=text, semantic=semantic)
         self.changes.append(change)
 
+    def matched(
+        self,
+        part: str,
+        old: Iterable[Thing],
+        new: Iterable[Thing],
+        name: Callable[[Thing], str],
+        text: Callable[[Thing], str],
+        *,
+        semantic: bool = True,
+    ) -> list[tuple[str, Thing, Thing]]:
+        """Things of one kind by their names: those of one system alone are taken down.
+
+        Returns those that both have, which are to be compared; `semantic` is about the others.
+        """
+        pairs = paired(old, new, name)
+        for key, thing in pairs.removed.items():
+            self.removed(part, key, text(thing), semantic=semantic)
+        for key, thing in pairs.added.items():
+            self.added(part, key, text(thing), semantic=semantic)
+        return [(key, *both) for key, both in pairs.both.items()]
+
     def changed(
         self, part: str, name: str, aspect: str, old: object, new: object, *, semantic: bool = True
     ) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from fractions import Fraction
+from typing import TypeVar
 
 from specc.diagnostics.phrases import ms
 from specc.lang import show
@@ -17,7 +18,7 @@ from specc.tools.diff.machine import (
     compare_states,
 )
 from specc.tools.diff.meaning import Constants, Meaning, Version, compare_types, type_text
-from specc.tools.diff.record import Book, Comparison, Difference, Pairs, paired
+from specc.tools.diff.record import Book, Comparison, Difference, Thing
 from specc.tools.diff.values import (
     compare_buffers,
     compare_elements,
@@ -25,43 +26,48 @@ from specc.tools.diff.values import (
     compare_lets,
     compare_memory,
     compare_parameters,
+    named_values,
 )
 
 # Changes of the plant and of the task: what surrounds the agents.
 
 
+Part = TypeVar("Part", Device, Subsystem)
 _SPELT = {"rate_hz": "rate", "max_gap_s": "max_gap"}
 
 
 def compare_plants(old: System, new: System, book: Book) -> None:
     """The model and what stands behind the devices."""
-    if old.plant is None or new.plant is None:
-        if old.plant is not None:
-            book.removed("plant", "", old.plant.model or old.plant.python)
-        if new.plant is not None:
-            book.added("plant", "", new.plant.model or new.plant.python)
-        return
-    for key in ("model", "python"):
-        before, after = getattr(old.plant, key), getattr(new.plant, key)
-        book.changed("plant", "", key, _shown(before), _shown(after))
-    pairs = paired(old.plant.bindings, new.plant.bindings, lambda b: f"{b.device}.{b.element}")
-    for name in pairs.removed:
-        book.removed("binding", name)
-    for name in pairs.added:
-        book.added("binding", name)
-    for name, (before, after) in pairs.both.items():
-        _records("binding", name, before, after, book)
+    for _, one, other in _single(
+        "plant", old.plant, new.plant, lambda p: p.model or p.python, book
+    ):
+        for key in ("model", "python"):
+            book.changed("plant", "", key, _shown(getattr(one, key)), _shown(getattr(other, key)))
+        both = book.matched(
+            "binding",
+            one.bindings,
+            other.bindings,
+            lambda b: f"{b.device}.{b.element}",
+            lambda _: "",
+        )
+        for name, before, after in both:
+            _records("binding", name, before, after, book)
 
 
 def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
     """What a run counts and judges."""
-    if old is None or new is None:
-        if old is not None:
-            book.removed("task", "", f"{old.subsystem}: {old.source} to {old.target}")
-        if new is not None:
-            book.added("task", "", f"{new.subsystem}: {new.source} to {new.target}")
-        return
-    _records("task", "", old, new, book)
+    for _, before, after in _single(
+        "task", old, new, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
+    ):
+        _records("task", "", before, after, book)
+
+
+def _single(
+    part: str, old: Thing | None, new: Thing | None, text: Callable[[Thing], str], book: Book
+) -> list[tuple[str, Thing, Thing]]:
+    """The part of both systems, of which each has at most one."""
+    before, after = ([thing] if thing else [] for thing in (old, new))
+    return book.matched(part, before, after, lambda _: "", text)
 
 
 def _records(part: str, name: str, old: Binding | Task, new: Binding | Task, book: Book) -> None:
@@ -94,12 +100,8 @@ def compare(old: System, new: System) -> Comparison:
     compare_types(old, new, book)
     _operators(old.operators, new.operators, book)
     changes = book.changes
-    agents = paired(old.agents, new.agents, lambda a: a.name)
-    for name, agent in agents.removed.items():
-        book.removed("agent", name, agent.title)
-    for name, agent in agents.added.items():
-        book.added("agent", name, agent.title)
-    for name, (before, after) in agents.both.items():
+    both = book.matched("agent", old.agents, new.agents, lambda a: a.name, lambda a: a.title)
+    for name, before, after in both:
         changes += _agent(name, (old, before), (new, after))
     plant = Book()
     compare_plants(old, new, plant)
@@ -115,36 +117,22 @@ def _texts(
     *,
     semantic: bool,
 ) -> None:
-    pairs = paired(old, new, lambda item: item[0])
-    for name, item in pairs.removed.items():
-        book.removed(part, name, item[1], semantic=False)
-    for name, item in pairs.added.items():
-        book.added(part, name, item[1], semantic=False)
-    for name, (before, after) in pairs.both.items():
-        book.changed(part, name, "", before[1], after[1], semantic=semantic)
+    both = book.matched(part, old, new, lambda t: t[0], lambda t: t[1], semantic=False)
+    for name, (_, before), (_, after) in both:
+        book.changed(part, name, "", before, after, semantic=semantic)
 
 
 def _constants(old: System, new: System, book: Book) -> None:
-    """A constant matters where it is used; only adding or removing it changes nothing."""
     values = Constants(old, new)
-    pairs = paired(old.constants, new.constants, lambda c: c.name)
-    for name, constant in pairs.removed.items():
-        book.removed("constant", name, show(constant.value), semantic=False)
-    for name, constant in pairs.added.items():
-        book.added("constant", name, show(constant.value), semantic=False)
-    for name, (before, after) in pairs.both.items():
+    for name, before, after in named_values("constant", old.constants, new.constants, book):
         texts = show(before.value), show(after.value)
         book.equality("constant", name, "value", texts, values.same(before.value, after.value))
         book.remark("constant", name, "title", before.title, after.title)
 
 
 def _operators(old: Iterable[Operator], new: Iterable[Operator], book: Book) -> None:
-    pairs = paired(old, new, lambda o: o.name)
-    for name, operator in pairs.removed.items():
-        book.removed("operator", name, _signature(operator), semantic=False)
-    for name, operator in pairs.added.items():
-        book.added("operator", name, _signature(operator), semantic=False)
-    for name, (before, after) in pairs.both.items():
+    both = book.matched("operator", old, new, lambda o: o.name, _signature, semantic=False)
+    for name, before, after in both:
         book.changed("operator", name, "signature", _signature(before), _signature(after))
         book.changed("operator", name, "function", before.python, after.python)
         book.words("operator", name, before, after)
@@ -162,22 +150,19 @@ def _agent(name: str, old: tuple[System, Agent], new: tuple[System, Agent]) -> l
     book.remark("agent", name, "kind", before.kind, after.kind)
     book.remark("agent", name, "title", before.title, after.title)
     changes = book.changes
-    devices = paired(before.devices, after.devices, lambda d: d.qualified_name)
-    _whole("device", devices, book)
-    for first, second in devices.both.values():
+    for _, first, second in _parts("device", before.devices, after.devices, book):
         changes += _device(first, second)
-    subsystems = paired(before.subsystems, after.subsystems, lambda s: s.qualified_name)
-    _whole("subsystem", subsystems, book)
-    for one, other in subsystems.both.values():
+    for _, one, other in _parts("subsystem", before.subsystems, after.subsystems, book):
         changes += _subsystem(Version(old_system, one), Version(new_system, other))
     return changes
 
 
-def _whole(part: str, pairs: Pairs[Device] | Pairs[Subsystem], book: Book) -> None:
-    for name, thing in pairs.removed.items():
-        book.removed(part, name, thing.kind.replace("_", " "))
-    for name, thing in pairs.added.items():
-        book.added(part, name, thing.kind.replace("_", " "))
+def _parts(
+    part: str, old: Iterable[Part], new: Iterable[Part], book: Book
+) -> list[tuple[str, Part, Part]]:
+    return book.matched(
+        part, old, new, lambda p: p.qualified_name, lambda p: p.kind.replace("_", " ")
+    )
 
 
 def _device(old: Device, new: Device) -> list[Difference]:

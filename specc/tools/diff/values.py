@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 from specc.lang import show
 from specc.model.expr import Expr
 from specc.model.fsm import Function
-from specc.model.system import Element, Safe, Subsystem
+from specc.model.system import Constant, Element, Let, Subsystem
 from specc.model.types import Bool
 from specc.tools.diff.meaning import Meaning, type_text
 from specc.tools.diff.record import Book, paired
 
 Same = Callable[[Expr, Expr], bool]
+Named = TypeVar("Named", Constant, Let)
 
 
 def compare_buffers(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
@@ -31,17 +33,15 @@ def compare_elements(
     old: Iterable[tuple[str, Element]], new: Iterable[tuple[str, Element]], same: Same, book: Book
 ) -> None:
     """Elements by their names, which come first in each pair."""
-    pairs = paired(old, new, lambda item: item[0])
-    for name, (_, element) in pairs.removed.items():
-        book.removed("element", name, type_text(element.type))
-    for name, (_, element) in pairs.added.items():
-        book.added("element", name, type_text(element.type))
-    for name, ((_, before), (_, after)) in pairs.both.items():
+    both = book.matched("element", old, new, lambda e: e[0], lambda e: type_text(e[1].type))
+    for name, (_, before), (_, after) in both:
         book.changed("element", name, "type", type_text(before.type), type_text(after.type))
-        _inits(name, before.init, after.init, same, book)
-        ages = [_age(element) for element in (before, after)]
-        book.changed("element", name, "greatest age", *ages, semantic=False)
-        _safes(name, before.safe, after.safe, same, book)
+        inits = before.init, after.init
+        _optional(name, "initial value", inits, "no initial value", same, book)
+        book.remark("element", name, "greatest age", _age(before), _age(after))
+        for aspect, key in (("safe value", "value"), ("safe value if that fails", "otherwise")):
+            values = (getattr(before.safe, key, None), getattr(after.safe, key, None))
+            _optional(name, aspect, values, "none", same, book)
         book.words("element", name, before, after)
 
 
@@ -49,22 +49,19 @@ def _age(element: Element) -> str:
     return "any" if element.max_age_s is None else f"{float(element.max_age_s):g} s"
 
 
-def _inits(name: str, old: Expr | None, new: Expr | None, same: Same, book: Book) -> None:
-    texts = [show(init) if init is not None else "no initial value" for init in (old, new)]
+def _optional(
+    name: str,
+    aspect: str,
+    values: tuple[Expr | None, Expr | None],
+    absent: str,
+    same: Same,
+    book: Book,
+) -> None:
+    """Two expressions of an element, either of which may be `absent`."""
+    old, new = values
+    texts = [absent if value is None else show(value) for value in values]
     equal = old is not None and new is not None and same(old, new)
-    book.changed("element", name, "initial value", *texts, semantic=not equal)
-
-
-def _safes(name: str, old: Safe | None, new: Safe | None, same: Same, book: Book) -> None:
-    """What an element gets when a run ends, and if that fails."""
-    for aspect, values in (
-        ("safe value", [safe.value if safe else None for safe in (old, new)]),
-        ("safe value if that fails", [safe.otherwise if safe else None for safe in (old, new)]),
-    ):
-        before, after = values
-        texts = [show(value) if value is not None else "none" for value in values]
-        equal = before is not None and after is not None and same(before, after)
-        book.changed("element", name, aspect, *texts, semantic=not equal)
+    book.changed("element", name, aspect, *texts, semantic=not equal)
 
 
 def _elements(subsystem: Subsystem) -> dict[str, Element]:
@@ -77,12 +74,10 @@ def _elements(subsystem: Subsystem) -> dict[str, Element]:
 
 def compare_memory(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """Memory elements by name."""
-    pairs = paired(old.memory, new.memory, lambda m: m.name)
-    for name, memory in pairs.removed.items():
-        book.removed("memory", name, type_text(memory.type))
-    for name, memory in pairs.added.items():
-        book.added("memory", name, type_text(memory.type))
-    for name, (before, after) in pairs.both.items():
+    both = book.matched(
+        "memory", old.memory, new.memory, lambda m: m.name, lambda m: type_text(m.type)
+    )
+    for name, before, after in both:
         book.changed("memory", name, "type", type_text(before.type), type_text(after.type))
         _values("memory", name, "initial value", (before.init, after.init), meaning, book)
         book.words("memory", name, before, after)
@@ -90,35 +85,30 @@ def compare_memory(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
 
 def compare_lets(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """A let is a name for an expression; only adding or removing it changes nothing."""
-    pairs = paired(old.lets, new.lets, lambda item: item.name)
-    for name, item in pairs.removed.items():
-        book.removed("let", name, show(item.value), semantic=False)
-    for name, item in pairs.added.items():
-        book.added("let", name, show(item.value), semantic=False)
-    for name, (before, after) in pairs.both.items():
+    for name, before, after in named_values("let", old.lets, new.lets, book):
         _values("let", name, "value", (before.value, after.value), meaning, book)
         book.words("let", name, before, after)
 
 
+def named_values(
+    part: str, old: Iterable[Named], new: Iterable[Named], book: Book
+) -> list[tuple[str, Named, Named]]:
+    """Names for expressions, which matter where they are used; returns those in both systems."""
+    return book.matched(part, old, new, lambda n: n.name, lambda n: show(n.value), semantic=False)
+
+
 def compare_parameters(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """What a reused description was given."""
-    pairs = paired(old.constants, new.constants, lambda c: c.name)
-    for name, constant in pairs.removed.items():
-        book.removed("parameter", name, show(constant.value), semantic=False)
-    for name, constant in pairs.added.items():
-        book.added("parameter", name, show(constant.value), semantic=False)
-    for name, (before, after) in pairs.both.items():
+    for name, before, after in named_values("parameter", old.constants, new.constants, book):
         _values("parameter", name, "value", (before.value, after.value), meaning, book)
 
 
 def compare_functions(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """A function matters in behaviours; adding or removing it shows in what they assign."""
-    pairs = paired(old.functions, new.functions, lambda f: f.name)
-    for name, function in pairs.removed.items():
-        book.removed("function", name, _targets(function), semantic=False)
-    for name, function in pairs.added.items():
-        book.added("function", name, _targets(function), semantic=False)
-    for name, (before, after) in pairs.both.items():
+    both = book.matched(
+        "function", old.functions, new.functions, lambda f: f.name, _targets, semantic=False
+    )
+    for name, before, after in both:
         targets = paired(before.assignments, after.assignments, lambda a: a.target)
         for target, assignment in targets.removed.items():
             book.changed("function", name, target, show(assignment.value), "not assigned")

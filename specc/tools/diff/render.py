@@ -1,0 +1,150 @@
+"""Comparisons as text for a terminal, as Markdown for a review, and as JSON for programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from itertools import groupby
+from typing import Any
+
+from specc.diagnostics.render.visible import visible
+from specc.tools.diff.record import Comparison, Difference
+
+# What the readable formats share: a change in a few words, in order.
+
+
+LONGEST = 400
+
+
+def _headline(change: Difference) -> str:
+    """What changed: `state S1 added`, `row S0 --terminal--> S1: condition changed`."""
+    what = visible(f"{change.part} {change.name}".strip())
+    if change.change != "changed":
+        return f"{what} {change.change}"
+    return f"{what}: {visible(change.aspect)} changed" if change.aspect else f"{what} changed"
+
+
+def _reasons(change: Difference) -> Iterator[str]:
+    """Under which facts only one of two conditions holds."""
+    for which, facts in (("old", change.only_old), ("new", change.only_new)):
+        if facts:
+            told = visible(", ".join(f"{fact} is {answer}" for fact, answer in facts))
+            yield f"only the {which} one holds when {told}"
+
+
+def _shortened(text: str) -> str:
+    """A text that may be long, or of several lines, fit for a line."""
+    return visible(text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}...")
+
+
+def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Difference]]]:
+    """Changes of the system, then of each agent, subsystem and device in the order given."""
+    for where, group in groupby(changes, key=lambda change: change.where):
+        yield visible(where) or "system", list(group)
+
+
+def _counted(count: int, noun: str) -> str:
+    """`1 difference`, `2 differences`."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+# For a terminal.
+
+
+_SIGNS = {"added": "+", "removed": "-", "changed": "~"}
+
+
+def as_text(comparison: Comparison, old: str, new: str) -> str:
+    """Differences by place, then changes without a change of meaning, then how many there are."""
+    lines = [*_list(comparison.differences)]
+    if comparison.remarks:
+        lines += ["without a change of meaning:", "", *_list(comparison.remarks)]
+    differences = _counted(len(comparison.differences), "difference")
+    remarks = _counted(len(comparison.remarks), "remark")
+    lines.append(f"{visible(old)} -> {visible(new)}: {differences}, {remarks}")
+    return "\n".join(lines) + "\n"
+
+
+def _list(changes: Iterable[Difference]) -> Iterator[str]:
+    for where, group in _by_place(changes):
+        yield where
+        for change in group:
+            yield f"  {_SIGNS[change.change]} {_headline(change)}"
+            yield from (f"      {visible(line)}" for line in _details(change))
+        yield ""
+
+
+def _details(change: Difference) -> Iterator[str]:
+    if change.change == "changed":
+        yield f"old: {_shortened(change.old)}"
+        yield f"new: {_shortened(change.new)}"
+    elif change.old or change.new:
+        yield _shortened(change.old or change.new)
+    yield from _reasons(change)
+    if change.note:
+        yield f"({change.note})"
+
+
+# For a review: a table for each part of the system.
+
+
+def as_markdown(comparison: Comparison, old: str, new: str) -> str:
+    """Differences as tables, with changes without a change of meaning folded away."""
+    lines = [f"## {_plain(old)} → {_plain(new)}", ""]
+    lines += [f"{_counted(len(comparison.differences), 'difference')} of meaning.", ""]
+    lines += _tables(comparison.differences)
+    if comparison.remarks:
+        count = _counted(len(comparison.remarks), "change")
+        lines += ["<details>", f"<summary>{count} without a change of meaning</summary>", ""]
+        lines += [*_tables(comparison.remarks), "</details>", ""]
+    return "\n".join(lines)
+
+
+def _tables(changes: Iterable[Difference]) -> Iterator[str]:
+    for where, group in _by_place(changes):
+        head = "| change | old | new | |", "| --- | --- | --- | --- |"
+        yield from (f"### {_plain(where)}", "", *head)
+        for change in group:
+            why = "<br>".join(map(_plain, filter(None, (*_reasons(change), change.note))))
+            cells = _plain(_headline(change)), _code(change.old), _code(change.new), why
+            yield f"| {' | '.join(cells)} |"
+        yield ""
+
+
+def _code(text: str) -> str:
+    """A text as code; a vertical bar would end the cell, a backtick the code."""
+    if not text:
+        return ""
+    clean = " ".join(_shortened(text).split()).replace("|", "\\|")
+    return f"`` {clean} ``" if "`" in clean else f"`{clean}`"
+
+
+def _plain(text: str) -> str:
+    clean = " ".join(text.split())
+    for letter in "\\|<>*_`[]#":
+        clean = clean.replace(letter, f"\\{letter}")
+    return clean
+
+
+# For programs. The keys stay; new ones may come.
+
+
+def as_json(comparison: Comparison, old: str, new: str) -> str:
+    """One object: both files, `equal`, and all changes; see docs/diff.md."""
+    document = {
+        "version": 1,
+        "old": old,
+        "new": new,
+        "equal": not comparison.differences,
+        "differences": [_change(change) for change in comparison.differences],
+        "remarks": [_change(change) for change in comparison.remarks],
+    }
+    return json.dumps(document, indent=2) + "\n"
+
+
+def _change(change: Difference) -> dict[str, Any]:
+    found = {key: value for key, value in asdict(change).items() if key != "semantic"}
+    for key in ("only_old", "only_new"):
+        found[key] = [{"fact": fact, "value": answer} for fact, answer in found[key]]
+    return found
