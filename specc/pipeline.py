@@ -83,7 +83,7 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
     findings = loader.findings
     system, resolver = resolve_alone(file, loader.load, findings, loader.reach)
     broken, faulty = frozenset(resolver.broken), frozenset(resolver.faulty)
-    checked, proofs = run_checks(system, broken, faulty, sound=False)
+    checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.kept)
     own = told_of_comments(findings.diagnostics, loader.sources)
     found = (*own, *(d for d in checked if is_certain(d, file.path)))
     return Result(system, proofs, found, loader.sources, broken, is_part=True)
@@ -99,7 +99,9 @@ def _compiled(
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
     resolved = resolve(file, loader.load, findings, loader.reach, loader.given(values))
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
-    checked, proofs = run_checks(resolved.system, resolved.broken, resolved.faulty, sound=sound)
+    checked, proofs = run_checks(
+        resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.kept
+    )
     own = told_of_comments(findings.diagnostics, loader.sources)
     found = (*without_follow_ups(own, checked), *checked)
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken)

@@ -12,6 +12,7 @@ from specc.analysis.machine import Decided, Machine
 from specc.analysis.misfits import Misfits
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.valueless import valueless
+from specc.kept import Kept
 from specc.mjcf import Model, ModelError
 from specc.model.fsm import Cause
 from specc.model.system import Constant, Element, Subsystem, System
@@ -29,10 +30,13 @@ class Facts:
         system: System,
         broken: frozenset[str] = frozenset(),
         faulty: frozenset[str] = frozenset(),
+        kept: Kept | None = None,
     ) -> None:
+        """`kept` has the machines of an earlier analysis."""
         self.system = system
         self.broken = broken | _named_twice(system)
         self.faulty = faulty
+        self._kept = kept or Kept()
         self.subsystems = tuple(s for s in system.subsystems if s.qualified_name not in self.broken)
         self.connections = Connections(system)
 
@@ -41,16 +45,21 @@ class Facts:
     @cached_property
     def _machines(self) -> dict[str, Machine]:
         """By the qualified name of the subsystem."""
-        timed = not self.rates.clash
-        return {
-            subsystem.qualified_name: Machine(
-                subsystem,
-                self._constants,
-                self.connections.arrivals(subsystem, self.broken, timed=timed),
-                faulty=subsystem.qualified_name in self.faulty,
-            )
-            for subsystem in self.subsystems
-        }
+        return {s.qualified_name: self._machine(s) for s in self.subsystems}
+
+    def _machine(self, subsystem: Subsystem) -> Machine:
+        """The machine of a subsystem; the one that was there before if it is made of the same."""
+        name = subsystem.qualified_name
+        arrivals = self.connections.arrivals(subsystem, self.broken, timed=not self.rates.clash)
+        faulty = name in self.faulty
+        # The objects themselves, since what is equal may stand elsewhere in its text.
+        made_of = id(subsystem), tuple(map(id, self._constants.values())), arrivals, faulty
+        known: Machine | None = self._kept.answer(f"machine {name}", made_of)
+        if known is not None and known.prover.is_repeatable:
+            return known
+        made = Machine(subsystem, self._constants, arrivals, faulty=faulty)
+        self._kept.keep(f"machine {name}", made_of, made)
+        return made
 
     def of(self, subsystem: Subsystem) -> Machine:
         """The machine of a subsystem without errors."""

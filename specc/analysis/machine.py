@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 from specc.analysis.connections import Arrivals
 from specc.analysis.graph import CAUSES, Step, find_steps, reached_from
@@ -17,6 +18,8 @@ from specc.model.expr import Truth, has_unknown
 from specc.model.fsm import Cause, Condition, State
 from specc.model.system import Constant, Subsystem
 from specc.proof import Prover, RowVerdict, Witness
+
+T = TypeVar("T")
 
 
 @frozen
@@ -77,6 +80,13 @@ class Machine:
         self.faulty = faulty
         self._constants = constants
         self._verdicts: dict[tuple[str, Cause], RowVerdict] = {}
+        self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
+
+    def told(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
+        """What a check finds that asks nothing but this machine."""
+        if check not in self._told:
+            self._told[check] = tuple(check(self))
+        return self._told[check]
 
     # What it is made of.
 

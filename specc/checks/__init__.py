@@ -21,6 +21,7 @@ from specc.checks import (
     waiting,
 )
 from specc.diagnostics import Diagnostic, stops
+from specc.kept import Kept
 from specc.model.system import System
 
 Check = Callable[[Facts], Iterator[Diagnostic]]
@@ -53,14 +54,15 @@ def run_checks(
     faulty: frozenset[str] = frozenset(),
     *,
     sound: bool = True,
+    kept: Kept | None = None,
 ) -> tuple[list[Diagnostic], Facts]:
     """All findings about a system, and what was found out on the way.
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
-    anything else was wrong before.
+    anything else was wrong before. `kept` is what an earlier analysis found out.
     """
-    facts = Facts(system, broken, faulty)
+    facts = Facts(system, broken, faulty, kept)
     found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):

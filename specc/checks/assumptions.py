@@ -37,22 +37,26 @@ def axioms_consistent(facts: Facts) -> Iterator[Diagnostic]:
 def axioms_needed(facts: Facts) -> Iterator[Diagnostic]:
     """W0610; assumptions that concern wrong rows are not judged before these are correct."""
     for machine in facts.machines:
-        judged = machine.is_legible and not machine.dead_ends and machine.conditions_vary
-        axioms, states = machine.subsystem.axioms, machine.subsystem.states
-        wrong = list(_wrong(machine)) if judged and axioms else []
-        for index, axiom in enumerate(axioms if judged else ()):
-            # Each question looks at all assumptions, for each state and cause.
-            if not spend("proof", 10 * len(axioms) * len(states)):
-                return
-            if not _is_needed(machine, index) and not any(
-                _is_about(machine, state, cause, index) for state, cause in wrong
-            ):
-                yield Diagnostic(
-                    "W0610",
-                    "nothing is proved with the help of this assumption",
-                    axiom.place,
-                    help="delete it",
-                )
+        yield from machine.told(_useless)
+
+
+def _useless(machine: Machine) -> Iterator[Diagnostic]:
+    judged = machine.is_legible and not machine.dead_ends and machine.conditions_vary
+    axioms, states = machine.subsystem.axioms, machine.subsystem.states
+    wrong = list(_wrong(machine)) if judged and axioms else []
+    for index, axiom in enumerate(axioms if judged else ()):
+        # Each question looks at all assumptions, for each state and cause.
+        if not spend("proof", 10 * len(axioms) * len(states)):
+            return
+        if not _is_needed(machine, index) and not any(
+            _is_about(machine, state, cause, index) for state, cause in wrong
+        ):
+            yield Diagnostic(
+                "W0610",
+                "nothing is proved with the help of this assumption",
+                axiom.place,
+                help="delete it",
+            )
 
 
 def _wrong(machine: Machine) -> Iterator[tuple[str, Cause]]:

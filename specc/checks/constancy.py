@@ -210,7 +210,7 @@ def conditions_vary(facts: Facts) -> Iterator[Diagnostic]:
     """W0613 and W0617; what cannot be meant in a condition is `expressions_meant`'s matter."""
     told: set[Place] = set()
     for machine in facts.whole:
-        for finding in _findings(machine):
+        for finding in machine.told(_findings):
             if finding.primary not in told:
                 told.add(finding.primary)
                 yield finding
@@ -268,7 +268,7 @@ def conditions_in_time(facts: Facts) -> Iterator[Diagnostic]:
     What ends a state by mistake is the matter of `conditions_vary` and `expressions_meant`.
     """
     for machine in facts.whole:
-        yield from _out_of_time(machine)
+        yield from machine.told(_out_of_time)
 
 
 def _out_of_time(machine: Machine) -> Iterator[Diagnostic]:

@@ -69,11 +69,15 @@ def _named(owner: Function | Condition | Memory) -> str:
 def inputs_present(facts: Facts) -> Iterator[Diagnostic]:
     """E0701 to E0704, once for each place that reads without a value, about the first state."""
     for machine in facts.consistent:
-        told: set[tuple[str, Place]] = set()
-        for absence in absences(machine):
-            if (absence.code, absence.place) not in told:
-                told.add((absence.code, absence.place))
-                yield _absent(absence, machine)
+        yield from machine.told(_without_input)
+
+
+def _without_input(machine: Machine) -> Iterator[Diagnostic]:
+    told: set[tuple[str, Place]] = set()
+    for absence in absences(machine):
+        if (absence.code, absence.place) not in told:
+            told.add((absence.code, absence.place))
+            yield _absent(absence, machine)
 
 
 def absences(machine: Machine) -> Iterator[Absence]:
@@ -132,7 +136,7 @@ def values_there(facts: Facts) -> Iterator[Diagnostic]:
     """E0705, once for each place, about the first state."""
     for machine in facts.machines:
         if machine.is_legible and machine.values.needed:
-            yield from _missing(machine)
+            yield from machine.told(_missing)
 
 
 def _missing(machine: Machine) -> Iterator[Diagnostic]:

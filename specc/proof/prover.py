@@ -57,6 +57,11 @@ class Prover:
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
 
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether answers do not depend on earlier questions, as those of the solver may."""
+        return not self._relations.has_solver
+
     def prove_rows(
         self,
         state: str,

@@ -92,6 +92,11 @@ class Relations:
 
         return Theory(session, self._numbering, atoms, exact=exact)
 
+    @property
+    def has_solver(self) -> bool:
+        """Whether a question has needed the solver."""
+        return "_session" in self.__dict__
+
     @cached_property
     def _session(self) -> Session:
         try:

@@ -12,6 +12,7 @@ from typing import Any
 from specc.diagnostics import Diagnostic, Edit
 from specc.frozen import frozen
 from specc.kept import Kept
+from specc.limits import ALLOWED, left, one_run, spend
 from specc.model.system import System
 from specc.pipeline import check_spec
 from specc.policy import judge, reach_of, settings_for
@@ -206,8 +207,17 @@ class Project:
 
     def _analysed(self, root: str, read: Read) -> Analysis:
         kept = self._kept.setdefault(root, Kept())
+        earlier = kept.spent
         loader = Loader(Findings(kept=kept), read, reach=self._reach(root))
-        result = check_spec(root, loader)
+        with one_run():
+            # No more than a fresh analysis may spend: nothing is kept that could make a difference.
+            spend("proof", earlier)
+            result = check_spec(root, loader)
+            kept.spent = ALLOWED["proof"] - left("proof")
+        if kept.spent > ALLOWED["proof"] // 2:
+            del self._kept[root]
+            if earlier:
+                return self._analysed(root, read)
         settings = settings_for(os.path.dirname(root)).settings
         judged = judge(result.diagnostics, loader.sources, settings, not result.is_part)
         return Analysis(
