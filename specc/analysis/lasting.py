@@ -80,6 +80,7 @@ class Lasting:
         self._lets = {item.name: item.value for item in subsystem.lets}
         self._times_of: dict[int, set[float]] = {}
         self._endings: dict[tuple[int, int], _Ending | None] = {}
+        self._excluded: dict[tuple[int, Cause, int], bool] = {}
 
     def never_ends(self, state: State, cause: Cause) -> bool:
         """Whether time makes a condition that ends a state false for ever before it can hold."""
@@ -103,13 +104,20 @@ class Lasting:
             verdict = self._verdict(state.name, cause)
             if not verdict.decision.possible:
                 continue
-            context = ending.in_time[cause]
-            if self._prover.satisfiable(context) is False:
+            if self._excludes(ending, cause, None):
                 yield Late(state, condition, None, *end)
                 continue
             for row, possible in zip(verdict.rows, verdict.decision.satisfiable, strict=True):
-                if possible and self._prover.satisfiable([*context, row.condition.when]) is False:
+                if possible and self._excludes(ending, cause, row.condition):
                     yield Late(state, row.condition, row, *end)
+
+    def _excludes(self, ending: _Ending, cause: Cause, asked: Condition | None) -> bool:
+        """Whether a state cannot end by a cause, and with a condition, before it is over."""
+        key = id(ending), cause, id(asked)
+        if key not in self._excluded:
+            context = [*ending.in_time[cause], *([asked.when] if asked else [])]
+            self._excluded[key] = self._prover.satisfiable(context) is False
+        return self._excluded[key]
 
     def excludes(self, row: Transition) -> bool:
         """Whether a row that is never taken is never taken because of conditions on time."""

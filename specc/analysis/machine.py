@@ -80,6 +80,7 @@ class Machine:
         self.faulty = faulty
         self._constants = constants
         self._verdicts: dict[tuple[str, Cause], RowVerdict] = {}
+        self._settled: dict[int, bool | None] = {}
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
 
     def told(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
@@ -235,10 +236,12 @@ class Machine:
 
         A literal `True` or `False` is intended, and a parameter may well decide a condition.
         """
-        parameters = {constant.name for constant in self.subsystem.constants}
-        if isinstance(condition.when, Truth) or names_any(condition.when, parameters):
-            return None
-        return self.prover.constant(condition.when)
+        key = id(condition.when)
+        if key not in self._settled:
+            parameters = {constant.name for constant in self.subsystem.constants}
+            meant = isinstance(condition.when, Truth) or names_any(condition.when, parameters)
+            self._settled[key] = None if meant else self.prover.constant(condition.when)
+        return self._settled[key]
 
     # What must hold in its states.
 

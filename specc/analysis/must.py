@@ -7,7 +7,7 @@ tells, and the tests inside an expression tell the rest.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 from specc.analysis.connections import Arrivals
@@ -67,7 +67,8 @@ class Presence:
         self._subsystem = subsystem
         self._steps = steps
         self._arrivals = arrivals
-        self._close = arrivals.close
+        self._close = cache(arrivals.close)
+        self._after = cache(self._once_taken)
         self._everything = all_inputs(subsystem)
         self._told = Implied({let.name: let for let in subsystem.lets}, self._asked).by
         self._guards = Guards(subsystem.lets, self.behind, frozenset.intersection)
@@ -101,6 +102,12 @@ class Presence:
         """What is present after a test that held, or did not."""
         return self._close(present | self._told(test, holds))
 
+    @cached_property
+    def is_sure(self) -> bool:
+        """Whether all that is read has a value from the first period on, or is tested for one."""
+        first, every = self.in_first_period, texts(self._subsystem)
+        return not any(reading for text in every for reading in self.unguarded(text.expr, first))
+
     def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
@@ -109,7 +116,10 @@ class Presence:
 
     def after(self, step: Step) -> Names:
         """Once a row was taken."""
-        return self._close(self.in_conditions(step.row.source) | step.ensures)
+        return self._after(self.in_functions[step.row.source], step.ensures)
+
+    def _once_taken(self, in_functions: Names, ensures: Names) -> Names:
+        return self._close(self._close(in_functions | self._arrivals.later) | ensures)
 
     def way_without(self, state: str, element: InputName) -> list[str]:
         """States on a shortest way to `state` on which the element may be missing."""
@@ -134,10 +144,9 @@ class Presence:
         if self.in_first_period == self._everything:
             return most
         ways = grouped((s.row.source, (s.row.target, s.ensures)) for s in self._steps)
-        return must_hold(most, ways, self._kept)
-
-    def _kept(self, names: Names, _: str, known: Names, ensures: Names) -> Names:
-        return names & self._close(self._close(known | self._arrivals.later) | ensures)
+        return must_hold(
+            most, ways, lambda names, _, known, ensures: names & self._after(known, ensures)
+        )
 
 
 # Optional values that are not None, and lists that are not empty.
@@ -146,7 +155,7 @@ class Presence:
 # functions of the next state. After that it stays true of memory that the behaviour does not write.
 
 
-Facts = frozenset[Expr]
+Known = frozenset[Expr]
 Context = tuple[Expr, ...]
 """Conditions that hold in one period."""
 MOST_WAYS = 16
@@ -233,7 +242,7 @@ class Values:
         return "functions" if later else "start"
 
     @cached_property
-    def _facts(self) -> Facts:
+    def _facts(self) -> Known:
         """What matters; facts about the clock do not, as it starts anew with every state."""
         needs = (need for text in texts(self._subsystem) for need in self.needs(text.expr))
         return frozenset(f for f in {n.fact for n in needs} if not self._dependences.of(f).clock)
@@ -270,12 +279,12 @@ class Values:
                     parts.append(condition)
         return tuple(part for part in parts if not self._dependences.of(part).clock)
 
-    def _kept(self, facts: Facts, state: str, held: Facts, conditions: Context) -> Facts:
+    def _kept(self, facts: Known, state: str, held: Known, conditions: Context) -> Known:
         known = self._when_asked(self._subsystem.state(state), held)
         context = _with_items((*conditions, *_in_order(known)))
         return frozenset(f for f in facts if f in known or self._prover.implies(context, f))
 
-    def _when_asked(self, state: State, held: Facts) -> Facts:
+    def _when_asked(self, state: State, held: Known) -> Known:
         """Facts that hold when the conditions that end a state are asked."""
         lasting = (fact for fact in held if self._outlives(fact, state))
         return frozenset(lasting) | _there_by_type(self._facts, _written(state))
@@ -304,7 +313,7 @@ def _either(one: tuple[Context, ...], other: tuple[Context, ...]) -> tuple[Conte
     return tuple(way for way, _ in found)
 
 
-def _in_order(known: Facts) -> Context:
+def _in_order(known: Known) -> Context:
     """Facts in an order that does not depend on the run."""
     return tuple(sorted(known, key=repr))
 
@@ -329,7 +338,7 @@ def _written(state: State) -> dict[str, Type]:
     return {a.name: a.value.type for a in state.behaviour.assignments if not a.peer}
 
 
-def _there_by_type(facts: Facts, memory: Mapping[str, Type]) -> Facts:
+def _there_by_type(facts: Known, memory: Mapping[str, Type]) -> Known:
     """Facts about memory that has got a value of a type that is never None, or never empty."""
     return frozenset(
         fact

@@ -83,6 +83,8 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
 def absences(machine: Machine) -> Iterator[Absence]:
     """Inputs that a subsystem reads although they may have no value."""
     presence = machine.presence
+    if presence.is_sure:
+        return
     known: dict[tuple[int, frozenset[InputName]], list[Reading]] = {}
     for use in uses(machine.subsystem, machine.subsystem.transitions):
         key = id(use.text.expr), presence.at(use)

@@ -314,41 +314,35 @@ def rows_can_apply(facts: Facts) -> Iterator[Diagnostic]:
     matter.
     """
     for decided in facts.decided():
-        decision, state = decided.verdict.decision, decided.state
-        behaviour = state.behaviour
-        ended = behaviour.terminal if decided.cause == "terminal" else behaviour.error
-        if decided.machine.settled(ended) is False:
-            continue
-        if not decision.possible and decided.machine.settled(behaviour.error):
-            continue
-        words = ending(behaviour, decided.cause)
-        applying = zip(decided.verdict.rows, decision.satisfiable, strict=True)
-        for row, possible in applying:
-            if possible:
-                continue
-            if not decision.possible:
-                yield Diagnostic(
-                    "W0604",
-                    f"state `{state.name}` never ends {words}",
-                    row.place,
-                    _never_taken(decided, row),
-                    (Related(behaviour.place, f"behaviour `{behaviour.name}`"),),
-                    "delete the row, or change the condition",
-                )
-            elif decided.machine.settled(row.condition) is None:
-                yield Diagnostic(
-                    "W0605",
-                    f"`{row.condition.name}` never holds when state `{state.name}` ends {words}",
-                    row.place,
-                    _never_taken(decided, row),
-                    (Related(row.condition.place, f"`{row.condition.name}`"),),
-                    "delete the row, or change the condition",
-                )
+        rows, satisfiable = decided.verdict.rows, decided.verdict.decision.satisfiable
+        for row, possible in zip(rows, satisfiable, strict=True):
+            if not possible:
+                yield from _dead(row, decided)
 
 
-def _never_taken(decided: Decided, row: Transition) -> str:
-    excluded = decided.machine.lasting.excludes(row)
-    return "never taken: the times rule it out" if excluded else "never taken"
+def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
+    machine, state, behaviour = decided.machine, decided.state, decided.state.behaviour
+    occurs = decided.verdict.decision.possible
+    end = behaviour.terminal if decided.cause == "terminal" else behaviour.error
+    if machine.settled(end) is False or (not occurs and machine.settled(behaviour.error)):
+        return
+    if occurs and machine.settled(row.condition) is not None:
+        return
+    code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"
+    words = f"state `{state.name}` never ends {ending(behaviour, decided.cause)}"
+    if occurs:
+        code, about, named = "W0605", row.condition.place, f"`{row.condition.name}`"
+        when = f"when state `{state.name}` ends {ending(behaviour, decided.cause)}"
+        words = f"{named} never holds {when}"
+    excluded = machine.lasting.excludes(row)
+    yield Diagnostic(
+        code,
+        words,
+        row.place,
+        "never taken: the times rule it out" if excluded else "never taken",
+        (Related(about, named),),
+        "delete the row, or change the condition",
+    )
 
 
 # What cannot be proved of rows is said, because it is then checked in every run.
