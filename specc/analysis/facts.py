@@ -11,6 +11,7 @@ from specc.analysis.dataflow import DataFlow, Node
 from specc.analysis.machine import Decided, Machine
 from specc.analysis.misfits import Misfits
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
+from specc.analysis.reads import Dependences
 from specc.analysis.valueless import valueless
 from specc.kept import Kept
 from specc.mjcf import Model, ModelError
@@ -109,7 +110,7 @@ class Facts:
     @cached_property
     def misfits(self) -> Misfits:
         """What cannot be meant in the constants of the system."""
-        return Misfits(self.system, self._constants)
+        return Misfits(self.system, self._constants, Dependences(()))
 
     # What goes on between machines, and between them and the plant.
 

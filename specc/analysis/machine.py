@@ -108,7 +108,7 @@ class Machine:
     @cached_property
     def misfits(self) -> Misfits:
         """What cannot be meant in expressions."""
-        return Misfits(self.subsystem, self._constants)
+        return Misfits(self.subsystem, self._constants, self.dependences)
 
     @cached_property
     def dependences(self) -> Dependences:

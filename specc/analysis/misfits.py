@@ -10,23 +10,20 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Literal, NamedTuple
 
-from specc.analysis.reads import Text, text_of, texts
+from specc.analysis.reads import Dependences, Text, text_of, texts
 from specc.frozen import frozen
 from specc.model.expr import (
     Binary,
-    Bound,
     Builtin,
-    Clock,
     Compare,
     ConstantRef,
     Expr,
-    Input,
     Items,
     LetRef,
     MemoryRef,
     Quantifier,
-    Unknown,
     children,
+    has_unknown,
     walk,
 )
 from specc.model.system import Constant, Let, Memory, Subsystem, System
@@ -63,8 +60,14 @@ class _Bounds(NamedTuple):
 class Misfits:
     """Finds them in one subsystem, or in the constants of a system."""
 
-    def __init__(self, owner: Subsystem | System, constants: Mapping[str, Constant]) -> None:
-        """`constants` of the system, in order of dependence."""
+    def __init__(
+        self,
+        owner: Subsystem | System,
+        constants: Mapping[str, Constant],
+        dependences: Dependences,
+    ) -> None:
+        """`constants` of the system, in order of dependence; `dependences` on lets of the owner."""
+        self._dependences = dependences
         self._named: dict[tuple[type, str], Constant | Let | Memory] = {
             (ConstantRef, name): constant for name, constant in constants.items()
         }
@@ -81,7 +84,6 @@ class Misfits:
             }
         values = {n: c.value for (kind, n), c in self._named.items() if isinstance(c, Constant)}
         self._numbering = Numbering(lets, values, period_s)
-        self._varying: dict[str, bool] = {}
         self.found = tuple(m for text in texts(owner) for m in self._in(text, text.expr, {}))
         self._at = {id(misfit.expr) for misfit in self.found}
         self._spoilt: set[str] = set()
@@ -187,19 +189,9 @@ class Misfits:
 
     def varies(self, expr: Expr) -> bool:
         """Whether an expression is known, and depends on more than constants."""
-        nodes = list(walk(expr))
-        return not any(isinstance(n, Unknown) for n in nodes) and any(map(self._changes, nodes))
-
-    def _changes(self, node: Expr) -> bool:
-        if isinstance(node, LetRef):
-            if node.name not in self._varying:
-                self._varying[node.name] = False  # a let that uses itself is an error of its own
-                named = self._named.get((LetRef, node.name))
-                self._varying[node.name] = named is not None and self.varies(text_of(named).expr)
-            return self._varying[node.name]
-        written = isinstance(node, MemoryRef) and (MemoryRef, node.name) not in self._named
-        clock = isinstance(node, Clock) and node.name != "period"
-        return written or clock or isinstance(node, (Input, Bound))
+        on = self._dependences.of(expr)
+        written = any((MemoryRef, name) not in self._named for name in on.memory)
+        return not has_unknown(expr) and (written or not on.lasts)
 
     def _value(self, expr: Expr) -> float | None:
         value = self._numbering.value(self._numbering.number(expr))

@@ -16,6 +16,7 @@ from specc.model.expr import (
     LetRef,
     MemoryRef,
     Present,
+    Truth,
     children,
     walk,
 )
@@ -107,9 +108,12 @@ class Dependence:
     """What the value of an expression depends on."""
 
     memory: frozenset[str] = frozenset()
+    constants: frozenset[str] = frozenset()
     lasts: bool = True
     """It changes with the memory only: no input, clock or variable of a quantifier is in it."""
     clock: bool = False
+    literal: bool = False
+    """`True` or `False` is in it."""
 
 
 class Dependences:
@@ -125,7 +129,11 @@ class Dependences:
         """What `expr` depends on."""
         match expr:
             case MemoryRef(name=name):
-                return Dependence(frozenset((name,)))
+                return Dependence(memory=frozenset((name,)))
+            case ConstantRef(name=name):
+                return Dependence(constants=frozenset((name,)))
+            case Truth():
+                return Dependence(literal=True)
             case Clock(name="elapsed" | "entered"):
                 return Dependence(lasts=False, clock=True)
             case Input() | Fresh() | Present() | Bound():
@@ -133,5 +141,10 @@ class Dependences:
             case LetRef(name=name) if name in self._lets:
                 return self._lets[name]
         parts = [self.of(child) for child in children(expr)]
-        memory = frozenset[str]().union(*(part.memory for part in parts))
-        return Dependence(memory, all(p.lasts for p in parts), any(p.clock for p in parts))
+        return Dependence(
+            frozenset[str]().union(*(part.memory for part in parts)),
+            frozenset[str]().union(*(part.constants for part in parts)),
+            all(part.lasts for part in parts),
+            any(part.clock for part in parts),
+            any(part.literal for part in parts),
+        )

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement
+from specc.analysis.plant import BoundElement, raw_numbers, units_of
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import listed
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
 from specc.model.system import Binding, System
-from specc.model.types import Image, Real, Record, Spatial, Type, Vector, inner_types
+from specc.model.types import Image, Record, Type, inner_types
 from specc.reachable import reachable
 from specc.source import Place
 
@@ -201,15 +201,12 @@ def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
 
 def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
     """Numbers of the element and of the plant, in words; None where one is not known."""
-    wanted, binding = _size(bound.element.type), bound.binding
-    parts = [model.actuators.get(name) for name in binding.actuators]
-    if not bound.commanded:
-        parts += [model.joints.get(name) for name in binding.joints]
-        parts += [model.sensors.get(name) for name in binding.sensors]
-    known = [size for size in parts if size is not None]
-    if wanted is None or not parts or len(known) != len(parts):
+    wanted, parts = units_of(bound.element.type), list(raw_numbers(bound, model))
+    sizes = [len(part.units) for part in parts if part.units is not None]
+    known = len(sizes) == len(parts) and model.actuators.keys() >= set(bound.binding.actuators)
+    if wanted is None or not parts or not known:
         return None
-    return _numbers(wanted), _numbers(sum(known))
+    return _numbers(len(wanted)), _numbers(sum(sizes))
 
 
 def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
@@ -218,17 +215,6 @@ def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
         return None
     width, height = model.cameras[camera] or _DEFAULT_CAMERA
     return f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
-
-
-def _size(type_: Type) -> int | None:
-    match type_:
-        case Real():
-            return 1
-        case Vector(size=size, element=Real()):
-            return size
-        case Spatial():
-            return 6
-    return None
 
 
 def _numbers(count: int) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from specc.analysis import Facts, Machine
 from specc.analysis.lasting import Late
-from specc.analysis.reads import Text, names_any, text_of
+from specc.analysis.reads import Text, text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
@@ -58,13 +58,6 @@ class ConstantPart(NamedTuple):
     holds: bool
 
 
-class _About(NamedTuple):
-    """Memory that an expression names, and whether literals or parameters decide it."""
-
-    memory: frozenset[str]
-    meant: bool
-
-
 class Constancy:
     """Asks about the conditions of one subsystem that has no unknowns."""
 
@@ -75,9 +68,7 @@ class Constancy:
         self._misfits = machine.misfits
         self._lets = {item.name: item for item in subsystem.lets}
         self._parameters = {constant.name for constant in subsystem.constants}
-        self._of_lets: dict[str, _About] = {}
-        for item in subsystem.lets:
-            self._of_lets[item.name] = self._about(item.value)
+        self._dependences = machine.dependences
         self._entered: set[str] = set()
 
     def parts(self, condition: Condition) -> Iterator[ConstantPart]:
@@ -110,12 +101,12 @@ class Constancy:
 
         In the text of a let, which functions may name too, it has it at any moment.
         """
-        about = self._about(part)
-        if about.meant or _has_free_variable(part):
+        on = self._dependences.of(part)
+        if on.literal or on.constants & self._parameters or _has_free_variable(part):
             return None
         if not self._misfits.varies(part) or self._misfits.within(part):
             return None
-        known = [self._memory[name] for name in sorted(about.memory) if name in self._memory]
+        known = [self._memory[name] for name in sorted(on.memory) if name in self._memory]
         if part is whole and not known:
             return None  # that of the condition itself is known
         moment: Moment = "start" if anywhere else "conditions"
@@ -123,17 +114,6 @@ class Constancy:
             if self._prover.implies(known, fact, moment, assuming=False):
                 return holds
         return None
-
-    def _about(self, expr: Expr) -> _About:
-        memory, meant = frozenset[str](), names_any(expr, self._parameters)
-        for node in walk(expr):
-            meant |= isinstance(node, Truth)
-            if isinstance(node, MemoryRef):
-                memory |= {node.name}
-            elif isinstance(node, LetRef) and node.name in self._of_lets:
-                memory |= self._of_lets[node.name].memory
-                meant |= self._of_lets[node.name].meant
-        return _About(memory, meant)
 
     @cached_property
     def _memory(self) -> dict[str, Expr]:
