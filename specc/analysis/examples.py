@@ -4,21 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 
 from specc.analysis.facts import Facts
+from specc.analysis.machine import Decided
 from specc.analysis.vague import is_vague, sure, unmet
-from specc.diagnostics.phrases import listed
-from specc.example.assign import Freedom
-from specc.example.example import Example, Wanted, example, says_all
-from specc.example.numbers import SearchBudget, runnable
-from specc.example.search import showing
-from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value
 from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
 from specc.proof import InputName, Witness
+from specc.proof.search import (
+    NO_VALUE,
+    Freedom,
+    Meaning,
+    SearchBudget,
+    Situation,
+    Value,
+    first_value,
+    runnable,
+    showing,
+)
+from specc.proof.search.example import Example, Wanted, example, says_all
 
 # Finding values that show what was refuted of rows.
 
@@ -31,8 +37,8 @@ LARGE = 200
 """Parts of conditions that take twice the time; then half as many situations are looked at."""
 
 
-class Finder:
-    """Finds examples in the subsystems of a system."""
+class Examples:
+    """Examples for the findings of one check."""
 
     def __init__(self, facts: Facts) -> None:
         self._facts = facts
@@ -40,6 +46,20 @@ class Finder:
         self._meanings: dict[str, Meaning] = {}
         self._changing: dict[str, frozenset[str]] = {}
         self._known: dict[object, Example | None] = {}
+
+    def text(self, decided: Decided, witness: Witness, facts: str) -> str:
+        """Values of an example of a witness about rows, in words.
+
+        Where none are found, its `facts` in words are an example if more is said than these. Empty
+        if they are what is said, or if its answers are all there is to say.
+        """
+        is_said = witness.everywhere is None
+        if is_said and all(says_all(asked) for asked, _ in witness.answers):
+            return ""
+        found = self.find(decided.subsystem, decided.state, decided.cause, witness)
+        if found:
+            return found.text
+        return "" if is_said else facts
 
     def find(
         self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness
@@ -127,38 +147,3 @@ def _value(meaning: Meaning, expr: Expr, type_: Type, at: Situation) -> Value:
         return meaning.value(expr, at)
     except NO_VALUE:
         return first_value(type_)
-
-
-# Values that show what was refuted of rows, for people who read the finding.
-
-
-def facts_of(witness: Witness) -> str:
-    """`a is true and b is false`: one situation of a witness."""
-    return listed([f"`{question}` is {answer}" for question, answer in witness.facts], "and")
-
-
-class Examples:
-    """Examples for the findings of one check; without findings it does nothing."""
-
-    def __init__(self, facts: Facts) -> None:
-        self._facts = facts
-
-    def text(self, subsystem: Subsystem, state: State, cause: Cause, witness: Witness) -> str:
-        """Values of an example of a witness about rows, in words.
-
-        Where none are found, the facts of the witness are an example if more is said than these.
-        Empty if they are what is said, or if its answers are all there is to say.
-        """
-        is_said = witness.everywhere is None
-        if is_said and all(says_all(asked) for asked, _ in witness.answers):
-            return ""
-        found = self._finder.find(subsystem, state, cause, witness)
-        if found:
-            return found.text
-        return "" if is_said else facts_of(witness)
-
-    @cached_property
-    def _finder(self) -> Finder:
-        from specc.analysis.examples import Finder
-
-        return Finder(self._facts)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache, partial
 from itertools import chain, count
+from typing import TYPE_CHECKING
 
 from specc.analysis import Decided, Facts
-from specc.analysis.examples import Examples, facts_of
 from specc.analysis.guards import ended, said
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
@@ -16,6 +17,9 @@ from specc.model.expr import Call, Expr, walk
 from specc.model.fsm import Behaviour, Cause, State, Transition
 from specc.model.system import Subsystem
 from specc.proof import Witness
+
+if TYPE_CHECKING:
+    from specc.analysis.examples import Examples
 
 # Phrases about states and refutations.
 
@@ -33,6 +37,12 @@ def situation(witness: Witness) -> str:
     if not witness.facts:
         return "whatever the conditions are"
     return f"when {facts_of(witness)}{', among other cases' if witness.some else ''}"
+
+
+def facts_of(witness: Witness) -> str:
+    """`a is true and b is false`: one situation of a witness."""
+    facts = [f"`{question}` is {answer}" for question, answer in witness.facts]
+    return listed(facts, "and") if facts else ""
 
 
 def _operators_in(witness: Witness) -> str:
@@ -144,12 +154,22 @@ def _ended(decided: Decided) -> tuple[Expr, ...]:
     return said(ended(behaviour.error, behaviour.terminal, decided.cause))
 
 
+# Values that show a refutation.
+
+
+def _search(facts: Facts) -> Examples:
+    """What searches for examples; it is imported only if something is found."""
+    from specc.analysis.examples import Examples
+
+    return Examples(facts)
+
+
 # Whenever a state ends by a cause, some row of that state and cause applies (2.4).
 
 
 def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
     """E0601, once for all states that fail alike; a cause without any row is another matter."""
-    examples = Examples(facts)
+    examples = cache(partial(_search, facts))
     for told in shared(facts, _gap):
         decided, widest, gap = told.first, told.widest, told.witness
         state = decided.state
@@ -166,7 +186,7 @@ def rows_complete(facts: Facts) -> Iterator[Diagnostic]:
                 ),
             ),
             _with_one_more_row(told),
-            example=examples.text(widest.subsystem, widest.state, widest.cause, gap),
+            example=examples().text(widest, gap, facts_of(gap)),
         )
 
 
@@ -201,7 +221,7 @@ _MOST = 6
 
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
     """E0602, for two rows that can apply together; others of the same states are related."""
-    examples = Examples(facts)
+    examples = cache(partial(_search, facts))
     for told in shared(facts, lambda decided: decided.verdict.decision.overlap):
         decided, widest, overlap = told.first, told.widest, told.witness
         one, other = overlap.holding
@@ -217,7 +237,7 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
             f"applies when it ended {ending(decided.state.behaviour, decided.cause)}",
             (Related(first.place, also), *others, *told.places),
             _with_one_row_less(told),
-            example=examples.text(widest.subsystem, widest.state, widest.cause, overlap),
+            example=examples().text(widest, overlap, facts_of(overlap)),
         )
 
 
@@ -262,13 +282,13 @@ def causes_have_rows(facts: Facts) -> Iterator[Diagnostic]:
             if decided.subsystem is subsystem and decided.state.name not in sources
         }
         yield from _unfinished(subsystem, [s for s in subsystem.states if s.place in without])
-    examples = Examples(facts)
+    examples = cache(partial(_search, facts))
     for decided in unmet:
         if any(row.source == decided.state.name for row in decided.subsystem.transitions):
             yield _no_row(decided, examples)
 
 
-def _no_row(decided: Decided, examples: Examples) -> Diagnostic:
+def _no_row(decided: Decided, examples: Callable[[], Examples]) -> Diagnostic:
     state, cause = decided.state, decided.cause
     condition = state.behaviour.terminal if cause == "terminal" else state.behaviour.error
     ended = Witness((), answers=((condition.when, True),))
@@ -279,7 +299,7 @@ def _no_row(decided: Decided, examples: Examples) -> Diagnostic:
         f"can end {ending(state.behaviour, cause)}",
         (Related(condition.place, f"the {cause} condition"),),
         f"add a row, e.g. `[{state.name}, {cause}, always, {state.name}]`",
-        example=examples.text(decided.subsystem, state, cause, ended),
+        example=examples().text(decided, ended, ""),
     )
 
 

@@ -1,6 +1,21 @@
-"""Proofs about conditions: exact on their Boolean structure, by truth tables.
+"""Proofs about conditions: one engine, which answers for whole subsystems and says why not.
 
-What the tables are too small for is `unknown`, with a reason; another way to decide goes there.
+A `Prover` is asked about the rows of a state and cause (do they cover all cases, do two overlap?)
+or about conditions (can they hold together, does one follow?). Its answer about rows is a
+`Decision`, and what refutes is a `Witness`. A question travels so:
+
+- `translate` makes formulas of conditions: what is Boolean is structure, everything else an atom, a
+  question about a variable. Expressions with the same value have the same number (`numbering`), so
+  that atoms about one variable meet; conditions about `elapsed` are bisected (`clock`).
+- `decide` tabulates all answers that are consistent with each other (`table`). What holds in every
+  combination is proved.
+- Where the table refutes and variables depend on each other (`relations`), or where it would be too
+  large, the `solver` is asked about exact numbers and about floats. It is the door to z3, which may
+  not be installed. Without an answer the verdict is `unknown`, with the reason.
+- `witness` says which answers refute, in as few words as possible, and which condition would mend
+  it. `search` finds values for them, where somebody wants to see or to run them.
+
+Nothing here knows of messages or of generated code.
 """
 
 from specc.proof.numbering import Depths, Numbering

@@ -1,79 +1,56 @@
-"""Decides whether rows cover and exclude each other, with what is relevant to them."""
+"""Decides whether conditions cover and exclude each other, by tables or by the solver."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
-from specc.proof.formula import Arrival, Atom, Formula, Variable, atoms_of
-from specc.proof.relations import Relations, UnsureError
-from specc.proof.table import Cases, Table, TooLargeError
-from specc.proof.verdict import Decision, InputName, rounding, time
+from specc.proof.formula import Arrival, Atom, Formula, atoms_of
+from specc.proof.numbering import Numbering
+from specc.proof.relations import Relations, components, conjuncts, related, variables_of
+from specc.proof.table import Cases, DecisionProcedure, Table
+from specc.proof.verdict import Decision, InputName, TooLargeError, UnsureError, rounding, time
 from specc.proof.witness import describe, no_row, two_rows
 
-# Which parts of a conjunction have to do with each other: those that ask about one variable.
+if TYPE_CHECKING:
+    from specc.proof.solver import Session, Theory
 
 
-def conjuncts(formulas: Iterable[Formula]) -> list[Formula]:
-    """The parts of a conjunction of formulas."""
-    return [p for f in formulas for p in (f.parts if f.kind == "and" else (f,))]
+class Solver:
+    """The solver for the questions about one subsystem; z3 is not imported before it is asked."""
 
+    def __init__(self, numbering: Numbering) -> None:
+        self._numbering = numbering
+        self.relations = Relations(numbering)
 
-def variables_of(formulas: Iterable[Formula]) -> set[Variable]:
-    """The variables that the formulas ask about."""
-    return {atom.variable for atom in atoms_of(formulas)}
+    def between(self, atoms: Sequence[Atom]) -> DecisionProcedure | None:
+        """What decides about answers of the atoms; None if all are possible together."""
+        return self.procedure(atoms) if self.relations.are_related(atoms) else None
 
+    def procedure(self, atoms: Sequence[Atom]) -> DecisionProcedure:
+        """What decides about answers of the atoms, whatever they have in common."""
+        return DecisionProcedure(partial(self._theory, atoms))
 
-Things = Callable[[Iterable[Formula]], Set[object]]
-"""What formulas are about; those that have something in common are connected."""
+    def _theory(self, atoms: Sequence[Atom], *, exact: bool) -> Theory:
+        session = self._session
+        from specc.proof.solver import Theory
 
+        return Theory(session, self._numbering, atoms, exact=exact)
 
-def related(
-    parts: Sequence[Formula], seeds: Iterable[Formula], things: Things = variables_of
-) -> list[Formula]:
-    """The parts that are connected with the seeds, directly or through other parts.
+    @property
+    def was_asked(self) -> bool:
+        """Whether a question has needed the solver."""
+        return "_session" in self.__dict__
 
-    A constant is connected with everything.
-    """
-    places = _Places(things((part,)) for part in parts)
-    return [parts[place] for place in places.taken(things(seeds))]
-
-
-def components(parts: Sequence[Formula], things: Things = variables_of) -> Iterator[list[Formula]]:
-    """The parts in groups that have nothing to do with each other."""
-    places = _Places(things((part,)) for part in parts)
-    for place, part in enumerate(parts):
-        if place in places.left:
-            places.left.remove(place)
-            yield [part, *(parts[other] for other in places.taken(places.about[place]))]
-
-
-class _Places:
-    """Where parts stand in their sequence, found by what they are about; each is taken once."""
-
-    def __init__(self, about: Iterable[Set[object]]) -> None:
-        self.about = list(about)
-        self.left = set(range(len(self.about)))
-        self._constants = [place for place, names in enumerate(self.about) if not names]
-        self._found: dict[object, list[int]] = {}
-        for place, names in enumerate(self.about):
-            for name in names:
-                self._found.setdefault(name, []).append(place)
-
-    def taken(self, things: Set[object]) -> list[int]:
-        """The constants that are left, and then what is connected with some things."""
-        taken = [place for place in self._constants if place in self.left]
-        self._constants = []
-        self.left.difference_update(taken)
-        reached, open_ = set[object](), set(things)
-        while open_:
-            places = {place for thing in open_ for place in self._found.get(thing, ())}
-            near = sorted(places & self.left)
-            self.left.difference_update(near)
-            taken += near
-            reached |= open_
-            open_ = {thing for place in near for thing in self.about[place]} - reached
-        return taken
+    @cached_property
+    def _session(self) -> Session:
+        try:
+            from specc.proof.solver import Session
+        except ImportError:
+            raise UnsureError("it needs the solver, which is not installed") from None
+        return Session()
 
 
 # Decides on truth tables whether exactly one of several conditions holds.
@@ -87,17 +64,17 @@ class Question:
         conditions: Sequence[Formula],
         context: Sequence[Formula],
         axioms: Sequence[Formula],
-        relations: Relations,
+        solver: Solver,
     ) -> None:
-        """`relations` between atoms are asked about where the tables alone refute."""
-        self._relations = relations
+        """The `solver` is asked where the tables alone refute."""
+        self._solver = solver
         self._conditions = conditions
         given = conjuncts(context)
         about = [*conditions, *given]
         self._given = given
         self._assumed = given + related(conjuncts(axioms), about)
         self._more = related(
-            [a for a in conjuncts(axioms) if a not in self._assumed], about, relations.things
+            [a for a in conjuncts(axioms) if a not in self._assumed], about, solver.relations.things
         )
         """Axioms that are related only by what their numbers are computed from."""
         self.arrivals = frozenset(
@@ -143,7 +120,7 @@ class Question:
         if self._more:
             assumed = [*assumed, *self._more]
             table, atoms = Table([*formulas, *self._more]), [*atoms, *atoms_of(self._more)]
-        procedure = self._relations.between(list(dict.fromkeys(atoms)))
+        procedure = self._solver.between(list(dict.fromkeys(atoms)))
         if procedure is None:
             return decision
         return _decision(table, Cases(table, assumed, procedure, self._given), self._conditions)
@@ -152,7 +129,7 @@ class Question:
         self, proved: Decision, table: Table, assumed: Sequence[Formula], atoms: Sequence[Atom]
     ) -> Decision:
         """A proof, without rows that can never apply because of the values of their numbers."""
-        procedure = self._relations.between(atoms) if self._relations.in_sums(atoms) else None
+        procedure = self._solver.between(atoms) if self._solver.relations.in_sums(atoms) else None
         if procedure is None:
             return proved
         try:
@@ -168,9 +145,10 @@ class Question:
             from specc.proof.solver import solve
         except ImportError:
             return self._unknown(reason)
-        procedure = self._relations.procedure(list(atoms_of([*self._conditions, *assumed])))
+        procedure = self._solver.procedure(list(atoms_of([*self._conditions, *assumed])))
         try:
-            return solve(procedure, self._conditions, assumed)
+            rounded = procedure.rounded
+            return solve(rounded, lambda: procedure.exact, self._conditions, assumed)
         except UnsureError as error:
             return self._unknown(f"{reason}, and {error}")
 
@@ -182,7 +160,7 @@ class Question:
         )
 
 
-def can_hold(formulas: Sequence[Formula], relations: Relations) -> bool | None:
+def can_hold(formulas: Sequence[Formula], solver: Solver) -> bool | None:
     """Whether all formulas can hold together; None if the question is too large."""
     parts = conjuncts(formulas)
     answer: bool | None = True
@@ -192,12 +170,12 @@ def can_hold(formulas: Sequence[Formula], relations: Relations) -> bool | None:
                 return False
         except TooLargeError:
             answer = None
-    if relations.between(list(atoms_of(parts))) is None:
+    if not solver.relations.are_related(list(atoms_of(parts))):
         return answer
-    for group in components(parts, relations.things):
+    for group in components(parts, solver.relations.things):
         try:
             table = Table(group)
-            cases = Cases(table, group, relations.between(list(atoms_of(group))))
+            cases = Cases(table, group, solver.between(list(atoms_of(group))))
             if not cases.some(cases.allowed) and not cases.some_rounded(table.full):
                 return False
         except (TooLargeError, UnsureError):

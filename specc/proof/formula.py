@@ -196,6 +196,10 @@ class Atom:
         return "" if self.expr is None else show(self.expr)
 
 
+Answered = tuple[Atom, bool]
+"""A question, and whether the answer is yes."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Formula:
     """In negation normal form: only atoms are negated. `index` orders parts before wholes."""

@@ -31,7 +31,7 @@ from specc.model.expr import (
     Unary,
     children,
 )
-from specc.model.types import Int
+from specc.model.types import Int, ListOf
 
 Scalar = float | bool | str
 Depths = Mapping[str, int]
@@ -135,6 +135,25 @@ class Numbering:
     def pair(self, a: int, b: int) -> int:
         """A number for what two values have to do with each other, whatever their order."""
         return self._of(("pair", min(a, b), max(a, b)))
+
+    def least(self, expr: Expr, bound: Depths | None = None) -> float | None:
+        """A lower bound of a number by what it is."""
+        match expr:
+            case Builtin(name="len", args=(several,)):
+                return float(isinstance(several.type, ListOf) and several.type.nonempty)
+            case Builtin(name="abs" | "norm" | "sqrt") | Clock():
+                return 0.0
+            case Binary(op="**", right=Number(value=power)) if power > 0 and power % 2 == 0:
+                return 0.0
+            case Binary(op="*", left=a, right=b) if self.number(a, bound) == self.number(b, bound):
+                return 0.0
+            case Builtin(name="max" | "min" as name, args=args):
+                known = [a.value if isinstance(a, Number) else self.least(a, bound) for a in args]
+                bounds = [least for least in known if least is not None]
+                if name == "max":
+                    return max(bounds, default=None)
+                return min(bounds) if len(bounds) == len(known) else None
+        return None
 
     def _compound(self, expr: Expr, parts: list[int]) -> int:
         known = [self._values.get(part) for part in parts]

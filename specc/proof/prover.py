@@ -11,9 +11,9 @@ from specc.model.expr import Expr, Fresh, Input
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.model.types import Bool
-from specc.proof.decide import Question, can_hold, conjuncts, related
+from specc.proof.decide import Question, Solver, can_hold
 from specc.proof.formula import Formula
-from specc.proof.relations import Relations
+from specc.proof.relations import conjuncts, related
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
 from specc.proof.witness import none_of, only
@@ -43,7 +43,7 @@ class Prover:
         self._translator = Translator(*known, 1 / subsystem.rate_hz)
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
-        self._relations = Relations(self.numbering)
+        self._solver = Solver(self.numbering)
         self._formula = self._translator.formula
         self._always_present = frozenset(always_present)
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
@@ -60,7 +60,7 @@ class Prover:
     @property
     def is_repeatable(self) -> bool:
         """Whether answers do not depend on earlier questions, as those of the solver may."""
-        return not self._relations.has_solver
+        return not self._solver.was_asked
 
     def prove_rows(
         self,
@@ -82,7 +82,7 @@ class Prover:
         key: object = (conditions, context, without)
         if key not in self._questions:
             axioms = [a for index, a in enumerate(self._axioms) if index != without]
-            self._questions[key] = Question(conditions, context, axioms, self._relations)
+            self._questions[key] = Question(conditions, context, axioms, self._solver)
         question = self._questions[key]
         known = question.arrivals.intersection(present) - self._always_present
         new = question.arrivals.intersection(fresh)
@@ -97,7 +97,7 @@ class Prover:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""
         rows = self._rows.get((state, cause), ())
         about = [*(self._formula(row.condition.when) for row in rows), *self._context(state, cause)]
-        near = related(conjuncts(self._axioms), about, self._relations.things)
+        near = related(conjuncts(self._axioms), about, self._solver.relations.things)
         return any(part in near for part in conjuncts((self._axioms[axiom],)))
 
     def satisfiable(self, conditions: Iterable[Expr]) -> bool | None:
@@ -127,22 +127,22 @@ class Prover:
         if moment == "conditions":
             negated = self._translator.make.negation(self._formula(fact))
             asked = [*map(self._formula, context), negated]
-            possible = self._can_hold(asked) if assuming else can_hold(asked, self._relations)
+            possible = self._can_hold(asked) if assuming else can_hold(asked, self._solver)
             return None if possible is None else not possible
-        translator, relations = self._anywhere
+        translator, solver = self._anywhere
         said = [*context, *(self._assumed if moment == "functions" else ())]
         negated = translator.make.negation(translator.formula(fact))
-        possible = can_hold([*map(translator.formula, said), negated], relations)
+        possible = can_hold([*map(translator.formula, said), negated], solver)
         return None if possible is None else not possible
 
     def contradiction(self) -> tuple[int, ...]:
         """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
         core = list(range(len(self._axioms)))
-        if can_hold(self._axioms, self._relations) is not False:
+        if can_hold(self._axioms, self._solver) is not False:
             return ()
         for index in tuple(core):
             rest = [i for i in core if i != index]
-            if can_hold([self._axioms[i] for i in rest], self._relations) is False:
+            if can_hold([self._axioms[i] for i in rest], self._solver) is False:
                 core = rest
         return tuple(core)
 
@@ -156,15 +156,15 @@ class Prover:
         return self._formula(behaviour.terminal.when), negated
 
     @cached_property
-    def _anywhere(self) -> tuple[Translator, Relations]:
+    def _anywhere(self) -> tuple[Translator, Solver]:
         """Formulas about any moment, in functions as well."""
         translator = self._elsewhere()
-        return translator, Relations(translator.numbering)
+        return translator, Solver(translator.numbering)
 
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
         key = tuple(formulas)
         if key not in self._possible:
-            self._possible[key] = can_hold([*formulas, *self._axioms], self._relations)
+            self._possible[key] = can_hold([*formulas, *self._axioms], self._solver)
         return self._possible[key]
 
 

@@ -1,14 +1,12 @@
-"""Whether answers to different questions have to do with each other: lazily, the solver's matter.
+"""Which questions, and which parts of a conjunction, have to do with each other.
 
 Tables treat the variables of conditions as independent. What they prove is true all the same; where
-they refute, variables computed from the same value may not be independent.
+they refute, variables computed from the same value may not be independent, and the solver is asked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 
 from specc.model.expr import (
     Among,
@@ -40,20 +38,78 @@ from specc.proof.formula import (
 )
 from specc.proof.numbering import Numbering
 
-if TYPE_CHECKING:
-    from specc.proof.solver import Session, Theory
+# Which parts of a conjunction have to do with each other: those that ask about one variable.
 
-Answered = tuple[Atom, bool]
-"""A question, and whether the answer is yes."""
+
+def conjuncts(formulas: Iterable[Formula]) -> list[Formula]:
+    """The parts of a conjunction of formulas."""
+    return [p for f in formulas for p in (f.parts if f.kind == "and" else (f,))]
+
+
+def variables_of(formulas: Iterable[Formula]) -> set[Variable]:
+    """The variables that the formulas ask about."""
+    return {atom.variable for atom in atoms_of(formulas)}
+
+
+Things = Callable[[Iterable[Formula]], Set[object]]
+"""What formulas are about; those that have something in common are connected."""
+
+
+def related(
+    parts: Sequence[Formula], seeds: Iterable[Formula], things: Things = variables_of
+) -> list[Formula]:
+    """The parts that are connected with the seeds, directly or through other parts.
+
+    A constant is connected with everything.
+    """
+    places = _Places(things((part,)) for part in parts)
+    return [parts[place] for place in places.taken(things(seeds))]
+
+
+def components(parts: Sequence[Formula], things: Things = variables_of) -> Iterator[list[Formula]]:
+    """The parts in groups that have nothing to do with each other."""
+    places = _Places(things((part,)) for part in parts)
+    for place, part in enumerate(parts):
+        if place in places.left:
+            places.left.remove(place)
+            yield [part, *(parts[other] for other in places.taken(places.about[place]))]
+
+
+class _Places:
+    """Where parts stand in their sequence, found by what they are about; each is taken once."""
+
+    def __init__(self, about: Iterable[Set[object]]) -> None:
+        self.about = list(about)
+        self.left = set(range(len(self.about)))
+        self._constants = [place for place, names in enumerate(self.about) if not names]
+        self._found: dict[object, list[int]] = {}
+        for place, names in enumerate(self.about):
+            for name in names:
+                self._found.setdefault(name, []).append(place)
+
+    def taken(self, things: Set[object]) -> list[int]:
+        """The constants that are left, and then what is connected with some things."""
+        taken = [place for place in self._constants if place in self.left]
+        self._constants = []
+        self.left.difference_update(taken)
+        reached, open_ = set[object](), set(things)
+        while open_:
+            places = {place for thing in open_ for place in self._found.get(thing, ())}
+            near = sorted(places & self.left)
+            self.left.difference_update(near)
+            taken += near
+            reached |= open_
+            open_ = {thing for place in near for thing in self.about[place]} - reached
+        return taken
+
+
+# Which questions ask about values that are computed from the same ones.
+
 
 _LOOKED_INTO = (
     Among, Binary, Choice, Compare, Component, Items, Logic, Quantifier, Unary
 )  # fmt: skip
 _COMPUTED = ("abs", "float", "max", "min")
-
-
-class UnsureError(Exception):
-    """The solver gave no answer within its bounds, or is not installed; the message says so."""
 
 
 class Relations:
@@ -63,16 +119,16 @@ class Relations:
         self._numbering = numbering
         self._roots: dict[Atom, frozenset[object]] = {}
 
-    def between(self, atoms: Sequence[Atom]) -> DecisionProcedure | None:
-        """What decides about answers of the atoms; None if all are possible together."""
+    def are_related(self, atoms: Sequence[Atom]) -> bool:
+        """Whether some answers of the atoms may be impossible together."""
         met: dict[object, Variable] = {}
         for atom in atoms:
             variable = atom.variable
             if isinstance(variable, Quantity) and self._computes(atom):
-                return self.procedure(atoms)
+                return True
             if any(met.setdefault(root, variable) != variable for root in self._of(atom)):
-                return self.procedure(atoms)
-        return None
+                return True
+        return False
 
     def in_sums(self, atoms: Sequence[Atom]) -> bool:
         """Whether numbers are compared that are not constant, or sums."""
@@ -81,29 +137,6 @@ class Relations:
             and (atom.variable.kind == "difference" or self._computes(atom))
             for atom in atoms
         )
-
-    def procedure(self, atoms: Sequence[Atom]) -> DecisionProcedure:
-        """What decides about answers of the atoms, whatever they have in common."""
-        return DecisionProcedure(partial(self._theory, atoms))
-
-    def _theory(self, atoms: Sequence[Atom], *, exact: bool) -> Theory:
-        session = self._session
-        from specc.proof.solver import Theory
-
-        return Theory(session, self._numbering, atoms, exact=exact)
-
-    @property
-    def has_solver(self) -> bool:
-        """Whether a question has needed the solver."""
-        return "_session" in self.__dict__
-
-    @cached_property
-    def _session(self) -> Session:
-        try:
-            from specc.proof.solver import Session
-        except ImportError:
-            raise UnsureError("it needs the solver, which is not installed") from None
-        return Session()
 
     def things(self, formulas: Iterable[Formula]) -> set[object]:
         """The variables that formulas ask about, and what the answers depend on."""
@@ -159,24 +192,6 @@ class Relations:
                 for side in map(self._numbering.looked_through, (expr.left, expr.right))
             )
         )
-
-
-class DecisionProcedure:
-    """Tells which answers are impossible together; z3 is not imported before it is asked."""
-
-    def __init__(self, theory: Callable[..., Theory]) -> None:
-        self._theory = theory
-
-    @cached_property
-    def exact(self) -> Theory:
-        """Of exact numbers. Raises UnsureError without a solver or for too large a question."""
-        return self._theory(exact=True)
-
-    @cached_property
-    def rounded(self) -> Theory:
-        """Of floats, which all runs satisfy. Raises UnsureError like `exact`."""
-        rounded = self._theory(exact=False)
-        return rounded if rounded.rounds else self.exact
 
 
 def _is_looked_into(expr: Expr) -> bool:

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from specc.frozen import frozen
 from specc.limits import OUT_OF_STEPS, spend
-from specc.proof.formula import Answers, Atom, Collection, Formula, Variable, atoms_of, in_order
-from specc.proof.relations import Answered, DecisionProcedure, UnsureError
+from specc.proof.formula import (
+    Answered,
+    Answers,
+    Atom,
+    Collection,
+    Formula,
+    Variable,
+    atoms_of,
+    in_order,
+)
+from specc.proof.verdict import TooLargeError, UnsureError
+
+if TYPE_CHECKING:
+    from specc.proof.solver import Theory
 
 # Truth tables as long integers: bit i is the value of a formula in the i-th combination.
 #
@@ -20,10 +33,6 @@ LIMIT = 2**18
 """Most combinations that are tried."""
 MOST_KINDS = 2**14
 """Most kinds of items, times answers about all of them, that are tried for one collection."""
-
-
-class TooLargeError(Exception):
-    """The formulas have too many combinations; the message says how many of what."""
 
 
 @frozen
@@ -165,10 +174,26 @@ def _kinds_of_items(tests: list[Formula]) -> list[Answers]:
 # Combinations of a table that are satisfiable: those that the solver refutes are removed.
 
 
-Refute = Callable[[Sequence[Answered]], tuple[Answered, ...] | None]
-
 MOST_CHECKS = 300
 """Combinations of one table that are shown to the solver."""
+
+
+class DecisionProcedure:
+    """Tells which answers to some questions are impossible together; made when first asked."""
+
+    def __init__(self, theory: Callable[..., Theory]) -> None:
+        self._theory = theory
+
+    @cached_property
+    def exact(self) -> Theory:
+        """Of exact numbers. Raises UnsureError without a solver or for too large a question."""
+        return self._theory(exact=True)
+
+    @cached_property
+    def rounded(self) -> Theory:
+        """Of floats, which all runs satisfy. Raises UnsureError like `exact`."""
+        rounded = self._theory(exact=False)
+        return rounded if rounded.rounds else self.exact
 
 
 class Cases:
@@ -203,7 +228,7 @@ class Cases:
             UnsureError: the solver does not say.
         """
         while bits := bits & self.allowed:
-            core = self._conflict(self._procedure.exact.conflict, bits) if self._procedure else None
+            core = self._conflict(self._procedure.exact, bits) if self._procedure else None
             if core is None:
                 return bits
             assert self._procedure is not None  # it found the conflict
@@ -217,17 +242,17 @@ class Cases:
         """Like `some`, of the combinations that are satisfiable only with rounded numbers."""
         while bits := bits & self._rounded:
             assert self._procedure is not None  # nothing else knows of rounding
-            core = self._conflict(self._procedure.rounded.conflict, bits)
+            core = self._conflict(self._procedure.rounded, bits)
             if core is None:
                 return bits
             self._rounded &= ~self._having(core)
         return 0
 
-    def _conflict(self, refute: Refute, bits: int) -> tuple[Answered, ...] | None:
+    def _conflict(self, theory: Theory, bits: int) -> tuple[Answered, ...] | None:
         self._checks += 1
         if self._checks > MOST_CHECKS:
             raise UnsureError("too many numbers are compared in one table")
-        return refute(self._answers(bits))
+        return theory.conflict(self._answers(bits))
 
     def _answers(self, bits: int) -> list[Answered]:
         """The answers in the first combination."""

@@ -6,6 +6,7 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Collection as Names
 from collections.abc import Mapping
 from fractions import Fraction
@@ -30,8 +31,8 @@ from specc.model.expr import (
 )
 from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Real, Text, Type, Vector
 from specc.proof.clock import Timer, Turns
-from specc.proof.comparisons import Comparisons
 from specc.proof.formula import (
+    Apart,
     Arrival,
     Atom,
     Collection,
@@ -41,12 +42,34 @@ from specc.proof.formula import (
     Formulas,
     Label,
     Quantity,
+    Threshold,
     Variable,
 )
-from specc.proof.numbering import Depths, Numbering
+from specc.proof.numbering import Depths, Numbering, Scalar
 from specc.proof.verdict import InputName
 
 _OUTSIDE: Depths = {}
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+# The question that decides a comparison, and the answer with which the comparison holds.
+_QUESTIONS: dict[str, tuple[str, bool]] = {
+    "<": ("<", True),
+    "<=": ("<=", True),
+    "==": ("==", True),
+    ">": ("<=", False),
+    ">=": ("<", False),
+    "!=": ("==", False),
+}
+_COMPUTED = {
+    "<": operator.lt,
+    "<=": operator.le,
+    "==": operator.eq,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "!=": operator.ne,
+}
+
+Question = tuple[Quantity, Threshold, bool]
+Near = tuple[Quantity | Apart, object]
 
 
 class Translator:
@@ -68,7 +91,6 @@ class Translator:
         self._lets = lets
         self._always = always_present
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
-        self._comparisons = Comparisons(self._numbering)
         self._timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
         self._compared: dict[tuple[object, ...], Formula] = {}
@@ -133,7 +155,7 @@ class Translator:
                 return self.make.false
             case Quantifier(kind="all" | "any"):
                 return self._quantifier(expr, bound)
-            case Builtin(name="near") if near := self._comparisons.near(expr, bound):
+            case Builtin(name="near") if near := self._near(expr, bound):
                 return self._ask(*near, expr)
         number = self._numbering.number(expr, bound)
         value = self._numbering.value(number)
@@ -178,7 +200,7 @@ class Translator:
             return self._compared[key]
         if isinstance(left.type, (Bool, Enum, Text)):
             return self._same(whole, left, right, op == "==", bound)
-        question = self._comparisons.question(op, left, right, bound)
+        question = self._question(op, left, right, bound)
         if isinstance(question, bool):
             return self.make.constant(question)
         variable, test, holds = question
@@ -208,6 +230,41 @@ class Translator:
         """The values that a choice is one of: an integer beside a real becomes a float."""
         then, otherwise = (self._look_through(arm) for arm in (choice.then, choice.otherwise))
         return _as_float(then, choice.type), _as_float(otherwise, choice.type)
+
+    def _question(self, op: str, left: Expr, right: Expr, bound: Depths) -> Question | bool:
+        """Quantity, question and the answer with which `left op right`; or its known truth."""
+        a, b = self._numbering.number(left, bound), self._numbering.number(right, bound)
+        x, y = _as_number(self._numbering.value(a)), _as_number(self._numbering.value(b))
+        if x is not None and y is not None:
+            return bool(_COMPUTED[op](x, y))
+        if a == b:
+            return bool(_COMPUTED[op](0, 0))
+        if x is not None or (y is None and a > b):
+            left, right, a, b, y, op = right, left, b, a, x, _MIRRORED[op]
+        if y is not None and isinstance(left, Unary):
+            return self._question(_MIRRORED[op], left.operand, _negative(right), bound)
+        whole = isinstance(left.type, Int)
+        if y is None:
+            whole = whole and isinstance(right.type, Int)
+            quantity, y = Quantity("difference", (a, b), whole, None), 0.0
+        else:
+            quantity = Quantity("value", (a,), whole, self._numbering.least(left, bound))
+        asked, holds = _QUESTIONS[op]
+        return quantity, (asked, y), holds
+
+    def _near(self, expr: Builtin, bound: Depths) -> Near | None:
+        """`near` as a question about how far apart two values are, so that tolerances are related.
+
+        None for a tolerance that is not constant. Poses have two tolerances.
+        """
+        a, b, *limits = (self._numbering.number(arg, bound) for arg in expr.args)
+        tolerances = [_as_number(self._numbering.value(limit)) for limit in limits]
+        match tolerances:
+            case [float() | int() as tolerance]:
+                return Quantity("distance", (min(a, b), max(a, b)), False, 0.0), ("<=", tolerance)
+            case [float() | int() as distance, float() | int() as angle]:
+                return Apart((a, b)), (distance, angle)
+        return None
 
     def _same(self, whole: Expr, a: Expr, b: Expr, holds: bool, bound: Depths) -> Formula:
         """Whether two truth values, members or texts are the same (or not, unless `holds`)."""
@@ -310,3 +367,11 @@ def _like(whole: Expr, op: str, left: Expr, right: Expr) -> Expr:
 
 def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:
     return (same, other) if holds else (other, same)
+
+
+def _as_number(value: Scalar | None) -> float | None:
+    return None if value is None or isinstance(value, (bool, str)) else value
+
+
+def _negative(expr: Expr) -> Expr:
+    return Unary("-", expr, type=expr.type)

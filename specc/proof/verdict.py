@@ -1,4 +1,4 @@
-"""What was decided about the rows of a state and cause, and what was not."""
+"""What was decided about the rows of a state and cause, and why something was not."""
 
 from __future__ import annotations
 
@@ -8,6 +8,17 @@ from dataclasses import replace
 from specc.frozen import frozen
 from specc.model.expr import Expr, Fresh
 from specc.model.fsm import Transition
+
+# Why there is no answer.
+
+
+class TooLargeError(Exception):
+    """The formulas have too many combinations for tables; the message says how many of what."""
+
+
+class UnsureError(Exception):
+    """The solver gave no answer within its bounds, or is not installed; the message says so."""
+
 
 # What the proofs say.
 

@@ -9,9 +9,8 @@ from specc.frozen import frozen
 from specc.model.expr import Among, Compare, Expr, Logic, Member, Unary
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
-from specc.proof.relations import UnsureError
 from specc.proof.table import Cases, Column, Table
-from specc.proof.verdict import Answers, Facts, Witness
+from specc.proof.verdict import Answers, Facts, UnsureError, Witness
 
 # Conditions that close a gap or end an overlap, in the words that the conditions use.
 

@@ -73,7 +73,7 @@ def test_what_is_said_to_be_impossible_is(seed: int) -> None:
     prover = Prover(machine([sums(rng) for _ in range(4)]), {})
     rows = prover.prove_rows("S", "terminal").rows
     atoms = list(dict.fromkeys(atoms_of(prover._formula(row.condition.when) for row in rows)))
-    exact = prover._relations.procedure(atoms).exact
+    exact = prover._solver.procedure(atoms).exact
     worlds = [Environment(memory={"a": a, "b": b}) for a, b in itertools.product(VALUES, repeat=2)]
     for said in itertools.product((False, True), repeat=len(atoms)):
         core = exact.conflict(list(zip(atoms, said, strict=True)))
@@ -90,8 +90,8 @@ def test_solver_and_tables_agree_on_facts(seed: int) -> None:
     prover = Prover(machine(rows), {})
     told = prover.prove_rows("S", "terminal").decision
     formulas = [prover._formula(row) for row in rows]
-    procedure = prover._relations.procedure(list(atoms_of(formulas)))
-    solved = solve(procedure, formulas, [])
+    procedure = prover._solver.procedure(list(atoms_of(formulas)))
+    solved = solve(procedure.rounded, lambda: procedure.exact, formulas, [])
     assert (solved.gap is None, solved.overlap is None) == (told.gap is None, told.overlap is None)
     assert solved.satisfiable == told.satisfiable
     assert solved.ensures == told.ensures

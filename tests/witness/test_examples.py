@@ -14,16 +14,15 @@ from hypothesis import HealthCheck, Phase, given, settings
 from bench.seeding.fault import Seed
 from bench.seeding.score import Bed
 from specc.analysis import Decided, Facts
-from specc.analysis.examples import Examples, Finder
-from specc.example.example import Example, says_all, worded
-from specc.example.numbers import SearchBudget, runnable
-from specc.example.situation import Meaning
+from specc.analysis.examples import Examples
 from specc.model.expr import Expr
 from specc.model.system import System
 from specc.model.types import Real, Vector
 from specc.model.units import METRE
 from specc.pipeline import compile_spec, read_spec
 from specc.proof import Witness
+from specc.proof.search import Meaning, SearchBudget, runnable
+from specc.proof.search.example import Example, says_all, worded
 from tests.lower.test_law import systems
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT
@@ -53,10 +52,9 @@ def refuted_of(facts: Facts) -> Iterator[tuple[Facts, Decided, Witness]]:
 
 def shown(facts: Facts, decided: Decided, witness: Witness) -> Example:
     """The example of a refutation, which shows it; it is not told if the message says all."""
-    found = Finder(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+    found = Examples(facts).find(decided.subsystem, decided.state, decided.cause, witness)
     if not witness.everywhere and all(says_all(asked) for asked, _ in witness.answers):
-        text = Examples(facts).text(decided.subsystem, decided.state, decided.cause, witness)
-        assert text == ""
+        assert Examples(facts).text(decided, witness, "facts") == ""
     assert found is not None, witness.facts
     shows(found, facts, decided, witness)
     return found
@@ -230,11 +228,11 @@ def check_random(system: System) -> None:
     facts = Facts(system)
     for refutation in refuted_of(facts):
         _, decided, witness = refutation
-        found = Finder(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+        found = Examples(facts).find(decided.subsystem, decided.state, decided.cause, witness)
         outcomes["found" if found else "none"] += 1
         if found:
             shows(found, *refutation)
-            again = Finder(facts).find(decided.subsystem, decided.state, decided.cause, witness)
+            again = Examples(facts).find(decided.subsystem, decided.state, decided.cause, witness)
             assert again == found
 
 

@@ -29,8 +29,8 @@ from specc.model.expr import (
 )
 from specc.model.types import Bool, Enum, Int, ListOf, Real, Text, Vector
 from specc.proof.numbering import Numbering
-from specc.proof.relations import UnsureError
-from specc.proof.solver.arithmetic import Arithmetic, compared
+from specc.proof.solver.terms import Terms, compared
+from specc.proof.verdict import UnsureError
 
 MOST_ITEMS = 64
 """Components of a vector that a condition is spelt out for."""
@@ -39,7 +39,7 @@ MOST_PARTS = 12_000
 _STEPS_OF_A_PART = 25
 
 
-class Conditions(Arithmetic):
+class Conditions(Terms):
     """Terms of conditions.
 
     A quantifier is said of each component of a vector. Of a list it is said of as many items as

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -12,11 +12,19 @@ import z3
 from specc.limits import OUT_OF_STEPS, left, spend
 from specc.model.expr import Among, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
-from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of, in_order
+from specc.proof.formula import (
+    Answered,
+    Arrival,
+    Atom,
+    EnumItem,
+    Formula,
+    Quantity,
+    atoms_of,
+    in_order,
+)
 from specc.proof.numbering import Numbering
-from specc.proof.relations import Answered, DecisionProcedure, UnsureError
 from specc.proof.solver.conditions import Conditions, arrived
-from specc.proof.verdict import Decision, InputName, Witness, rounding
+from specc.proof.verdict import Decision, InputName, UnsureError, Witness, rounding
 
 # What answers to questions have to do with each other, whatever the structure of conditions.
 
@@ -200,20 +208,26 @@ MOST_QUESTIONS = 400
 
 
 def solve(
-    procedure: DecisionProcedure, conditions: Sequence[Formula], assumed: Sequence[Formula]
+    rounded: Theory,
+    exact: Callable[[], Theory],
+    conditions: Sequence[Formula],
+    assumed: Sequence[Formula],
 ) -> Decision:
     """Whether exactly one of the conditions holds where everything assumed does.
+
+    The theory of `exact` numbers is asked where that of floats, which all runs satisfy, refutes.
 
     Raises:
         UnsureError: the question is too hard.
     """
-    rounded = _Question(procedure.rounded, conditions, assumed)
-    decision = rounded.decision()
-    if decision.proved or procedure.rounded is procedure.exact:
+    decision = _Question(rounded, conditions, assumed).decision()
+    if decision.proved or not rounded.rounds:
         return decision
-    exact = _Question(procedure.exact, conditions, assumed).decision()
+    without_rounding = _Question(exact(), conditions, assumed).decision()
     witness = decision.gap or decision.overlap
-    return exact if witness is None or not exact.proved else rounding(witness.facts)
+    if witness is None or not without_rounding.proved:
+        return without_rounding
+    return rounding(witness.facts)
 
 
 class _Question:

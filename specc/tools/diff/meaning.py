@@ -21,12 +21,12 @@ from specc.model.types import (
     Vector,
     inner_types,
 )
-from specc.proof.decide import conjuncts, related
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.table import Table, TooLargeError
+from specc.proof.relations import conjuncts, related
+from specc.proof.table import Table
 from specc.proof.translate import Translator
-from specc.proof.verdict import Facts
+from specc.proof.verdict import Facts, TooLargeError
 from specc.proof.witness import describe
 from specc.reachable import reachable
 from specc.tools.diff.record import Book, Verdict

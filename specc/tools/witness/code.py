@@ -19,14 +19,14 @@ from specc_runtime.faults import UndecidedTransition
 from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
-from specc.example.situation import Answer, Value, alike, first_value, for_run, of_run
 from specc.frozen import frozen
 from specc.lower.annotations import TypeNames, named_types
 from specc.lower.module import Module, elements
 from specc.model.fsm import Transition
 from specc.model.system import System
-from specc.model.types import Type
+from specc.model.types import ListOf, OptionalOf, Pose, Real, Record, Spatial, Type, Vector, whole
 from specc.proof import InputName
+from specc.proof.search import Answer, Fields, Value, alike, first_value
 from specc.tools.witness.subject import OPERATORS, alone, unproved
 
 # What a script does, period by period. Values go by the names that the specification has for them:
@@ -90,6 +90,35 @@ def input_text(name: InputName) -> str:
     return f"x.{name[0]}.{name[1]}"
 
 
+# Values of the language as generated code has them.
+
+
+def for_run(value: Value, type_: Type) -> Value:
+    """A value as generated code has it."""
+    match whole(type_):
+        case Pose() | Spatial() | Vector(element=Real()):
+            return array(value)
+        case OptionalOf(value=inner):
+            return None if value is None else for_run(value, inner)
+        case Vector(element=element) | ListOf(element=element):
+            return tuple(for_run(item, element) for item in value)
+        case Record(fields=fields):
+            inside = dict(value)
+            return Fields(**{name: for_run(inside[name], inner) for name, inner in fields})
+    return value
+
+
+def of_run(value: Value) -> Value:
+    """What `for_run` made its result of."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (tuple, list)):
+        return tuple(map(of_run, value))
+    if isinstance(value, Fields):
+        return Fields(**{name: of_run(inner) for name, inner in value})
+    return value
+
+
 # The generated code, and a run of it.
 
 
@@ -147,8 +176,8 @@ class Code:
         plain = of_run(args)
         for operator, known, gives in self.answers:
             if operator == name and alike(known, plain):
-                return for_run(gives, result, array)
-        return for_run(first_value(result), result, array)
+                return for_run(gives, result)
+        return for_run(first_value(result), result)
 
 
 class Run:
@@ -202,7 +231,7 @@ class Run:
             self._stepper.place(placed.state, _known(placed.state, methods))
         for name, value in placed.memory.items():
             attribute, type_ = _known(name, self._code.memory)
-            setattr(self._subsystem.memory, attribute, for_run(value, type_, array))
+            setattr(self._subsystem.memory, attribute, for_run(value, type_))
         if placed.periods is not None:
             self._stepper.lasted(placed.periods)
 
@@ -215,7 +244,7 @@ class Run:
 
     def _fed(self, values: Values) -> dict[str, Any]:
         found = ((_known(name, self._code.elements), value) for name, value in values.items())
-        return {attribute: for_run(value, type_, array) for (attribute, type_), value in found}
+        return {attribute: for_run(value, type_) for (attribute, type_), value in found}
 
 
 def _known(name: str, names: Mapping[str, Any]) -> Any:

@@ -11,14 +11,23 @@ from functools import partial
 from typing import TypeVar
 
 from specc.analysis import Facts
-from specc.example.assign import Freedom
-from specc.example.search import Goal, find, present, showing
-from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value
 from specc.frozen import frozen
 from specc.model.expr import Expr, LetRef, MemoryRef, walk
 from specc.model.fsm import Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName
+from specc.proof.search import (
+    NO_VALUE,
+    Freedom,
+    Goal,
+    Meaning,
+    Situation,
+    Value,
+    find,
+    first_value,
+    present,
+    showing,
+)
 from specc.tools.witness.code import (
     AbsentError,
     Code,

@@ -11,9 +11,8 @@ from dataclasses import replace
 from functools import partial
 
 from specc.analysis import Facts
-from specc.example.search import Goal, came, showing
-from specc.example.situation import Situation
 from specc.model.fsm import Transition
+from specc.proof.search import Goal, Situation, came, showing
 from specc.tools.witness.code import (
     AbsentError,
     Code,

@@ -11,8 +11,6 @@ from specc.analysis.vague import surely
 from specc.checks.presence import absences
 from specc.checks.rows import ending, situation
 from specc.emit import filled
-from specc.example.numbers import runnable
-from specc.example.search import Goal
 from specc.frozen import frozen
 from specc.lower import lower
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
@@ -20,6 +18,7 @@ from specc.model.fsm import Behaviour, Cause, Condition, Transition
 from specc.model.system import Operator, Subsystem, System
 from specc.model.trace import Trace
 from specc.proof import InputName
+from specc.proof.search import Goal, runnable
 
 # One subsystem by itself: what is left of a system, and code for it in which nothing is proved.
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from textwrap import wrap
 
 from specc.emit import emit
-from specc.example.situation import spelled
 from specc.lower import FilePlan
+from specc.proof.search import spelled
 from specc.tools.witness.code import Placed, Script, Step, Values, input_text
 from specc.tools.witness.subject import Refutation
 

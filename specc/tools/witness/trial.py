@@ -10,9 +10,9 @@ from unittest import SkipTest
 
 from specc_runtime.faults import UndecidedTransition
 
-from specc.example.situation import Answer, Value
 from specc.model.system import System
 from specc.pipeline import read_spec
+from specc.proof.search import Answer, Value
 from specc.source import Sources
 from specc.tools.witness.code import Code, Placed, Run, Step, Values, input_text, row_words
 

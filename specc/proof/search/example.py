@@ -7,10 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from specc.example.assign import Freedom
-from specc.example.numbers import SearchBudget
-from specc.example.search import Goal, find
-from specc.example.situation import NO_VALUE, Meaning, Situation, Value
 from specc.frozen import frozen
 from specc.lang import show
 from specc.model import expr as m
@@ -30,7 +26,10 @@ from specc.model.types import (
     Vector,
 )
 from specc.model.units import DIMENSIONLESS, Unit
-from specc.proof import InputName
+from specc.proof.search.search import Goal, find
+from specc.proof.search.situation import NO_VALUE, Freedom, Meaning, Situation, Value
+from specc.proof.search.trying import SearchBudget
+from specc.proof.verdict import InputName
 
 # What a witness is about: the inputs, memory, time and operators that its answers depend on.
 

@@ -11,6 +11,7 @@ from typing import Any
 from specc.frozen import frozen
 from specc.lang import Environment, evaluate
 from specc.lang.evaluate import compose, translation
+from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System
 from specc.model.types import (
@@ -31,16 +32,14 @@ from specc.model.types import (
     Vector,
     whole,
 )
-from specc.proof import InputName
+from specc.proof.verdict import InputName
 
-# Values of every type: one to begin with, how it is written, and what a run makes of it.
+# Values of every type: one to begin with, others, and how it is written.
 #
 # They are those of `specc.lang.evaluate`: a vector is a tuple, a pose a tuple of rows.
 
 
 Value = Any
-MakeArray = Callable[[Any], Any]
-"""What makes an array of nested tuples of numbers."""
 
 _RELATIVE, _ABSOLUTE = 1e-9, 1e-12
 """What rounding may make of equal numbers."""
@@ -141,7 +140,7 @@ def others(value: Value, type_: Type) -> Iterator[Value]:
 
 
 def spelled(value: Value) -> str:
-    """A value as it is written in a scenario."""
+    """A value as it is written in a test."""
     match value:
         case float():
             return repr(value) if math.isfinite(value) else f'float("{value}")'
@@ -165,30 +164,28 @@ def alike(a: Value, b: Value) -> bool:
     return bool(a == b)
 
 
-def for_run(value: Value, type_: Type, array: MakeArray) -> Value:
-    """A value as generated code has it; `array` makes an array of nested tuples."""
-    match whole(type_):
-        case Pose() | Spatial() | Vector(element=Real()):
-            return array(value)
-        case OptionalOf(value=inner):
-            return None if value is None else for_run(value, inner, array)
-        case Vector(element=element) | ListOf(element=element):
-            return tuple(for_run(item, element, array) for item in value)
-        case Record(fields=fields):
-            inside = dict(value)
-            return Fields(**{name: for_run(inside[name], inner, array) for name, inner in fields})
-    return value
+# Exact comparisons of poses and vectors, which are refused but mean something.
 
 
-def of_run(value: Value) -> Value:
-    """What `for_run` made its result of."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, (tuple, list)):
-        return tuple(map(of_run, value))
-    if isinstance(value, Fields):
-        return Fields(**{name: of_run(inner) for name, inner in value})
-    return value
+def runnable(expr: m.Expr) -> m.Expr:
+    """The expression with `a == b` of arrays as `near` with no tolerance, which can be run."""
+    same = m.mapped(expr, runnable)
+    if isinstance(same, m.Compare) and _is_array(same.left.type):
+        return _near(same)
+    return same
+
+
+def _is_array(type_: Type) -> bool:
+    return isinstance(type_, (Pose, Spatial)) or (
+        isinstance(type_, Vector) and isinstance(type_.element, Real)
+    )
+
+
+def _near(compared: m.Compare) -> m.Expr:
+    zeros = 2 if isinstance(compared.left.type, Pose) else 1
+    tolerances = (m.Number(0.0, type=Real()),) * zeros
+    near = m.Builtin("near", (compared.left, compared.right, *tolerances), type=Bool())
+    return near if compared.op == "==" else m.Unary("not", near, type=Bool())
 
 
 # What a subsystem sees and remembers in one period, and what expressions are worth then.
@@ -313,3 +310,67 @@ class Meaning:
     def _call(self, at: Situation, operator: str, *args: Value) -> Value:
         known = at.answer(operator, args)
         return first_value(self.results[operator]) if known is None else known
+
+
+# What may be changed in a situation, and how inputs, memory and time are changed.
+
+
+LONGEST = 100_000
+"""Most periods that a search waits."""
+
+
+@frozen
+class Freedom:
+    """What a search may change.
+
+    Attributes:
+        memory: memory elements with these names.
+        time: how long the state has been running.
+        unsent: inputs that change although nothing comes; otherwise only those of `devices` do.
+        sure: inputs that are always there.
+        never: inputs that must not come.
+    """
+
+    memory: frozenset[str]
+    time: bool
+    unsent: bool
+    devices: frozenset[InputName]
+    sure: frozenset[InputName]
+    never: frozenset[InputName] = frozenset()
+
+    def input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation with another value of an input."""
+        inputs = {**at.inputs, name: value}
+        if name in self.never:
+            return
+        if name in at.fresh or self.unsent or name in self.devices:
+            yield replace(at, inputs=inputs, present=at.present | {name})
+        if name not in at.fresh:
+            came = at.fresh | {name}
+            yield replace(at, inputs=inputs, present=at.present | {name}, fresh=came)
+
+    def fresh(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+        """The situation where an input has come, or has not."""
+        if not wanted:
+            yield replace(at, fresh=at.fresh - {name})
+        elif name not in self.never:
+            yield replace(at, fresh=at.fresh | {name}, present=at.present | {name})
+
+    def present(self, name: InputName, wanted: bool, at: Situation) -> Iterator[Situation]:
+        """The situation where an input has a value, or none yet."""
+        if wanted and name not in self.never:
+            yield from self.fresh(name, True, at)
+            if self.unsent:
+                yield replace(at, present=at.present | {name})
+        if not wanted and name not in self.sure and self.unsent:
+            yield replace(at, present=at.present - {name}, fresh=at.fresh - {name})
+
+    def remembered(self, name: str, value: Value, at: Situation) -> Iterator[Situation]:
+        """The situation with another value in memory."""
+        if name in self.memory:
+            yield replace(at, memory={**at.memory, name: value})
+
+    def after(self, periods: int, at: Situation) -> Iterator[Situation]:
+        """The situation some periods after the state was entered."""
+        if self.time and 1 <= periods <= LONGEST:
+            yield replace(at, periods=periods)

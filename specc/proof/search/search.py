@@ -5,22 +5,35 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
-from specc.example.assign import Assigning, Freedom, Situations, items_of
-from specc.example.numbers import HOLDS, SearchBudget, Thresholds, runnable
-from specc.example.situation import NO_VALUE, Meaning, Situation, Value, first_value, others
 from specc.lang.evaluate import compose, translation
 from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Cause
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text
-from specc.proof import InputName
+from specc.model.types import Bool, Enum, Int, ListOf, OptionalOf, Pose, Text, Vector
+from specc.proof.search.situation import (
+    NO_VALUE,
+    Fields,
+    Freedom,
+    Meaning,
+    Situation,
+    Value,
+    alike,
+    first_value,
+    others,
+    runnable,
+)
+from specc.proof.search.trying import BUILTINS, HOLDS, SearchBudget, Thresholds, inverted
+from specc.proof.verdict import InputName
 
-# Ways to make a condition hold or fail, by changing one thing that it depends on.
+# Ways to give an expression a wanted value, by changing one thing that it depends on.
 
+
+Situations = Iterator[Situation]
 
 MOST_WAYS = 60
 MOST_STEPS = 1000
@@ -30,28 +43,36 @@ _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 _OTHER_TEXT = "something else"
 
 
-class Conditions:
-    """Finds situations near a given one in which a condition has a truth value."""
+class Ways:
+    """Solves `expression == value` for inputs, memory, results of operators and time."""
 
     def __init__(self, meaning: Meaning, freedom: Freedom, thresholds: Thresholds) -> None:
         self._meaning = meaning
-        self._freedom = freedom
         self._thresholds = thresholds
         self._steps = SearchBudget(MOST_STEPS)
-        self._assigning = Assigning(meaning, freedom, self.ways, self._steps)
-        self._rules: dict[type, Callable[[Any, bool, Situation], Situations]] = {
-            m.Unary: lambda e, wanted, at: self.ways(e.operand, not wanted, at),
-            m.LetRef: lambda e, wanted, at: self.ways(meaning.lets[e.name], wanted, at),
-            m.Logic: self._logic,
+        self._freedom = freedom
+        self._rules: dict[type, Callable[[Any, Value, Situation], Situations]] = {
+            m.Input: lambda e, v, at: freedom.input(_name(e), v, at),
+            m.Fresh: lambda e, v, at: freedom.fresh(_name(e.input), v, at),
+            m.Present: lambda e, v, at: freedom.present(_name(e.input), v, at),
+            m.MemoryRef: lambda e, v, at: freedom.remembered(e.name, v, at),
+            m.LetRef: lambda e, v, at: self.ways(meaning.lets[e.name], v, at),
+            m.ConstantRef: lambda e, v, at: self.ways(meaning.constants[e.name], v, at),
+            m.Sure: lambda e, v, at: self.ways(e.value, v, at),
+            m.Call: self._call,
+            m.Component: self._component,
+            m.FieldOf: self._field,
+            m.Items: self._items,
+            m.Unary: self._unary,
+            m.Binary: self._binary,
+            m.Builtin: self._builtin,
             m.Choice: self._choice,
+            m.Clock: self._clock,
+            m.Logic: self._logic,
             m.Compare: self._compare,
             m.Among: self._among,
             m.Quantifier: self._quantifier,
-            m.Fresh: lambda e, wanted, at: freedom.fresh(_name(e.input), wanted, at),
-            m.Present: lambda e, wanted, at: freedom.present(_name(e.input), wanted, at),
-            m.Builtin: self._near,
             m.IsNone: self._none,
-            m.Call: self._call,
         }
 
     def some_ways(self, expr: m.Expr, wanted: bool, at: Situation) -> list[Situation]:
@@ -62,47 +83,104 @@ class Conditions:
         except NO_VALUE:
             return []
 
-    def ways(self, expr: m.Expr, wanted: bool, at: Situation) -> Situations:
-        """Situations in which the condition may hold, or fail, as `wanted`."""
-        if self._steps.spend(1):
-            rule = self._rules.get(type(expr), self._give)
-            yield from rule(expr, wanted, at)
+    def ways(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
+        """Situations in which the expression may have the value; a condition, in which it holds."""
+        rule = self._rules.get(type(expr))
+        if self._steps.spend(1) and rule is not None:
+            yield from rule(expr, value, at)
 
-    def _give(self, expr: m.Expr, value: Value, at: Situation) -> Situations:
-        yield from self._assigning.ways(expr, value, at)
+    def _now(self, expr: m.Expr, at: Situation) -> Value:
+        return self._meaning.value(expr, at)
 
-    def _call(self, call: m.Call, wanted: bool, at: Situation) -> Situations:
-        """A result of an operator; for other arguments it may give something else."""
-        yield from self._give(call, wanted, at)
-        for arg in call.args:
-            for value in others(self._meaning.value(arg, at), arg.type):
-                for moved in self._give(arg, value, at):
-                    yield from self._give(call, wanted, moved)
+    def _call(self, call: m.Call, value: Value, at: Situation) -> Situations:
+        """A result of an operator; for other arguments a predicate may give something else."""
+        yield self._answered(call, value, at)
+        for arg in call.args if isinstance(call.type, Bool) else ():
+            for other in others(self._now(arg, at), arg.type):
+                for moved in self.ways(arg, other, at):
+                    yield self._answered(call, value, moved)
+
+    def _answered(self, call: m.Call, value: Value, at: Situation) -> Situation:
+        args = tuple(self._now(arg, at) for arg in call.args)
+        known = tuple(a for a in at.answers if not (a[0] == call.operator and alike(a[1], args)))
+        return replace(at, answers=(*known, (call.operator, args, value)))
+
+    def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
+        whole = list(self._now(expr.value, at))
+        whole[expr.index] = value
+        yield from self.ways(expr.value, tuple(whole), at)
+
+    def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
+        whole = self._now(expr.value, at)
+        if isinstance(whole, Fields):
+            yield from self.ways(expr.value, whole.having(expr.name, value), at)
+
+    def _items(self, expr: m.Items, value: Value, at: Situation) -> Situations:
+        """The first item that differs; the others are the next steps' matter."""
+        for item, wanted in zip(expr.items, value, strict=False):
+            if not alike(self._now(item, at), wanted):
+                yield from self.ways(item, wanted, at)
+                return
+
+    def _unary(self, expr: m.Unary, value: Value, at: Situation) -> Situations:
+        if expr.op == "not":
+            yield from self.ways(expr.operand, not value, at)
+        else:
+            negative = tuple(-v for v in value) if isinstance(value, tuple) else -value
+            yield from self.ways(expr.operand, negative, at)
+
+    def _binary(self, expr: m.Binary, value: Value, at: Situation) -> Situations:
+        left, right = self._now(expr.left, at), self._now(expr.right, at)
+        for side, wanted in inverted(expr.op, value, left, right):
+            yield from self.ways(expr.left if side == 0 else expr.right, wanted, at)
+
+    def _builtin(self, expr: m.Builtin, value: Value, at: Situation) -> Situations:
+        if expr.name == "near":
+            yield from self._near(expr, value, at)
+        elif expr.name == "len":
+            yield from self._length(expr.args[0], value, at)
+        elif expr.name in BUILTINS:
+            now = [self._now(arg, at) for arg in expr.args]
+            for index, wanted in BUILTINS[expr.name](now, value):
+                yield from self.ways(expr.args[index], wanted, at)
+
+    def _length(self, of: m.Expr, value: Value, at: Situation) -> Situations:
+        """A list made longer or shorter; vectors have the length of their type."""
+        if isinstance(of.type, ListOf) and value >= 0:
+            now = self._now(of, at)
+            more = (first_value(of.type.element),) * max(0, int(value) - len(now))
+            yield from self.ways(of, (*now, *more)[: int(value)], at)
+
+    def _choice(self, expr: m.Choice, value: Value, at: Situation) -> Situations:
+        test = bool(self._meaning.holds(expr.test, at))
+        yield from self.ways(expr.then if test else expr.otherwise, value, at)
+        yield from self.ways(expr.test, not test, at)
+
+    def _clock(self, expr: m.Clock, value: Value, at: Situation) -> Situations:
+        if expr.name == "elapsed":
+            exact = value / self._meaning.period_s
+            for periods in dict.fromkeys((round(exact), int(exact) + 1, int(exact))):
+                yield from self._freedom.after(periods, at)
 
     def _none(self, expr: m.IsNone, wanted: bool, at: Situation) -> Situations:
         assert isinstance(expr.value.type, OptionalOf)  # typing guarantees it
         value = None if wanted else first_value(expr.value.type.value)
-        yield from self._give(expr.value, value, at)
+        yield from self.ways(expr.value, value, at)
 
     def _logic(self, expr: m.Logic, wanted: bool, at: Situation) -> Situations:
         for operand in expr.operands:
             if self._meaning.holds(operand, at) is not wanted:
                 yield from self.ways(operand, wanted, at)
 
-    def _choice(self, expr: m.Choice, wanted: bool, at: Situation) -> Situations:
-        test = bool(self._meaning.holds(expr.test, at))
-        yield from self.ways(expr.then if test else expr.otherwise, wanted, at)
-        yield from self.ways(expr.test, not test, at)
-
     def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Situations:
         op = expr.op if wanted else _OPPOSITES[expr.op]
-        left, right = self._meaning.value(expr.left, at), self._meaning.value(expr.right, at)
+        left, right = self._now(expr.left, at), self._now(expr.right, at)
         for side, other, how in (
             (expr.left, right, op),
             (expr.right, left, _MIRRORED[op]),
         ):
             for value in self._values(side, how, other):
-                yield from self._give(side, value, at)
+                yield from self.ways(side, value, at)
 
     def _values(self, side: m.Expr, op: str, other: Value) -> Iterable[Value]:
         """Values of a side that are in a relation to the other side's."""
@@ -125,10 +203,10 @@ class Conditions:
         assert isinstance(expr.item.type, Enum)  # typing guarantees it
         for member in expr.item.type.members:
             if (member in expr.members) is wanted:
-                yield from self._give(expr.item, member, at)
+                yield from self.ways(expr.item, member, at)
 
     def _quantifier(self, expr: m.Quantifier, wanted: bool, at: Situation) -> Situations:
-        items = self._meaning.value(expr.over, at)
+        items = self._now(expr.over, at)
         bodies = [m.instance(expr.body, expr.variable, i) for i in items_of(expr.over, items)]
         for body in bodies:
             if self._meaning.holds(body, at) is not wanted:
@@ -137,18 +215,18 @@ class Conditions:
             return
         if (expr.kind == "any") == wanted:
             longer = (*items, first_value(expr.over.type.element))
-            yield from self._give(expr.over, longer, at)
+            yield from self.ways(expr.over, longer, at)
         else:
-            yield from self._give(expr.over, (), at)
+            yield from self.ways(expr.over, (), at)
 
     def _near(self, expr: m.Builtin, wanted: bool, at: Situation) -> Situations:
-        a, b, tolerance, *_ = (self._meaning.value(arg, at) for arg in expr.args)
+        a, b, tolerance, *_ = (self._now(arg, at) for arg in expr.args)
         for side, other in ((expr.args[0], b), (expr.args[1], a)):
             for value in self._distant(other, side, tolerance, wanted):
-                yield from self._give(side, value, at)
+                yield from self.ways(side, value, at)
         if not isinstance(expr.args[0].type, Pose):
             gap = abs(a - b) if not isinstance(a, tuple) else math.dist(a, b)
-            yield from self._give(expr.args[2], gap + 1.0 if wanted else gap / 2, at)
+            yield from self.ways(expr.args[2], gap + 1.0 if wanted else gap / 2, at)
 
     def _distant(
         self, other: Value, side: m.Expr, tolerance: float, wanted: bool
@@ -164,6 +242,14 @@ class Conditions:
                 yield (other[0] + step, *other[1:])
             else:
                 yield other + step
+
+
+def items_of(expr: m.Expr, at_hand: Value) -> Iterator[m.Expr]:
+    """The items of a vector or list as expressions; `at_hand` is its value."""
+    kind = expr.type
+    assert isinstance(kind, (Vector, ListOf))  # what quantifiers range over
+    for index in range(len(at_hand)):
+        yield m.Component(expr, index, type=kind.element)
 
 
 def conjuncts(expr: m.Expr, wanted: bool, meaning: Meaning) -> list[tuple[m.Expr, bool]]:
@@ -261,7 +347,7 @@ def find(
     if not _unmet(meaning, wanted, start):
         return start
     thresholds = Thresholds([condition for condition, _ in wanted], meaning, start)
-    conditions = Conditions(meaning, freedom, thresholds)
+    conditions = Ways(meaning, freedom, thresholds)
     for seed in range(STARTS):
         rng = random.Random(seed)
         found = _repaired(meaning, start, wanted, conditions, rng, budget)
@@ -274,7 +360,7 @@ def _repaired(
     meaning: Meaning,
     start: Situation,
     wanted: Sequence[Goal],
-    conditions: Conditions,
+    conditions: Ways,
     rng: random.Random,
     budget: SearchBudget,
 ) -> Situation | None:

@@ -1,1 +1,0 @@
-"""Values that give the answers of a witness: a proof speaks of facts, people and runs of values."""

@@ -1,0 +1,43 @@
+"""The one search for values of inputs, memory and operators: for examples, and for tests that fail.
+
+`showing` says what a situation has to meet that shows a refutation; `find` changes one that is at
+hand, as far as it has the `Freedom`, until it meets that; `Meaning` evaluates expressions in it.
+"""
+
+from specc.proof.search.search import Goal, came, find, present, showing
+from specc.proof.search.situation import (
+    NO_VALUE,
+    Answer,
+    Fields,
+    Freedom,
+    Meaning,
+    Situation,
+    Token,
+    Value,
+    alike,
+    first_value,
+    runnable,
+    spelled,
+)
+from specc.proof.search.trying import SearchBudget
+
+__all__ = [
+    "NO_VALUE",
+    "Answer",
+    "Fields",
+    "Freedom",
+    "Goal",
+    "Meaning",
+    "SearchBudget",
+    "Situation",
+    "Token",
+    "Value",
+    "alike",
+    "came",
+    "find",
+    "first_value",
+    "present",
+    "runnable",
+    "showing",
+    "spelled",
+]

@@ -1,0 +1,377 @@
+"""Values of the language as terms of the solver: numbers in linear arithmetic, rounded or exact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import z3
+
+from specc.model.expr import (
+    Binary,
+    Builtin,
+    Call,
+    Choice,
+    Clock,
+    Component,
+    Expr,
+    FieldOf,
+    Unary,
+    children,
+)
+from specc.model.types import Bool, Enum, Int, Real, Text, Type
+from specc.proof.numbering import Numbering, labels
+
+# What is known of rounded results: they keep order with every float, and are not far off.
+
+
+MOST_ORDERED = 3000
+"""Pairs of numbers whose order is kept; beyond them a question is too large."""
+_HALF_ULP = Fraction(1, 2**53)
+_HALF_SMALLEST = Fraction(1, 2**1075)
+_LARGEST = Fraction(2**1024 - 2**971)
+
+
+class Rounding:
+    """Floats and results of operations on them, which are the exact results, rounded.
+
+    Every run satisfies the facts: rounding to nearest keeps order, and leaves floats as they are.
+    An infinity satisfies them as a number larger than all others do. `exact` leaves rounding out.
+    """
+
+    def __init__(self, exact: bool) -> None:
+        self._exact = exact
+        self._floats: dict[int, Any] = {}
+        self._results: dict[object, tuple[Any, Any]] = {}
+        self._facts: list[Any] = []
+
+    def float(self, term: Any) -> Any:
+        """The term itself, which stands for a float."""
+        self._floats[term.get_id()] = term
+        return term
+
+    def rounded(self, key: object, exact: Any, *, kept: bool = False, is_sum: bool = False) -> Any:
+        """The result of an operation; `key` names it. A result that is a float can be `kept`.
+
+        A sum or difference of two floats is a multiple of the smallest one, so it does not vanish.
+        """
+        if self._exact:
+            return exact
+        if key not in self._results:
+            self._results[key] = exact, (result := z3.Real(f"rounded {key}"))
+            least = 0 if is_sum or kept else _HALF_SMALLEST
+            self._facts.append(_is_close(exact, result, 0 if kept else _HALF_ULP, least))
+        return self._results[key][1]
+
+    @property
+    def matters(self) -> bool:
+        """Whether anything is rounded."""
+        return bool(self._results)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether there is too much to be in order."""
+        results = len(self._results)
+        return results * (results + len(self._floats)) > MOST_ORDERED
+
+    def facts(self) -> list[Any]:
+        """Facts about all results."""
+        found = list(self._facts)
+        results = list(self._results.values())
+        for index, (exact, result) in enumerate(results):
+            others = [*((t, t) for t in self._floats.values()), *results[:index]]
+            for other_exact, other in others:
+                found.append(z3.Implies(exact <= other_exact, result <= other))
+                found.append(z3.Implies(exact >= other_exact, result >= other))
+            for _, other in results:  # a result is a float
+                if other is not result:
+                    found.append(z3.Implies(exact <= other, result <= other))
+                    found.append(z3.Implies(exact >= other, result >= other))
+        return found
+
+
+def _is_close(exact: Any, result: Any, relative: Fraction | int, least: Fraction | int) -> Any:
+    size = z3.If(exact < 0, -exact, exact)
+    error = z3.If(exact < result, result - exact, exact - result)
+    bound = constant(relative) * size + constant(least)
+    largest = constant(_LARGEST)
+    return z3.And(
+        z3.Implies(size <= largest, error <= bound),
+        z3.Implies(exact > largest, result >= largest),
+        z3.Implies(-exact > largest, -result >= largest),
+    )
+
+
+def constant(value: float | Fraction) -> Any:
+    """The term of a finite number."""
+    return z3.RealVal(str(Fraction(value)))
+
+
+# Values of the language as terms: what is not known of is an unknown function of its parts.
+
+
+VALUE = z3.DeclareSort("value")
+_LARGEST_EXACT = 2**53
+_LARGEST_FLOAT = 2**1023
+_EXACT_FACTORS = frozenset(sign * 2.0**power for power in range(64) for sign in (1, -1))
+"""Factors with which the product of a float is a float, if it is finite."""
+_APPLIED = (Builtin, Call, Component, FieldOf)
+
+
+class Terms:
+    """Terms of all types, of expressions without variables of quantifiers.
+
+    A real number is the float that a run has. Equal arguments give equal results; a real number as
+    an argument is known by the expression that it comes from only, since 0.0 and -0.0 are equal,
+    but not the same argument.
+    """
+
+    def __init__(self, numbering: Numbering, *, exact: bool) -> None:
+        """`exact` takes results of operations as they are, not as they are rounded."""
+        self._numbering = numbering
+        self.rounding = Rounding(exact)
+        self._numbers: dict[tuple[int, bool], Any] = {}
+        self._texts: dict[str, int] = {}
+        self._made: dict[tuple[str, int], Any] = {}
+        self.laws: list[Any] = []
+        """What is true of terms whatever their values."""
+
+    def boolean(self, expr: Expr) -> Any:
+        """The term of a truth value."""
+        raise NotImplementedError
+
+    def item(self, expr: Expr) -> Any:
+        """The term of a member of an enum, or of a text."""
+        return self._once("item", expr, self._item)
+
+    def _once(self, kind: str, expr: Expr, make: Callable[[Expr], Any]) -> Any:
+        """The term that `make` gives, made once; lets may name each other many times over."""
+        expr = self._numbering.looked_through(expr)
+        key = kind, self._numbering.number(expr)
+        if key not in self._made:
+            self._made[key] = make(expr)
+        return self._made[key]
+
+    def _item(self, expr: Expr) -> Any:
+        known = self._numbering.value(self._numbering.number(expr))
+        if isinstance(known, str):
+            enum = expr.type
+            members = enum.members if isinstance(enum, Enum) else ()
+            return z3.IntVal(members.index(known) if known in members else self._text(known))
+        if isinstance(expr, Choice):
+            then, otherwise = self.item(expr.then), self.item(expr.otherwise)
+            return z3.If(self.boolean(expr.test), then, otherwise)
+        return self.unknown(expr)
+
+    def prepare(self, expr: Expr) -> None:
+        """Make the term of a value before others are made of it."""
+        if isinstance(expr.type, Real):
+            self.number(expr)
+        else:
+            self.argument(expr)
+
+    def argument(self, expr: Expr) -> Any:
+        """The term of a value as an argument of an operator."""
+        return self._once(f"argument {type(expr.type).__name__}", expr, self._argument)
+
+    def _argument(self, expr: Expr) -> Any:
+        match expr.type:
+            case Bool():
+                return self.boolean(expr)
+            case Int():
+                return self.number(expr)
+            case Enum() | Text():
+                return self.item(expr)
+        if isinstance(expr, Choice):
+            then, otherwise = self.argument(expr.then), self.argument(expr.otherwise)
+            return z3.If(self.boolean(expr.test), then, otherwise)
+        if isinstance(expr.type, Real):
+            return z3.Const(f"argument {self._numbering.number(expr)}", VALUE)
+        return self.unknown(expr)
+
+    def unknown(self, expr: Expr) -> Any:
+        """A value of which only its parts are known, if it has any."""
+        key = type(expr.type).__name__, self._numbering.number(expr)
+        if key not in self._made:
+            self._made[key] = term = self._unknown(expr, key[1])
+            if isinstance(expr.type, Enum):
+                self.laws += [term >= 0, term < len(expr.type.members)]
+        return self._made[key]
+
+    def _unknown(self, expr: Expr, number: int) -> Any:
+        sort = _sort(expr.type)
+        if not isinstance(expr, _APPLIED):
+            return z3.Const(f"{sort} {number}", sort)
+        arguments = [self.argument(child) for child in children(expr)]
+        if not arguments:
+            return z3.Const(f"{sort} {number}", sort)
+        sorts = [argument.sort() for argument in arguments]
+        name = f"{type(expr).__name__} {labels(expr)} {sorts} {sort}"
+        return z3.Function(name, *sorts, sort)(*arguments)
+
+    def _text(self, text: str) -> int:
+        return self._texts.setdefault(text, len(self._texts))
+
+    def number(self, expr: Expr) -> Any:
+        """The term of an expression of type int or real."""
+        expr = self._numbering.looked_through(expr)
+        key = self._numbering.number(expr)
+        memo = key, isinstance(expr.type, Int)
+        if memo not in self._numbers:
+            self._numbers[memo] = self._number(expr, key)
+        return self._numbers[memo]
+
+    def _number(self, expr: Expr, key: int) -> Any:
+        known = self._numbering.value(key)
+        if isinstance(known, (int, float)) and isinstance(expr.type, Int):
+            return z3.IntVal(int(known))  # 2 and 2.0 have one number, whichever came first
+        if isinstance(known, (int, float)) and math.isfinite(known):
+            term = constant(known)
+            return self.rounding.float(term) if abs(known) <= _LARGEST_EXACT else term
+        match expr:
+            case Unary(op="-", operand=operand):
+                return -self.number(operand)
+            case Choice(test=test, then=then, otherwise=otherwise):
+                arms = self._converted((then, otherwise), expr)
+                return z3.If(self.boolean(test), *arms)
+            case Binary(op="+" | "-" | "*" | "/"):
+                return self._operation(expr, key)
+            case Component():
+                return self._component(expr)
+            case Builtin():
+                return self._builtin(expr)
+        return self._leaf(expr)
+
+    def _builtin(self, expr: Builtin) -> Any:
+        if expr.name == "float":
+            return self.as_float(expr.args[0])
+        if expr.name in ("abs", "min", "max"):
+            return _chosen(expr.name, self._converted(expr.args, expr))
+        return self._leaf(expr)
+
+    def _converted(self, chosen: Sequence[Expr], expr: Expr) -> list[Any]:
+        """What an expression chooses from: an integer among reals becomes a float first."""
+        read = self.number if isinstance(expr.type, Int) else self.as_float
+        return [read(part) for part in chosen]
+
+    def _operation(self, expr: Binary, key: int) -> Any:
+        whole = isinstance(expr.left.type, Int) and isinstance(expr.right.type, Int)
+        read = self.number if whole else self.as_float
+        factor = self._known(expr.right)
+        if factor is None and expr.op == "*":
+            factor = self._known(expr.left)
+        if expr.op in "*/" and factor is None:
+            return self._leaf(expr)
+        a, b = read(expr.left), read(expr.right)
+        match expr.op:
+            case "+":
+                result = a + b
+            case "-":
+                result = a - b
+            case "*":
+                result = a * b
+            case _:
+                result = (z3.ToReal(a) if whole else a) / b
+        if isinstance(expr.type, Int):
+            return result
+        kept = expr.op == "*" and factor in _EXACT_FACTORS
+        return self.rounding.rounded(key, result, kept=kept, is_sum=expr.op in "+-")
+
+    def as_float(self, expr: Expr) -> Any:
+        """A number as an operation on floats takes it."""
+        if not isinstance(expr.type, Int):
+            return self.number(expr)
+        key = self._numbering.number(expr)
+        known = self._numbering.value(key)
+        if isinstance(known, (int, float)) and abs(known) < _LARGEST_FLOAT:
+            return self.rounding.float(constant(float(known)))
+        term = z3.ToReal(self.number(expr))
+        return term if known is not None else self.rounding.rounded(f"float {key}", term)
+
+    def _component(self, expr: Component) -> Any:
+        """A component of a vector, by the components of what it is computed from."""
+        value = self._numbering.looked_through(expr.value)
+
+        def part(of: Expr) -> Expr:
+            return replace(expr, value=of) if _has_parts(of, expr) else of
+
+        if expr.index < 0:
+            return self._leaf(expr)
+        item = self._numbering.written(expr)
+        if item is not None:
+            return self.as_float(item)
+        match value:
+            case Unary(op="-", operand=operand):
+                return self.number(Unary("-", part(operand), type=expr.type))
+            case Binary(op="+" | "-" | "*" | "/" as op, left=left, right=right):
+                return self.number(Binary(op, part(left), part(right), type=expr.type))
+            case Choice(test=test, then=then, otherwise=otherwise):
+                return self.number(Choice(test, part(then), part(otherwise), type=expr.type))
+        return self._leaf(expr)
+
+    def _leaf(self, expr: Expr) -> Any:
+        term = self.unknown(expr)
+        if not isinstance(expr.type, Int):
+            self.rounding.float(term)
+        step = self._numbering.exact_period_s
+        if isinstance(expr, Clock) and step is not None:
+            time = z3.RealVal(str(step)) * z3.ToReal(self.periods())
+            error = time / 2**53
+            self.laws.append(z3.And(term - time <= error, time - term <= error))
+        bound = self._numbering.least(expr)
+        if bound is not None:
+            self.laws.append(term >= constant(bound))
+        return term
+
+    def periods(self) -> Any:
+        """The number of periods that the state has lasted."""
+        term = z3.Int("periods")
+        self.laws.append(term >= 1)
+        return term
+
+    def _known(self, expr: Expr) -> float | None:
+        known = self._numbering.value(self._numbering.number(expr))
+        return known if isinstance(known, (int, float)) and known != 0 else None
+
+
+def _sort(type_: Type) -> Any:
+    match type_:
+        case Bool():
+            return z3.BoolSort()
+        case Int() | Enum() | Text():
+            return z3.IntSort()
+        case Real():
+            return z3.RealSort()
+    return VALUE
+
+
+def compared(op: str, a: Any, b: Any) -> Any:
+    """The comparison of two terms."""
+    match op:
+        case "<":
+            return a < b
+        case "<=":
+            return a <= b
+        case ">":
+            return a > b
+        case ">=":
+            return a >= b
+        case "!=":
+            return a != b
+    return a == b
+
+
+def _has_parts(expr: Expr, component: Component) -> bool:
+    """Whether an operand is a vector itself, and not what one is multiplied by."""
+    return expr.type == component.value.type or not isinstance(expr.type, (Int, Real))
+
+
+def _chosen(name: str, terms: list[Any]) -> Any:
+    """The least or the greatest of some terms, or the absolute value of one."""
+    first, *rest = terms
+    for other in rest if name != "abs" else (-first,):
+        first = z3.If(first < other if name == "min" else first > other, first, other)
+    return first
