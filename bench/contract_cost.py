@@ -38,7 +38,7 @@ from bench.harness.rivals import Rival, copied, costs
 from bench.harness.tables import table
 
 SIX = np.arange(6.0)
-DRIVE = RegulatorOutput(SIX, RegulatorState(SIX, SIX, SIX))
+DRIVE = RegulatorOutput(SIX, RegulatorState(*3 * [tuple(SIX)]))
 SINGLE: dict[str, tuple[Callable[[Any], Any], Any]] = {
     "as_real": (c.as_real, 0.5),
     "as_vector(6)": (c.as_vector(6), SIX),

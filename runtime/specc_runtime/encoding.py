@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
+import weakref
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -66,10 +67,25 @@ def _of_array(value: np.ndarray[Any, Any]) -> bytes:
             raise TypeError("arrays of objects have no stable encoding")
         text = f"{value.dtype.str}{value.shape}".encode()
         head = _HEADS[key] = _length(b"a", len(text)) + text
-    data = value.tobytes()
-    return head + (data if len(data) < LARGE_ARRAY_BYTES else hashlib.sha256(data).digest())
+    return head + (value.tobytes() if value.nbytes < LARGE_ARRAY_BYTES else _digest(value))
 
 
+def _digest(array: np.ndarray[Any, Any]) -> bytes:
+    """SHA-256 of the bytes, which are read once of an array that nobody can change.
+
+    Objects are seen again and again with the same descriptors and colours.
+    """
+    key = id(array)
+    known = _DIGESTS.get(key)
+    if known is not None and known[0]() is array:
+        return known[1]
+    digest = hashlib.sha256(array.tobytes()).digest()
+    if array.base is None and not array.flags.writeable:
+        _DIGESTS[key] = weakref.ref(array, lambda _: _DIGESTS.pop(key, None)), digest
+    return digest
+
+
+_DIGESTS: dict[int, tuple[weakref.ref[np.ndarray[Any, Any]], bytes]] = {}
 _HEADS: dict[tuple[np.dtype[Any], tuple[int, ...]], bytes] = {}
 _ENCODERS: dict[type, Callable[[Any], bytes]] = {
     type(None): lambda _: b"N",

@@ -29,25 +29,33 @@ class StepRecord(NamedTuple):
     watched: tuple[tuple[str, Any], ...] = ()
 
 
+class _Texts(dict[str, bytes]):
+    """The bytes of the few names that all records are made of."""
+
+    def __missing__(self, text: str) -> bytes:
+        data = self[text] = encode(text)
+        return data
+
+
 class RecordDigest:
     """SHA-256 over all records in the order in which they are committed; call it with each."""
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
-        self._texts: dict[str, bytes] = {}
+        self._texts = _Texts()
         self._last: dict[tuple[str, str], tuple[Any, bytes]] = {}
 
     def __call__(self, record: StepRecord) -> None:
         """Add a record. Raises `UnrecordableValue`."""
-        name = record.subsystem
+        name, texts = record.subsystem, self._texts
         parts = [
-            self._text(name),
-            self._text(record.state),
+            texts[name],
+            texts[record.state],
             _HEAD(record.stamp, record.time_s, record.transition, len(record.sent)),
         ]
         try:
             for element, value in record.sent + record.watched:
-                parts += (self._text(element), self._value(name, element, value))
+                parts += (texts[element], self._value(name, element, value))
         except TypeError as error:
             raise UnrecordableValue(name, record.state, element, error) from error
         self._hash.update(b"".join(parts))
@@ -55,12 +63,6 @@ class RecordDigest:
     def hexdigest(self) -> str:
         """The digest so far."""
         return self._hash.hexdigest()
-
-    def _text(self, text: str) -> bytes:
-        data = self._texts.get(text)
-        if data is None:
-            data = self._texts[text] = encode(text)
-        return data
 
     def _value(self, subsystem: str, element: str, value: Any) -> bytes:
         # Values never change once sent, so one that is sent again has the bytes it had.

@@ -112,6 +112,22 @@ def test_both_renderers_see_the_same(seed):
     assert np.mean(difference[table & (error < 1e-3)] > 30) < 1e-3
 
 
+@pytest.mark.parametrize("renderer", RENDERERS)
+def test_pictures_leave_no_trace_in_later_frames(renderer):
+    filmed = scene(renderer, 0)
+    filmed.sample("depth").value()
+    filmed.picture("overview", 320, 240)
+    pictures = [filmed.picture("overview", 320, 240)]
+    filmed.advance(0.2)
+    plain = scene(renderer, 0)
+    plain.advance(0.2)
+    for name in ("rgb", "depth"):
+        assert np.array_equal(filmed.sample(name).value(), plain.sample(name).value())
+    pictures.append(filmed.picture("overview", 320, 240))
+    assert not np.array_equal(pictures[0], np.zeros_like(pictures[0]))
+    assert np.array_equal(pictures[1], plain.picture("overview", 320, 240))
+
+
 def test_frames_of_rays_do_not_remember_where_things_were():
     plant = scene("raycast", 0)
     before = plant.sample("depth").value()

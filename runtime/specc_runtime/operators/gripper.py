@@ -3,10 +3,8 @@
 The finger joint is the distance between the fingers; the motor's position grows as they close.
 """
 
-from dataclasses import dataclass
 from math import copysign, sqrt
-
-import numpy as np
+from typing import NamedTuple
 
 from specc_runtime.operators.irp6 import (
     FINGERS_A0,
@@ -25,14 +23,12 @@ from specc_runtime.operators.regulator import (
 
 RAMP_S = 0.25  # time to reach and to leave FINGERS_SPEED
 
-_GAINS = regulator_gains([GRIPPER_GAINS], [GRIPPER_ENCODER_COUNTS])
-_NO_FEEDFORWARD = np.zeros(1)
+_GAINS = (regulator_gains(GRIPPER_GAINS, GRIPPER_ENCODER_COUNTS),)
 _APEX = -FINGERS_A1 / (2.0 * FINGERS_A2)  # motor position of the largest distance, rad
 _LARGEST = FINGERS_A0 - FINGERS_A2 * _APEX * _APEX  # m
 
 
-@dataclass(frozen=True, slots=True)
-class GripperOutput:
+class GripperOutput(NamedTuple):
     """Desired current c_d, A, and the state to be given to the next call."""
 
     c_d: float
@@ -70,8 +66,8 @@ def gripper_regulator(error_rad: float, state: RegulatorState) -> GripperOutput:
         error_rad: desired minus measured motor position.
         state: what the last period returned, or `initial_gripper_regulator_state()`.
     """
-    output = regulate(_GAINS, np.array((error_rad,)), state, _NO_FEEDFORWARD)
-    return GripperOutput(float(output.c_d[0]), output.state)
+    (current,), after = regulate(_GAINS, (error_rad,), state, (0.0,))
+    return GripperOutput(current, after)
 
 
 def gripper_interpolation_duration(d_start: float, d_goal: float) -> float:

@@ -39,7 +39,18 @@ _HALF_PI = 0.5 * pi
 _S1, _S2, _S3, _S4, _S5, _S6 = SYNCHRO
 _LOWER_RADIUS, _LOWER_PHASE = hypot(LOWER_MI, LOWER_NI), atan2(LOWER_NI, LOWER_MI)
 _UPPER_RADIUS, _UPPER_PHASE = hypot(UPPER_MI, UPPER_NI), atan2(UPPER_NI, UPPER_MI)
-_GAINS = regulator_gains(ARM_GAINS, ENCODER_COUNTS)
+# Jacobian of the motors but for the two ball screws, whose ratios change with the pitches.
+_GEARS = np.array(
+    (
+        (GEAR_COLUMN, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (0.0, GEAR_T, GEAR_T, GEAR_T, 0.0, 0.0),
+        (0.0, GEAR_T, GEAR_T, GEAR_T, GEAR_V, 0.0),
+        (0.0, 0.0, 0.0, 0.0, 0.0, GEAR_N),
+    )
+)
+_GAINS = tuple(map(regulator_gains, ARM_GAINS, ENCODER_COUNTS))
 
 
 def motor_to_joint(m: Array) -> Array:
@@ -94,17 +105,9 @@ def motor_ratio(q: Array) -> Array:
 
     Motor torques tau_m, Nm, act on the joints as (dm/dq)^T tau_m.
     """
-    lower, upper = _screw_ratios(float(q[1]), float(q[1] + q[2]) + _HALF_PI)
-    return np.array(
-        (
-            (GEAR_COLUMN, 0.0, 0.0, 0.0, 0.0, 0.0),
-            (0.0, lower, 0.0, 0.0, 0.0, 0.0),
-            (0.0, upper, upper, 0.0, 0.0, 0.0),
-            (0.0, GEAR_T, GEAR_T, GEAR_T, 0.0, 0.0),
-            (0.0, GEAR_T, GEAR_T, GEAR_T, GEAR_V, 0.0),
-            (0.0, 0.0, 0.0, 0.0, 0.0, GEAR_N),
-        )
-    )
+    ratio = _GEARS.copy()
+    ratio[1, 1], ratio[2, 1:3] = _screw_ratios(float(q[1]), float(q[1] + q[2]) + _HALF_PI)
+    return ratio
 
 
 def motor_torque(tau: Array, q: Array) -> Array:
@@ -141,7 +144,8 @@ def motor_regulator(error: Array, state: RegulatorState, feedforward: Array) -> 
         state: what the last period returned, or `initial_regulator_state()`.
         feedforward: (6,) A, added before clipping, e.g. `dynamics.gravity_feedforward`.
     """
-    return regulate(_GAINS, error, state, feedforward)
+    currents, after = regulate(_GAINS, error.tolist(), state, feedforward.tolist())
+    return RegulatorOutput(np.array(currents), after)
 
 
 def _screw_ratios(t2: float, t3: float) -> tuple[float, float]:

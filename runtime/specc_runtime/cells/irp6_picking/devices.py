@@ -21,9 +21,10 @@ from specc_runtime.operators.arrays import Array
 from specc_runtime.operators.gripper import distance_to_motor
 from specc_runtime.operators.irp6 import ARM_GAINS, TORQUE_CONSTANT
 from specc_runtime.operators.motors import joint_to_motor, motor_ratio
+from specc_runtime.operators.regulator import clipped
 
 _AXES = 6
-_LARGEST_CURRENT: Final[Array] = np.array([gains[-1] for gains in ARM_GAINS]) / 1000.0
+_LARGEST_CURRENT: Final = tuple(gains[-1] / 1000.0 for gains in ARM_GAINS)
 GRIP_N_PER_A = 670.0
 GRIPPER_OVERCURRENT_A = 0.2  # the amplifier's own limit
 
@@ -40,8 +41,11 @@ def drive_torques(currents: Array, raw: Array) -> Array:
         currents: commanded; limited here to what the amplifiers carry.
         raw: joint positions (6,) rad, then anything.
     """
-    carried = np.minimum(np.maximum(currents, -_LARGEST_CURRENT), _LARGEST_CURRENT)
-    torques: Array = motor_ratio(raw[:_AXES]).T @ (TORQUE_CONSTANT * carried)
+    of_motors = [
+        TORQUE_CONSTANT * clipped(current, largest)
+        for current, largest in zip(currents.tolist(), _LARGEST_CURRENT, strict=True)
+    ]
+    torques: Array = motor_ratio(raw[:_AXES]).T @ np.array(of_motors)
     return torques
 
 

@@ -1,5 +1,6 @@
 """Where a simulation became infinite or NaN: the joint or actuator, and who drives it."""
 
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ _CONTROL = _WARNINGS.mjWARN_BADCTRL.value
 _POSITION = _WARNINGS.mjWARN_BADQPOS.value
 _MOTION = (_WARNINGS.mjWARN_BADQVEL.value, _WARNINGS.mjWARN_BADQACC.value)
 _KINDS = (_CONTROL, _POSITION, *_MOTION)
+_counts = itemgetter(*_KINDS)
 _TO_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
 
@@ -19,11 +21,10 @@ class Divergence:
 
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
-        self._counts = data.warning.number
+        self._warned = data.warning.number
 
     def __bool__(self) -> bool:
-        counts = self._counts.tolist()
-        return any(counts[kind] for kind in _KINDS)
+        return any(_counts(self._warned.tolist()))
 
     def culprit(self) -> tuple[str, frozenset[int]]:
         """`joint 'q3'` or `actuator 'a'`, and the indices of the actuators that drive it."""

@@ -18,7 +18,7 @@ class Actuator:
         if not binding.actuators:
             raise PlantError(f"actuator '{binding.name}' drives nothing")
         self._binding = binding
-        self._data = data
+        self._ctrl, self._qpos, self._qvel = data.ctrl, data.qpos, data.qvel
         self._controls = np.array([find(model, "actuator", a) for a in binding.actuators])
         self._positions = position_indices(model, binding.joints)
         self._velocities = velocity_indices(model, binding.joints)
@@ -39,11 +39,11 @@ class Actuator:
             return
         through, name = self._binding.through, self._binding.name
         if through is None:
-            self._data.ctrl[self._controls] = self._controls_of(self.command)
+            self._ctrl[self._controls] = self._controls_of(self.command)
             return
         raw = self._raw()
         try:
-            self._data.ctrl[self._controls] = self._controls_of(through(self.command, raw))
+            self._ctrl[self._controls] = self._controls_of(through(self.command, raw))
         except BaseException as error:  # whatever the user's function raises
             inputs = {"command": self.command, "raw": raw}
             raise DeviceFailed(name, error, inputs, through) from error
@@ -69,5 +69,4 @@ class Actuator:
         return values
 
     def _raw(self) -> Any:
-        data = self._data
-        return np.concatenate((data.qpos[self._positions], data.qvel[self._velocities]))
+        return np.concatenate((self._qpos[self._positions], self._qvel[self._velocities]))

@@ -28,23 +28,28 @@ class GlRenderer:
 
     def __init__(self, model: Any) -> None:
         self._model = model
-        self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
+        # A scene keeps more of a camera than the next one replaces: pictures would change the last
+        # bits of the depth of later frames.
+        self._scenes = tuple(mujoco.MjvScene(model, _MAX_GEOMS) for _ in range(2))
         self._option = mujoco.MjvOption()
         self._option.sitegroup[:] = 0
-        size = model.vis.global_.offwidth, model.vis.global_.offheight
-        self._gl = _open_context(*size)
+        self._size = int(model.vis.global_.offwidth), int(model.vis.global_.offheight)
+        self._gl = _open_context(*self._size)
         self._samples = int(model.vis.quality.offsamples)
-        self._contexts: dict[int, Any] = {}
+        self._contexts: dict[tuple[int, int, int], Any] = {}
 
     def render(self, camera: Camera, state: Any) -> Frame:
         """See `view.Renderer`."""
-        rgb, window_depth = self._draw(camera, state, samples=0, decorated=False)
+        # A buffer as large as the frame: all of it is cleared.
+        context = self._context(0, camera.width, camera.height)
+        rgb, window_depth = self._draw(camera, state, context, decorated=False)
         return Frame(rgb, self._metres(window_depth))
 
     def picture(self, camera: Camera, state: Any) -> NDArray[np.uint8]:
         """See `view.Renderer`."""
         image: NDArray[np.uint8]
-        image, _ = self._draw(camera, state, samples=self._samples, decorated=True)
+        context = self._context(self._samples, *self._size)
+        image, _ = self._draw(camera, state, context, decorated=True)
         return image
 
     def close(self) -> None:
@@ -55,34 +60,36 @@ class GlRenderer:
         self._contexts.clear()
         self._gl.free()
 
-    def _draw(self, camera: Camera, state: Any, samples: int, decorated: bool) -> tuple[Any, Any]:
-        self._gl.make_current()
+    def _draw(self, camera: Camera, state: Any, context: Any, decorated: bool) -> tuple[Any, Any]:
+        scene = self._scenes[decorated]
         view = mujoco.MjvCamera()
         view.type = mujoco.mjtCamera.mjCAMERA_FIXED.value
         view.fixedcamid = camera.index
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(
-            self._model, state, self._option, None, view, everything, self._scene
-        )
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW.value] = decorated
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION.value] = decorated
+        mujoco.mjv_updateScene(self._model, state, self._option, None, view, everything, scene)
+        scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW.value] = decorated
+        scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION.value] = decorated
         rgb = np.empty((camera.height, camera.width, 3), np.uint8)
         depth = None if decorated else np.empty((camera.height, camera.width), np.float32)
         window = mujoco.MjrRect(0, 0, camera.width, camera.height)
-        context = self._context(samples)
-        mujoco.mjr_render(window, self._scene, context)
+        mujoco.mjr_render(window, scene, context)
         mujoco.mjr_readPixels(rgb, depth, window, context)
         # OpenGL's first row is the lowest one.
         return rgb[::-1].copy(), None if depth is None else depth[::-1]
 
-    def _context(self, samples: int) -> Any:
-        if samples not in self._contexts:
-            self._model.vis.quality.offsamples = samples
+    def _context(self, samples: int, width: int, height: int) -> Any:
+        """What draws into a buffer of that size, which is the present one from here on."""
+        self._gl.make_current()
+        key = samples, width, height
+        if key not in self._contexts:
+            visual = self._model.vis
+            visual.quality.offsamples = samples
+            visual.global_.offwidth, visual.global_.offheight = width, height
             context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
             context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
-            self._contexts[samples] = context
-        return self._contexts[samples]
+            self._contexts[key] = context
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._contexts[key])
+        return self._contexts[key]
 
     def _metres(self, window_depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """Distance along the optical axis from reversed window depth (1 near, 0 far).

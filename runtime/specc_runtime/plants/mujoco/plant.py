@@ -42,6 +42,7 @@ class MujocoPlant:
         """
         self._model = load_model(model_path)
         self._data = mujoco.MjData(self._model)
+        self._timestep_s = float(self._model.opt.timestep)
         self._cameras = Cameras(self._model, self._data, renderer)
         _check_unique([b.name for b in sensors] + [b.name for b in actuators])
         self._sensors = {b.name: Sensor(self._model, self._data, self._cameras, b) for b in sensors}
@@ -60,7 +61,7 @@ class MujocoPlant:
     @property
     def timestep_s(self) -> float:
         """Time step of the simulation."""
-        return float(self._model.opt.timestep)
+        return self._timestep_s
 
     def reset(self, seed: int) -> None:
         """Back to time 0 at rest in the home configuration, without commands.
@@ -105,10 +106,10 @@ class MujocoPlant:
         Raises:
             PlantError: not a whole number of steps, bad command, or the simulation diverged.
         """
-        steps = duration_s / self._model.opt.timestep
+        steps = duration_s / self._timestep_s
         if steps < 1 - _WHOLE or abs(steps - round(steps)) > _WHOLE:
             raise PlantError(
-                f"{duration_s} s is not a whole number of steps of {self.timestep_s} s"
+                f"{duration_s} s is not a whole number of steps of {self._timestep_s} s"
             )
         for actuator in self._actuators.values():
             actuator.drive()
@@ -135,7 +136,7 @@ class MujocoPlant:
         For scenes, after a reset; contact friction, gravity and everything else act as usual.
         """
         held = HeldJoints(self._model, self._data)
-        for _ in range(round(duration_s / self._model.opt.timestep)):
+        for _ in range(round(duration_s / self._timestep_s)):
             mujoco.mj_step(self._model, self._data)
             held.put_back()
         self._data.qvel[:] = 0.0

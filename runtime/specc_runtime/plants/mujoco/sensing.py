@@ -26,6 +26,7 @@ class Sensor:
 
     def __init__(self, model: Any, data: Any, cameras: Cameras, binding: SensorBinding) -> None:
         self._binding = binding
+        self._rate_hz = binding.rate_hz
         self._data = data
         self._take: Callable[[], Any]
         if binding.camera:
@@ -41,7 +42,8 @@ class Sensor:
     def reset(self, seed: int) -> None:
         """Restart the noise of this sensor for a run with that seed and forget the held value."""
         self._seed = seed
-        self._rng = noise.stream(seed, self._binding.name)
+        rng = noise.stream(seed, self._binding.name)
+        self._noise = None if self._sigma is None else noise.gaussian(rng, self._sigma)
         self._images = 0
         self._period: float | None = None
         self._value: Any = None
@@ -51,21 +53,16 @@ class Sensor:
 
         An image is `Deferred`: it is drawn, and its noise made, when it is read.
         """
-        period = self._present_period()
+        period = self._data.time
+        if self._rate_hz is not None:
+            period = floor(period * self._rate_hz + _TICK_TOLERANCE)
         if period != self._period:
             self._period, self._value = period, self._take()
         return self._value
 
-    def _present_period(self) -> float:
-        time: float = self._data.time
-        rate = self._binding.rate_hz
-        return time if rate is None else floor(time * rate + _TICK_TOLERANCE)
-
     def _take_numbers(self) -> Any:
         raw = self._read()
-        if self._sigma is not None:
-            raw = raw + self._sigma * self._rng.standard_normal(raw.shape)
-        return self._value_of(raw)
+        return self._value_of(raw if self._noise is None else raw + next(self._noise))
 
     def _take_image(self) -> Deferred:
         camera, cameras, shot = self._camera, self._cameras, self._cameras.shot()
@@ -103,7 +100,7 @@ class Sensor:
             one = raw.shape == (1,) and not self._binding.is_vector
             value = float(raw[0]) if one else raw
         if isinstance(value, np.ndarray):
-            value.flags.writeable = False
+            value.setflags(write=False)
         return value
 
 
@@ -130,7 +127,7 @@ def _number_reader(model: Any, data: Any, binding: SensorBinding) -> Callable[[]
 
     if len(parts) == 1:
         ((numbers, where),) = parts
-        return lambda: np.asarray(numbers[where])
+        return partial(numbers.take, where)
     return lambda: np.concatenate([numbers[where] for numbers, where in parts])
 
 

@@ -19,6 +19,7 @@ class GroundTruth:
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
         self._ids: dict[tuple[str, str], int] = {}
+        self._forces: dict[tuple[str, ...], list[Array]] = {}  # views of the simulation
 
     @property
     def time_s(self) -> float:
@@ -65,11 +66,11 @@ class GroundTruth:
         Forces that the bodies exert through an object on one another cancel. MuJoCo computes them
         only for models with a force, torque or acceleration sensor.
         """
-        forces = self._data.cfrc_ext
-        x, y, z = zip(
-            *[forces[self._id("body", body), 3:].tolist() for body in bodies], strict=True
-        )
-        return hypot(sum(x), sum(y), sum(z))
+        forces = self._forces.get(bodies)
+        if forces is None:
+            ids = [self._id("body", body) for body in bodies]
+            forces = self._forces[bodies] = [self._data.cfrc_ext[index, 3:] for index in ids]
+        return hypot(*map(sum, zip(*[force.tolist() for force in forces], strict=True)))
 
     def touching(self, geom: str, body: str) -> bool:
         """Whether the geom touches any geom of the body."""
