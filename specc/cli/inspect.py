@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -51,6 +52,11 @@ class InspectionFailed(Exception):
     def __init__(self, report: Report, path: str, fault: Exception) -> None:
         super().__init__(f"{shown_path(path)}: {fault}")
         self.report = report
+
+
+def overrides_of(options: Namespace) -> Overrides:
+    """What the command line says in place of the settings."""
+    return Overrides(options.select, options.ignore, options.strict)
 
 
 def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:

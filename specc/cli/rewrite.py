@@ -18,11 +18,12 @@ from specc.cli import streams
 from specc.cli.interruption import held
 from specc.cli.targets import is_named, targets
 from specc.diagnostics import Diagnostic
-from specc.diagnostics.report import Finding, Repair, resolve, shown_path
+from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
 from specc.policy import reach_of
 from specc.read import read_file, read_text, specification
 from specc.repair import repaired
 from specc.source import Place, Sources
+from specc.tools.fmt import formatted
 
 # Writing a file: whole or not at all.
 
@@ -163,11 +164,12 @@ def _is_toml(text: str) -> bool:
 # `specc fmt`: the canonical layout of files, written, compared or shown as a difference.
 
 
-def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
-    """Format files: findings about those that cannot be, the others, and whether any differs."""
+def fmt(options: Namespace) -> int:
+    """Put files into the canonical layout, or say which are not in it; the exit code."""
     meant = targets(options.files)
     findings = resolve(meant.faults, Sources())
     changed, readable, files = [], 0, [*meant.systems, *meant.parts]
+    only_look = options.check or options.diff
     for path in files:
         reach = reach_of(path)
         if not reach.holds(path):
@@ -179,26 +181,25 @@ def run(options: Namespace) -> tuple[list[Finding], list[str], bool]:
             continue
         readable += 1
         old = document.source.text
-        new = _formatted(old)
+        new = formatted(old)
         if new == old:
             continue
         changed.append(path)
         if options.diff:
             streams.show("".join(_difference(path, old, new)))
-        if not (options.check or options.diff):
-            try:
-                rewrite(path, new)
-            except OSError as error:
-                findings += resolve([refusal(error)], Sources())
+        if not only_look:
+            findings += resolve(_rewritten(path, new), Sources())
     if readable:
-        _summarise(changed, readable, options.check or options.diff)
-    return findings, files, bool(changed)
+        _summarise(changed, readable, only_look)
+    code = streams.tell(report(findings, files)) if findings else 0
+    return code or int(bool(changed) and options.check)
 
 
-def _formatted(text: str) -> str:
-    from specc.tools.fmt import formatted
-
-    return formatted(text)
+def _rewritten(path: str, text: str) -> Iterator[Diagnostic]:
+    try:
+        rewrite(path, text)
+    except OSError as error:
+        yield refusal(error)
 
 
 def _difference(path: str, old: str, new: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Running generated code in this process, without importing the runtime before it is needed."""
+"""`specc run`: generated code in this process; the runtime is imported when it is needed."""
 
 from __future__ import annotations
 
@@ -8,14 +8,36 @@ from argparse import Namespace
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
 
+from specc import output, pipeline
 from specc.checks.bindings import without_plant
+from specc.cli.inspect import judged, overrides_of
+from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic
-from specc.source import Place
+from specc.diagnostics.report import report, resolve
+from specc.pipeline import Result
+from specc.source import Place, Sources
 
-if TYPE_CHECKING:
-    from specc.pipeline import Result
+
+def run(options: Namespace) -> int:
+    """Generate code into a temporary directory and simulate it."""
+    built = pipeline.build(options.spec, options.set)
+    findings, refused = judged(options.spec, built.result, overrides_of(options))
+    if refused or not built.result.can("run"):
+        return tell(report(findings, [options.spec])) or 1
+    unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
+    if unmet:
+        codes = {found.code for found in unmet}
+        findings = [found for found in findings if found.diagnostic.code not in codes]
+        findings += resolve(unmet, built.result.sources)
+        return tell(report(findings, [options.spec])) or 1
+    with TemporaryDirectory(prefix="specc-") as scratch:
+        directory = Path(scratch, "generated", built.system)
+        findings += resolve(output.write(directory, built.files), Sources())
+        if findings and (code := tell(report(findings, [options.spec]))):
+            return code
+        return launch(directory, options)
 
 
 # What a run needs that a specification can otherwise do without: a plant, and a task to count.
@@ -35,9 +57,6 @@ def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
             place,
             help="add `task:` with the transition that ends a cycle, or say `--duration`",
         )
-
-
-# Running generated code in this process, without importing the runtime before it is needed.
 
 
 def launch(directory: Path, found: Namespace) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from pathlib import Path
 
 from specc.cli import streams
@@ -9,8 +10,9 @@ from specc.diagnostics import nearest
 from specc.resources import specs_dir
 
 
-def start(directory: str, name: str) -> int:
+def init(options: Namespace) -> int:
     """Copy a skeleton into a directory, created if it does not exist; never overwrites a file."""
+    directory, name = options.directory, options.skeleton
     target = Path(directory)
     if name not in names() or not directory or (target.exists() and not target.is_dir()):
         streams.say(f"specc: {_refusal(directory, name)}")

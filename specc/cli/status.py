@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import json
+from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from typing import Literal
 
+from specc import pipeline
+from specc.cli import streams
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
 from specc.frozen import frozen
@@ -182,10 +184,23 @@ def _inside(finding: Diagnostic, place: Place) -> bool:
     return found.file == place.file and found.route[: len(place.route)] == place.route
 
 
-# `specc status`: which steps of the procedure of section 3 are done, and what comes next.
+# What is printed.
 
 
 VERSION = 1
+
+
+def status(options: Namespace) -> int:
+    """Print how far a specification has come along the procedure of section 3."""
+    result = pipeline.compile_spec(options.spec)
+    if result.system is None:
+        return streams.tell_of(result, options.spec)
+    name, found = result.system.name, progress(result.system, result.diagnostics)
+    if options.format == "json":
+        streams.show(as_json(name, found), "json")
+    else:
+        streams.show(as_text(name or options.spec, found))
+    return 0
 
 
 def as_text(name: str, found: list[Progress]) -> str:
@@ -197,7 +212,7 @@ def as_text(name: str, found: list[Progress]) -> str:
         members = [item for item in found if tuple(step.name for step in item.steps) == steps]
         if members:
             rows = [(_name(item, name), *(step.state for step in item.steps)) for item in members]
-            blocks.append(_table([(kind, *steps), *rows]))
+            blocks.append(streams.table([(kind, *steps), *rows]))
     blocks.append("\n".join(_next(name, found)) + "\n")
     return "\n".join(blocks)
 
@@ -213,18 +228,11 @@ def as_json(name: str, found: list[Progress]) -> str:
         }
         for item in found
     ]
-    return json.dumps({"version": VERSION, "system": name, "parts": parts}, indent=2) + "\n"
+    return streams.as_json(VERSION, name, parts=parts)
 
 
 def _name(item: Progress, system: str) -> str:
     return system if item.of == "system" else item.of
-
-
-def _table(rows: Iterable[tuple[str, ...]]) -> str:
-    listed = [tuple(map(visible, row)) for row in rows]
-    widths = [max(map(len, column)) for column in zip(*listed, strict=True)]
-    lines = ("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in listed)
-    return "".join(f"{line.rstrip()}\n" for line in lines)
 
 
 def _next(name: str, found: list[Progress]) -> list[str]:

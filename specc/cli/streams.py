@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sys
-from typing import TYPE_CHECKING, TextIO
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TextIO
 
-from specc.diagnostics.render.visible import Form, harmless
-from specc.diagnostics.report import Report
+from specc.diagnostics.render.visible import Form, harmless, visible
+from specc.diagnostics.report import Report, report, resolve
 from specc.source import COMMAND_LINE
 
 if TYPE_CHECKING:
     from specc.diagnostics import Diagnostic
+    from specc.pipeline import Result
 
 
 # Standard streams: what is printed on them, and those that are closed, full or no longer read.
@@ -78,6 +81,19 @@ def say(message: str) -> None:
         abandon(sys.stderr)
 
 
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows as lines, their cells below each other."""
+    shown = [[visible(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*shown, strict=True)]
+    lines = ("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)) for row in shown)
+    return "".join(f"{line.rstrip()}\n" for line in lines)
+
+
+def as_json(version: int, system: str, **parts: Any) -> str:
+    """What is known of a system as an indented JSON text."""
+    return json.dumps({"version": version, "system": system, **parts}, indent=2) + "\n"
+
+
 # Telling people what was found, on standard error, and the exit code that it stands for.
 
 
@@ -111,3 +127,8 @@ def tell(found: Report) -> int:
     else:
         show(shown, to=sys.stderr)
     return exit_code(found)
+
+
+def tell_of(result: Result, path: str) -> int:
+    """Print what was found in the specification at a path as text; its exit code."""
+    return tell(report(resolve(result.diagnostics, result.sources), [path]))

@@ -1,4 +1,4 @@
-"""`specc witness`: its arguments, and writing tests that run into the errors found."""
+"""`specc witness`: writing tests that run into the errors found."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from specc.cli import streams
 from specc.diagnostics import nearest
@@ -17,27 +17,6 @@ if TYPE_CHECKING:
     from specc.pipeline import Result
     from specc.tools.witness.code import Script
     from specc.tools.witness.subject import Refutation
-
-
-def add_witness(commands: Any) -> None:
-    """Add the command to the parser's subcommands."""
-    parser = commands.add_parser(
-        "witness",
-        help=(
-            "write tests that run into the errors that proofs found, and fail until "
-            "they are repaired"
-        ),
-    )
-    parser.add_argument("spec", metavar="SPEC")
-    parser.add_argument("--code", metavar="CODE", help="findings with this code only")
-    parser.add_argument("--subsystem", metavar="NAME", help="of this subsystem only: irp.m")
-    parser.add_argument("--state", metavar="NAME", help="of this state only")
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="witnesses",
-        help="directory for the tests, a file per finding",
-    )
 
 
 def run_witness(options: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from specc.cli import main
-from specc.cli.main import FORMATS
+from specc.cli.arguments import FORMATS
 from specc.policy.settings import KEYS
 from specc.read import read_text
 from tests.policy.specs import write

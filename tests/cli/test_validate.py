@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from specc import __version__
-from specc.cli.main import FORMATS, main
+from specc.cli.arguments import FORMATS
+from specc.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 

@@ -1,0 +1,255 @@
+"""The commands of `specc` and their arguments; each command names the function that does it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from fractions import Fraction
+from importlib import import_module
+from typing import Any
+
+from specc import __version__
+
+FORMATS = ("text", "json", "sarif", "github", "junit")
+DIFF_FORMATS = ("text", "markdown", "json")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of a whole command line."""
+    whole = argparse.ArgumentParser(
+        prog="specc", description="Compiler of robot control specifications.", allow_abbrev=False
+    )
+    whole.add_argument("--version", action="version", version=f"specc {__version__}")
+    commands = whole.add_subparsers(
+        prog="specc", dest="command", metavar="COMMAND", required=True, parser_class=_Command
+    )
+    for add in (_compiling, _writing, _looking, _comparing, _importing, _editing):
+        add(commands)
+    return whole
+
+
+class _Command(argparse.ArgumentParser):
+    """A command whose options are known only once it is chosen."""
+
+    late: Callable[[argparse.ArgumentParser], None] | None = None
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        if late := self.late:
+            self.late = None
+            late(self)
+        return super().parse_known_args(args, namespace)
+
+
+def _command(commands: Any, name: str, run: str, words: str) -> Any:
+    """A new command; `run` is the module and the function that do it."""
+    made = commands.add_parser(name, help=words)
+    made.set_defaults(run=run)
+    return made
+
+
+def _compiling(commands: Any) -> None:
+    validate = _command(
+        commands, "validate", "commands:validate", "report what is wrong with specifications"
+    )
+    validate.add_argument(
+        "specs", metavar="SPEC", nargs="+", help="file, directory, or pattern such as 'specs/**'"
+    )
+    validate.add_argument("--fix", action="store_true", help="make the repairs that are safe")
+    build = _command(commands, "build", "commands:build", "generate code from specifications")
+    build.add_argument("specs", metavar="SPEC", nargs="+")
+    build.add_argument(
+        "--out",
+        metavar="DIR",
+        default="generated",
+        help="directory for the output, a directory per system",
+    )
+    build.add_argument(
+        "--check", action="store_true", help="compare only; exit code 1 if not up to date"
+    )
+    run = _command(commands, "run", "run:run", "simulate a specification")
+    run.late = _of_run
+    for each in (validate, build, run):
+        _add_policy(each)
+    for each in (validate, build):
+        words = "text goes to standard error, the others to standard output"
+        each.add_argument("--format", choices=FORMATS, default="text", help=words)
+
+
+def _writing(commands: Any) -> None:
+    fmt = _command(commands, "fmt", "rewrite:fmt", "put specifications into the canonical layout")
+    fmt.add_argument("files", metavar="FILE", nargs="+", help="file, directory or pattern")
+    fmt.add_argument(
+        "--check", action="store_true", help="write nothing; exit code 1 if a file would change"
+    )
+    fmt.add_argument("--diff", action="store_true", help="print what would change, write nothing")
+    status = _command(
+        commands, "status", "status:status", "show which steps of the design are done"
+    )
+    status.add_argument("spec", metavar="SPEC")
+    status.add_argument("--format", choices=("text", "json"), default="text")
+    init = _command(commands, "init", "skeletons:init", "start a specification that runs at once")
+    init.add_argument(
+        "directory",
+        metavar="DIRECTORY",
+        nargs="?",
+        default=".",
+        help="directory for the files, created if it does not exist (default: here)",
+    )
+    init.add_argument(
+        "--skeleton", metavar="NAME", default="joint", help="joint (default), sense-act, two-agents"
+    )
+
+
+def _looking(commands: Any) -> None:
+    explain = _command(
+        commands, "explain", "commands:explain", "say what a code of a diagnostic means"
+    )
+    explain.add_argument("code", metavar="CODE", nargs="?", help="without it, all codes are listed")
+    ages = _command(commands, "ages", "ages:ages", "show how old values are where they are read")
+    ages.add_argument("spec", metavar="SPEC")
+    ages.add_argument("--format", choices=("text", "json"), default="text")
+
+
+def _comparing(commands: Any) -> None:
+    diff = _command(
+        commands, "diff", "commands:diff", "say what changed in what a specification means"
+    )
+    diff.add_argument("old", metavar="OLD")
+    diff.add_argument("new", metavar="NEW")
+    diff.add_argument("--format", choices=DIFF_FORMATS, default="text")
+    words = (
+        "write tests that run into the errors that proofs found, and fail until they are repaired"
+    )
+    witness = _command(commands, "witness", "witness:run_witness", words)
+    witness.add_argument("spec", metavar="SPEC")
+    witness.add_argument("--code", metavar="CODE", help="findings with this code only")
+    witness.add_argument("--subsystem", metavar="NAME", help="of this subsystem only: irp.m")
+    witness.add_argument("--state", metavar="NAME", help="of this state only")
+    words = "directory for the tests, a file per finding"
+    witness.add_argument("--out", metavar="DIR", default="witnesses", help=words)
+
+
+def _importing(commands: Any) -> None:
+    words = "make a specification from state machines of other tools"
+    formats = commands.add_parser("import", help=words).add_subparsers(
+        dest="source", metavar="FORMAT", required=True
+    )
+    run = "importing:run_import"
+    fabric = _command(formats, "fabric", run, "subsystem definitions of FABRIC")
+    fabric.add_argument("files", metavar="FILE.xml", nargs="+")
+    fabric.add_argument(
+        "--connect",
+        metavar="A.b=C.d",
+        type=_wire,
+        action="append",
+        default=[],
+        help="buffer b of subsystem A is connected with buffer d of subsystem C",
+    )
+    scxml = _command(formats, "scxml", run, "a flat state chart")
+    scxml.add_argument("files", metavar="FILE.scxml", nargs=1)
+    for each in (fabric, scxml):
+        each.add_argument("--name", metavar="NAME", default="", help="name of the system")
+        each.add_argument("--period", metavar="S", type=_period, help="period in seconds")
+        each.add_argument(
+            "--out", metavar="FILE.yaml", help="file to write (default: standard output)"
+        )
+        each.add_argument("--force", action="store_true", help="replace the file of --out")
+
+
+def _editing(commands: Any) -> None:
+    _command(commands, "schema", "commands:schema", "print the JSON Schema of specifications")
+    lsp = _command(commands, "lsp", "commands:lsp", "serve an editor: the Language Server Protocol")
+    lsp.add_argument(
+        "--stdio",
+        action="store_true",
+        help="accepted; the server always uses standard input and output",
+    )
+
+
+def _add_policy(command: Any) -> None:
+    """Options that stand in place of what `[tool.specc]` of pyproject.toml says."""
+    codes = "codes or their beginnings, separated by commas"
+    command.add_argument(
+        "--select", metavar="CODES", type=_codes, help=f"warn of these only: {codes}"
+    )
+    command.add_argument(
+        "--ignore", metavar="CODES", type=_warnings, help=f"do not warn of: {codes}"
+    )
+    command.add_argument(
+        "--strict",
+        action=argparse.BooleanOptionalAction,
+        help="count warnings and open points as errors",
+    )
+
+
+def _of_run(command: argparse.ArgumentParser) -> None:
+    command.add_argument("spec", metavar="SPEC")
+    command.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action=_Values,
+        default={},
+        help="take this value for a constant; may be repeated",
+    )
+    try:
+        import_module("specc_runtime.options").add_arguments(command)
+    except ModuleNotFoundError:
+        command.error("the runtime (package specc_runtime) is not installed")
+
+
+# What arguments are made of.
+
+
+class _Values(argparse.Action):
+    """Collects `name=value`, each name once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        name, sign, text = (part.strip() for part in str(values).partition("="))
+        known = getattr(namespace, self.dest)
+        if not (name and sign):
+            raise argparse.ArgumentError(self, f"{values!r} is not `name=value`")
+        if name in known:
+            raise argparse.ArgumentError(self, f"`{name}` is given twice")
+        setattr(namespace, self.dest, known | {name: text})
+
+
+def _codes(text: str) -> tuple[str, ...]:
+    from specc.policy.settings import code_fault
+
+    codes = tuple(code.strip() for code in text.split(","))
+    for code in codes:
+        if fault := code_fault(code):
+            raise argparse.ArgumentTypeError(fault)
+    return codes
+
+
+def _warnings(text: str) -> tuple[str, ...]:
+    codes = _codes(text)
+    for code in codes:
+        if not code.startswith("W"):
+            raise argparse.ArgumentTypeError(f"{code} is not a warning and cannot be ignored")
+    return codes
+
+
+def _period(text: str) -> Fraction:
+    try:
+        period = Fraction(text) if len(text) < 20 else Fraction(0)
+    except (ValueError, ZeroDivisionError):
+        period = Fraction(0)
+    if not Fraction(1, 10**7) <= period <= 3600:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a period in seconds")
+    return period
+
+
+def _wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    first, equals, second = text.partition("=")
+    a, b = first.rpartition("."), second.rpartition(".")
+    if not (equals and all((*a, *b))):
+        raise argparse.ArgumentTypeError(f"{text!r} is not SUBSYSTEM.BUFFER=SUBSYSTEM.BUFFER")
+    return (a[0], a[2]), (b[0], b[2])
