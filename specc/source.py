@@ -59,7 +59,7 @@ class Span:
     end_col: int
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Node:
     """A value in the text: its offsets and, for a mapping or a list, its parts."""
 

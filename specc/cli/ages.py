@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from specc import pipeline
 from specc.analysis import Facts
 from specc.analysis.ages import Ages, Held, Trail
 from specc.analysis.dataflow import Measured, Node
@@ -17,6 +16,8 @@ VERSION = 1
 
 def ages(options: Namespace) -> int:
     """Print the greatest age of every value that is received; 1 if the specification has errors."""
+    from specc import pipeline
+
     result = pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         return streams.tell_of(result, options.spec) or 1

@@ -9,19 +9,24 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
-from specc import output, pipeline
+from specc import output
 from specc.checks.bindings import without_plant
 from specc.cli.inspect import judged, overrides_of
 from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
-from specc.pipeline import Result
 from specc.source import Place, Sources
+
+if TYPE_CHECKING:
+    from specc.pipeline import Result
 
 
 def run(options: Namespace) -> int:
     """Generate code into a temporary directory and simulate it."""
+    from specc import pipeline
+
     built = pipeline.build(options.spec, options.set)
     findings, refused = judged(options.spec, built.result, overrides_of(options))
     if refused or not built.result.can("run"):

@@ -6,7 +6,6 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from typing import Literal
 
-from specc import pipeline
 from specc.cli import streams
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
@@ -192,6 +191,8 @@ VERSION = 1
 
 def status(options: Namespace) -> int:
     """Print how far a specification has come along the procedure of section 3."""
+    from specc import pipeline
+
     result = pipeline.compile_spec(options.spec)
     if result.system is None:
         return streams.tell_of(result, options.spec)

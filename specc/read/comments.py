@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
+from specc.reachable import reachable
 from specc.source import Node, SourceFile
 
 _MARK = re.compile(r"(?:^|(?<=[ \t]))#[^\r\n]*", re.MULTILINE)
@@ -61,15 +62,8 @@ def _is_alone(text: str, offset: int) -> bool:
     return offset == 0 or text[offset - 1] in "\r\n"
 
 
-def _scalars(node: Node) -> Iterator[tuple[int, int]]:
-    seen: set[int] = set()
-    waiting = [node]
-    while waiting:
-        part = waiting.pop()
-        # What an alias stands for is the same node again.
-        if id(part) in seen:
-            continue
-        seen.add(id(part))
+def _scalars(top: Node) -> Iterator[tuple[int, int]]:
+    # What an alias stands for is the same node again.
+    for part in reachable([top], lambda node: (*node.keys.values(), *node.values.values())):
         if part.scalar is not None:
             yield part.start, part.end
-        waiting += [*part.keys.values(), *part.values.values()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from specc.diagnostics import Diagnostic, Related
@@ -21,7 +22,6 @@ from specc.read.syntax import (
     events,
     syntax_error,
 )
-from specc.read.tree import Built, Tree
 from specc.source import Node, Place
 
 # What a plain scalar means: the core schema of YAML 1.2 (10.3.2).
@@ -93,6 +93,22 @@ def _in_range(number: int | float, text: str) -> int | float:
 
 _ANCHOR = re.compile(r"&[^\s,\[\]{}]+(?:\s+(?:#[^\r\n]*)?)*")
 """An anchor with the white space and comments behind it."""
+_VALUES = frozenset((ScalarEvent, AliasEvent, MappingStartEvent, SequenceStartEvent))
+
+
+@dataclass(slots=True)
+class Built:
+    """A value and its place; `size` and `height` count nodes and levels, aliases expanded."""
+
+    data: Any
+    node: Node
+    size: int = 1
+    height: int = 0
+
+    def take_in(self, part: Built) -> None:
+        """Count a part of a collection."""
+        self.size += part.size
+        self.height = max(self.height, part.height + 1)
 
 
 def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]:
@@ -102,13 +118,11 @@ def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]
     """
     composer = _Composer(path, text)
     try:
-        for event in events(text):
-            composer.take(event)
+        root = composer.document()
     except YamlSyntaxError as fault:
         return None, (*composer.findings, syntax_error(path, text, fault))
     except _GiveUpError:
         return None, tuple(composer.findings)
-    root = composer.tree.root
     if root is None or (root.node.scalar == "" and not root.node.style):
         composer.report("E0007", "the file is empty", 0, 0, "start with `specc: 1`")
         return None, tuple(composer.findings)
@@ -124,76 +138,125 @@ class _Composer:
 
     def __init__(self, path: str, text: str) -> None:
         self.findings: list[Diagnostic] = []
-        self.tree = Tree()
         self._path = path
         self._text = text
+        self._events = events(text)
         self._anchors: dict[str, Built | None] = {}
-        self._documents = 0
         self._nodes = 0
-        self._actions = {
-            ScalarEvent: self._scalar,
-            MappingStartEvent: self._open,
-            SequenceStartEvent: self._open,
-            MappingEndEvent: self._close,
-            SequenceEndEvent: self._close,
-            AliasEvent: self._alias,
-            DocumentStartEvent: self._document,
-        }
 
-    def take(self, event: Any) -> None:
-        """Account for one event."""
-        action = self._actions.get(type(event))
-        if action is not None:
-            action(event)
+    def document(self) -> Built | None:
+        """The value of the one document; None if there is none."""
+        root, documents = None, 0
+        for event in self._events:
+            if type(event) is DocumentStartEvent:
+                documents += 1
+                if documents > 1:
+                    hint = "delete the `---`, or move what follows it to a file of its own"
+                    self._stop("E0008", "a second document starts here", event, hint)
+            elif type(event) in _VALUES:
+                root = self._value(event, 0, None)
+        return root
 
     def report(self, code: str, message: str, start: int, end: int, hint: str) -> None:
         """Add a finding about a stretch of the text."""
         place = Place(self._path, (), "text", start, end)
         self.findings.append(Diagnostic(code, message, place, help=hint))
 
-    def _document(self, event: Any) -> None:
-        self._documents += 1
-        if self._documents > 1:
-            hint = "delete the `---`, or move what follows it to a file of its own"
-            self._stop("E0008", "a second document starts here", event, hint)
-
-    def _scalar(self, event: Any) -> None:
+    def _value(self, event: Any, depth: int, key: Node | None) -> Built:
+        """The value that begins with an event, below `depth` collections and perhaps a key."""
+        if type(event) is AliasEvent:
+            return self._alias(event, depth)
         self._count(1, event)
-        start, end = self._without_anchor(event), event.end_mark.index
         self._refuse_tag(event)
-        node = Node(start, end, event.value, event.style or "")
-        if self.tree.awaits_key:
-            self._key(node)
-            return
-        if start == end:
-            self._refuse_cut_text(event)
+        if type(event) is ScalarEvent:
+            value = self._scalar(event, key)
+        else:
+            value = self._collection(event, depth)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = value
+        return value
+
+    def _scalar(self, event: Any, key: Node | None) -> Built:
+        node = self._node(event)
+        if node.start == node.end and key is not None:
+            self._refuse_cut_text(event, key)
         data = event.value
         if not node.style:
             try:
                 data = plain_value(data)
             except NumberRangeError:
                 hint = "numbers have at most 64 bits; quote it if it is meant as text"
-                self.report("E0018", "this number is out of range", start, end, hint)
-        self._finish(Built(data, node), event.anchor)
+                self.report("E0018", "this number is out of range", node.start, node.end, hint)
+        return Built(data, node)
 
-    def _key(self, node: Node) -> None:
-        key = node.scalar or ""
-        keep = False
-        if not node.style and is_null(key):
+    def _node(self, event: Any) -> Node:
+        return Node(
+            self._without_anchor(event), event.end_mark.index, event.value, event.style or ""
+        )
+
+    def _collection(self, event: Any, depth: int) -> Built:
+        if depth >= MAX_DEPTH:
+            self._too_deep(event)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = None
+        start = self._without_anchor(event)
+        is_mapping = type(event) is MappingStartEvent
+        whole = Built({} if is_mapping else [], Node(start, start))
+        last = (self._mapping if is_mapping else self._sequence)(whole, depth + 1)
+        # A block collection "ends" where the next token starts, often lines below.
+        if last.start_mark.index < last.end_mark.index:
+            whole.node.end = last.end_mark.index
+        elif whole.node.values:
+            whole.node.end = max(part.end for part in whole.node.values.values())
+        return whole
+
+    def _sequence(self, whole: Built, depth: int) -> Any:
+        while type(event := next(self._events)) is not SequenceEndEvent:
+            value = self._value(event, depth, None)
+            whole.node.values[len(whole.data)] = value.node
+            whole.data.append(value.data)
+            whole.take_in(value)
+        return event
+
+    def _mapping(self, whole: Built, depth: int) -> Any:
+        while type(event := next(self._events)) is not MappingEndEvent:
+            key = self._key(event)
+            name = key.scalar or ""
+            keep = self._is_good(key, name, whole.node)
+            value = self._value(next(self._events), depth, key)
+            whole.take_in(value)
+            if keep:
+                whole.data[name] = value.data
+                whole.node.keys[name] = key
+                whole.node.values[name] = value.node
+        return event
+
+    def _key(self, event: Any) -> Node:
+        if type(event) is not AliasEvent:
+            self._count(1, event)
+            self._refuse_tag(event)
+        if type(event) is not ScalarEvent:
+            hint = "a key is a name or a text in quotes"
+            self._stop("E0012", "this cannot be a key", event, hint)
+        return self._node(event)
+
+    def _is_good(self, key: Node, name: str, whole: Node) -> bool:
+        """Whether a mapping can have the key, which is reported if not."""
+        if not key.style and is_null(name):
             hint = "write the key before the colon, in quotes if it is meant as text"
-            self.report("E0012", "a key is missing here", node.start, node.end, hint)
-        elif not node.style and key == "<<":
+            self.report("E0012", "a key is missing here", key.start, key.end, hint)
+        elif not key.style and name == "<<":
             hint = "write the keys out, or use a description from another file with parameters"
-            self.report("E0013", "merge keys are not supported", node.start, node.end, hint)
-        elif (first := self.tree.earlier_key(key)) is not None:
-            self._repeated(key, node, first)
+            self.report("E0013", "merge keys are not supported", key.start, key.end, hint)
+        elif (first := whole.keys.get(name)) is not None:
+            self._repeated(name, key, first)
+        elif len(whole.keys) >= MAX_KEYS:
+            hint = f"a mapping may have {MAX_KEYS} keys"
+            self.report("E0017", "the mapping has too many keys", key.start, key.end, hint)
+            raise _GiveUpError
         else:
-            keep = True
-            if self.tree.keys > MAX_KEYS:
-                hint = f"a mapping may have {MAX_KEYS} keys"
-                self.report("E0017", "the mapping has too many keys", node.start, node.end, hint)
-                raise _GiveUpError
-        self.tree.set_key(key, node, keep)
+            return True
+        return False
 
     def _repeated(self, key: str, node: Node, first: Node) -> None:
         place = Place(self._path, (), "text", node.start, node.end)
@@ -203,24 +266,7 @@ class _Composer:
         message = f"the key `{key}` is given twice"
         self.findings.append(Diagnostic("E0011", message, place, "", related, hint))
 
-    def _open(self, event: Any) -> None:
-        self._count(1, event)
-        self._refuse_tag(event)
-        self._refuse_key(event)
-        if self.tree.depth >= MAX_DEPTH:
-            self._too_deep(event)
-        if event.anchor is not None:
-            self._anchors[event.anchor] = None
-        is_mapping = type(event) is MappingStartEvent
-        self.tree.open({} if is_mapping else [], self._without_anchor(event), event.anchor)
-
-    def _close(self, event: Any) -> None:
-        # A block collection "ends" where the next token starts, often lines below.
-        end = event.end_mark.index
-        self._finish(*self.tree.close(end if event.start_mark.index < end else None))
-
-    def _alias(self, event: Any) -> None:
-        self._refuse_key(event)
+    def _alias(self, event: Any, depth: int) -> Built:
         if event.anchor not in self._anchors:
             hint = f"write `&{event.anchor}` before the value that is meant"
             self._stop("E0015", f"no anchor is called `{event.anchor}`", event, hint)
@@ -229,14 +275,9 @@ class _Composer:
             hint = "an alias may only name a value that is complete before it"
             self._stop("E0015", f"`*{event.anchor}` stands inside its own value", event, hint)
         self._count(target.size, event)
-        if self.tree.depth + target.height > MAX_DEPTH:
+        if depth + target.height > MAX_DEPTH:
             self._too_deep(event)
-        self._finish(target, None)
-
-    def _finish(self, value: Built, anchor: str | None) -> None:
-        if anchor is not None:
-            self._anchors[anchor] = value
-        self.tree.put(value)
+        return target
 
     def _count(self, nodes: int, event: Any) -> None:
         self._nodes += nodes
@@ -254,15 +295,9 @@ class _Composer:
             start = event.start_mark.index
             self.report("E0014", "tags are not supported", start, event.end_mark.index, hint)
 
-    def _refuse_key(self, event: Any) -> None:
-        if self.tree.awaits_key:
-            hint = "a key is a name or a text in quotes"
-            self._stop("E0012", "this cannot be a key", event, hint)
-
-    def _refuse_cut_text(self, event: Any) -> None:
+    def _refuse_cut_text(self, event: Any, key: Node) -> None:
         """Refuse `b)`, which the braces of `{is: min(a, b)}` make a key without a value."""
-        key = self.tree.key_node
-        if key is None or key.style or not key.scalar or not key.scalar.endswith(")"):
+        if key.style or not key.scalar or not key.scalar.endswith(")"):
             return
         if ":" not in self._text[key.end : event.start_mark.index]:
             self.report(
