@@ -14,6 +14,7 @@ from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
 from specc.model.expr import (
     Among,
+    Binary,
     Bound,
     Choice,
     Compare,
@@ -38,9 +39,9 @@ from specc.source import Place
 
 # Parts of conditions that have one truth value because of their own subsystem.
 #
-# Conditions, the lets that they name, time, and memory that is only ever assigned literals count.
-# Literal `True` and `False`, constants and parameters are taken as intended; what peers happen to
-# send may change, which is the matter of assumptions.
+# Conditions, the lets that they name and time count, and so does memory that is only ever assigned
+# literals, or that only counts up or down. Literal `True` and `False`, constants and parameters are
+# taken as intended; what peers happen to send may change, which is the matter of assumptions.
 
 
 MOST_PARTS = 64
@@ -118,24 +119,20 @@ class Constancy:
     @cached_property
     def _memory(self) -> dict[str, Expr]:
         """What is known of memory that functions write, by name, as conditions."""
-        sources: dict[str, list[Expr]] = {m.name: [m.init] for m in self._subsystem.memory}
+        leaves = {m.name: list(_leaves(m.init)) for m in self._subsystem.memory}
         written: set[str] = set()
-        for behaviour in {s.behaviour.name: s.behaviour for s in self._subsystem.states}.values():
-            for item in behaviour.assignments:
-                if not item.peer and item.name in sources:
-                    sources[item.name].append(item.value)
-                    written.add(item.name)
-        values = _values_of(sources)
-        types = {
-            m.name: m.type
-            for m in self._subsystem.memory
-            if isinstance(m.type, (Bool, Enum, Int, Real))
-        }
-        return {
-            name: _one_of(MemoryRef(name, type=types[name]), found)
-            for name, found in values.items()
-            if name in written & types.keys() and len(found) <= _MOST_VALUES
-        }
+        for (peer, name), by_behaviour in self._subsystem.written.items():
+            if not peer and name in leaves:
+                written.add(name)
+                values = (value for values in by_behaviour.values() for value in values)
+                leaves[name] += [leaf for value in values for leaf in _leaves(value)]
+        found: dict[str, Expr] = {}
+        for item in self._subsystem.memory:
+            if item.name in written and isinstance(item.type, (Bool, Enum, Int, Real)):
+                memory = MemoryRef(item.name, type=item.type)
+                known = _one_of(memory, leaves) or _bound(memory, leaves[item.name])
+                found |= {item.name: known} if known else {}
+        return found
 
 
 def _has_free_variable(expr: Expr) -> bool:
@@ -143,22 +140,6 @@ def _has_free_variable(expr: Expr) -> bool:
     nodes = list(walk(expr))
     own = {node.variable for node in nodes if isinstance(node, Quantifier)}
     return any(isinstance(node, Bound) and node.name not in own for node in nodes)
-
-
-def _values_of(sources: dict[str, list[Expr]]) -> dict[str, list[_Literal]]:
-    """The values of memory elements that only ever get literals, or one another's values."""
-    leaves = {name: [leaf for e in exprs for leaf in _leaves(e)] for name, exprs in sources.items()}
-
-    def others(name: str) -> Iterator[str]:
-        return (leaf.name for leaf in leaves.get(name, ()) if isinstance(leaf, MemoryRef))
-
-    found: dict[str, list[_Literal]] = {}
-    for name in sources:
-        behind = [leaf for other in reachable([name], others) for leaf in leaves.get(other, [None])]
-        values = {leaf for leaf in behind if isinstance(leaf, _Literal)}
-        if all(isinstance(leaf, _Literal | MemoryRef) for leaf in behind):
-            found[name] = sorted(values, key=repr)
-    return found
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:
@@ -170,7 +151,18 @@ def _leaves(expr: Expr) -> Iterator[Expr]:
         yield expr
 
 
-def _one_of(memory: MemoryRef, values: list[_Literal]) -> Expr:
+def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
+    """That memory has one of the literals that it, or memory whose value it gets, is given."""
+
+    def others(name: str) -> Iterator[str]:
+        return (leaf.name for leaf in leaves.get(name, ()) if isinstance(leaf, MemoryRef))
+
+    found = reachable([memory.name], others)
+    behind = [leaf for name in found for leaf in leaves.get(name, [None])]
+    values = sorted({leaf for leaf in behind if isinstance(leaf, _Literal)}, key=repr)
+    known = all(isinstance(leaf, _Literal | MemoryRef) for leaf in behind)
+    if not known or len(values) > _MOST_VALUES:
+        return None
     if isinstance(memory.type, Enum):
         members = frozenset(value.name for value in values if isinstance(value, Member))
         return Among(memory, members, type=Bool())
@@ -181,6 +173,29 @@ def _one_of(memory: MemoryRef, values: list[_Literal]) -> Expr:
         else:
             each.append(Compare("==", memory, value, type=Bool()))
     return each[0] if len(each) == 1 else Logic("or", tuple(each), type=Bool())
+
+
+def _bound(memory: MemoryRef, leaves: list[Expr]) -> Expr | None:
+    """Where memory begins that gets literals, or itself with literals added of one sign."""
+    starts: list[float] = []
+    steps: list[float] = []
+    for leaf in leaves:
+        match leaf:
+            case Number(value=value):
+                starts.append(value)
+            case Binary(op="+", left=Number(value=value), right=other) if other == memory:
+                steps.append(value)
+            case Binary(op="+", left=other, right=Number(value=value)) if other == memory:
+                steps.append(value)
+            case Binary(op="-", left=other, right=Number(value=value)) if other == memory:
+                steps.append(-value)
+            case _ if leaf != memory:
+                return None
+    if not starts or (min(steps, default=0) < 0 < max(steps, default=0)):
+        return None
+    if min(steps, default=0) >= 0:
+        return Compare(">=", memory, Number(min(starts), type=memory.type), type=Bool())
+    return Compare("<=", memory, Number(max(starts), type=memory.type), type=Bool())
 
 
 # A declared condition, and every part of it, holds in some situation and fails in another.

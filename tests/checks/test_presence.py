@@ -158,3 +158,15 @@ def test_lets_are_followed() -> None:
     (reading,) = presence.unguarded(value, frozenset())
     assert reading.let is not None
     assert reading.let.name == "value"
+
+
+def test_a_let_is_followed_wherever_it_is_named() -> None:
+    """Each time with something else known beside what it reads."""
+    value = LetRef("value", type=BOOL)
+    others = [Input("c", f"e{index}", type=BOOL) for index in range(40)]
+    named_ = [Logic("and", (present(A), present(e), value), type=BOOL) for e in others]
+    presence = Presence(machine([TRUE], lets={"value": A}), (), Arrivals(frozenset(), frozenset()))
+    assert not list(presence.unguarded(Logic("or", tuple(named_), type=BOOL), frozenset()))
+    without = Logic("and", (present(others[0]), value), type=BOOL)
+    every = Logic("or", (*named_, without), type=BOOL)
+    assert [r.name for r in presence.unguarded(every, frozenset())] == [("c", "a")]
