@@ -182,7 +182,7 @@ class _Maker:
             (m.MemoryRef, MEMORY),
             (m.LetRef, LETS),
             (m.ConstantRef, CONSTANTS),
-            (m.Bound, self.bound),
+            (m.BoundVariable, self.bound),
         ):
             found += [kind(name, type=t) for name, t in names.items() if t == type]
         if type == Real(SECOND):

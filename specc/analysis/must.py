@@ -40,8 +40,8 @@ from specc.reachable import grouped, shortest
 # Inputs that surely have a value. A value that has come stays, so the sets only grow along a way.
 
 
-Names = frozenset[InputName]
-_NONE: Names = frozenset()
+Inputs = frozenset[InputName]
+_NONE: Inputs = frozenset()
 
 
 class Reading(NamedTuple):
@@ -79,11 +79,11 @@ class Presence:
         self.in_functions = self._settled()
         """In the functions of a state, from its first period on."""
 
-    def in_conditions(self, state: str) -> Names:
+    def in_conditions(self, state: str) -> Inputs:
         """In the conditions that end a state; they are first asked one period after it began."""
         return self._close(self.in_functions[state] | self._arrivals.later)
 
-    def at(self, use: Use) -> Names:
+    def at(self, use: Use) -> Inputs:
         """Where an expression is evaluated."""
         match use.owner:
             case Memory():
@@ -98,7 +98,7 @@ class Presence:
             present = self.behind(present, test, holds)
         return present
 
-    def behind(self, present: Names, test: Expr, holds: bool) -> Names:
+    def behind(self, present: Inputs, test: Expr, holds: bool) -> Inputs:
         """What is present after a test that held, or did not."""
         return self._close(present | self._told(test, holds))
 
@@ -108,17 +108,17 @@ class Presence:
         first, every = self.in_first_period, texts(self._subsystem)
         return not any(reading for text in every for reading in self.unguarded(text.expr, first))
 
-    def unguarded(self, expr: Expr, present: Names) -> Iterator[Reading]:
+    def unguarded(self, expr: Expr, present: Inputs) -> Iterator[Reading]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
         for part, known, let in self._guards.parts(expr, present):
             if isinstance(part, Input) and (part.peer, part.element) not in known:
                 yield Reading(part, let)
 
-    def after(self, step: Step) -> Names:
+    def after(self, step: Step) -> Inputs:
         """Once a row was taken."""
         return self._after(self.in_functions[step.row.source], step.ensures)
 
-    def _once_taken(self, in_functions: Names, ensures: Names) -> Names:
+    def _once_taken(self, in_functions: Inputs, ensures: Inputs) -> Inputs:
         return self._close(self._close(in_functions | self._arrivals.later) | ensures)
 
     def way_without(self, state: str, element: InputName) -> list[str]:
@@ -127,7 +127,7 @@ class Presence:
         leaving = grouped((row.source, row.target) for row in without)
         return shortest(self._subsystem.initial_state, state, lambda here: leaving.get(here, ()))
 
-    def _asked(self, expr: Expr, holds: bool) -> Names:
+    def _asked(self, expr: Expr, holds: bool) -> Inputs:
         """Inputs that have a value where a condition holds; the unknown may be about any input."""
         match expr:
             case Unknown():

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from specc.frozen import frozen
 from specc.model.expr import (
-    Bound,
+    BoundVariable,
     Clock,
     ConstantRef,
     Expr,
@@ -136,7 +136,7 @@ class Dependences:
                 return Dependence(literal=True)
             case Clock(name="elapsed" | "entered"):
                 return Dependence(lasts=False, clock=True)
-            case Input() | Fresh() | Present() | Bound():
+            case Input() | Fresh() | Present() | BoundVariable():
                 return Dependence(lasts=False)
             case LetRef(name=name) if name in self._lets:
                 return self._lets[name]

@@ -15,7 +15,7 @@ from specc.lang import show
 from specc.model.expr import (
     Among,
     Binary,
-    Bound,
+    BoundVariable,
     Choice,
     Compare,
     Expr,
@@ -139,7 +139,7 @@ def _has_free_variable(expr: Expr) -> bool:
     """Whether a part of what a quantifier says is about its variable."""
     nodes = list(walk(expr))
     own = {node.variable for node in nodes if isinstance(node, Quantifier)}
-    return any(isinstance(node, Bound) and node.name not in own for node in nodes)
+    return any(isinstance(node, BoundVariable) and node.name not in own for node in nodes)
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:

@@ -265,7 +265,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.LetRef: partial(_named, "lets"),
     m.ConstantRef: partial(_named, "constants"),
     m.FileRef: partial(_named, "files"),
-    m.Bound: partial(_named, "bound"),
+    m.BoundVariable: partial(_named, "bound"),
     m.Clock: partial(_named, "clock"),
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,

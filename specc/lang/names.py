@@ -11,7 +11,7 @@ from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, listed, one_of
 from specc.lang.literals import quantity
 from specc.lang.parse import span
 from specc.model.expr import (
-    Bound,
+    BoundVariable,
     Clock,
     Component,
     ConstantRef,
@@ -42,8 +42,8 @@ from specc.model.units import SECOND, UNITS
 # Typing rules of plain names: values, files, members of enums, the clock.
 
 
-_NODES: dict[str, type[Bound | MemoryRef | LetRef | ConstantRef]] = {
-    "bound": Bound,
+_NODES: dict[str, type[BoundVariable | MemoryRef | LetRef | ConstantRef]] = {
+    "bound": BoundVariable,
     "memory": MemoryRef,
     "lets": LetRef,
     "constants": ConstantRef,

@@ -116,7 +116,7 @@ _ATOMS: dict[type, Callable[[Any], str]] = {
     m.LetRef: lambda e: e.name,
     m.ConstantRef: lambda e: e.name,
     m.FileRef: lambda e: e.name,
-    m.Bound: lambda e: e.name,
+    m.BoundVariable: lambda e: e.name,
     m.Clock: lambda e: e.name,
     m.Fresh: lambda e: f"fresh({show(e.input)})",
     m.Present: lambda e: f"present({show(e.input)})",

@@ -189,7 +189,7 @@ class Nodes:
     def _quantifier(self, node: e.Quantifier, term: Term) -> Spelled:
         over, outer = self.value(term.args[0]), dict(self._bound)
         match node.body:
-            case e.Compare("==", e.Bound(node.variable), e.Member() as member) if (
+            case e.Compare("==", e.BoundVariable(node.variable), e.Member() as member) if (
                 node.kind == "any"
             ):
                 return compare("in", self._leaf(member), over)
@@ -316,7 +316,7 @@ class Nodes:
                 return self.constant(name)
             case e.FileRef(name=name):
                 return self.module.file(name)
-            case e.Bound(name=name):
+            case e.BoundVariable(name=name):
                 return self._bound[name]
         raise TypeError(f"no Python for {node!r}")
 

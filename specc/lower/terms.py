@@ -255,7 +255,7 @@ _COMMON = ("type", "span")
 
 def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
     match node:
-        case e.Bound(name=name):
+        case e.BoundVariable(name=name):
             return frozenset({name})
         case e.Quantifier(variable=variable):
             return args[0].bound | (args[1].bound - {variable})

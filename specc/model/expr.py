@@ -89,7 +89,7 @@ class FileRef(Node):
 
 
 @frozen
-class Bound(Node):
+class BoundVariable(Node):
     """The variable of a quantifier."""
 
     name: str
@@ -238,9 +238,9 @@ class Unknown(Node):
 
 Expr = (
     Number | Truth | TextLiteral | Member | Unused | Nothing | Input | MemoryRef | LetRef
-    | ConstantRef | FileRef | Bound | Clock | Fresh | Present | Call | Builtin | Unary | Binary
-    | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf | Component | Quantifier
-    | Unknown
+    | ConstantRef | FileRef | BoundVariable | Clock | Fresh | Present | Call | Builtin | Unary
+    | Binary | Compare | IsNone | Sure | Among | Logic | Choice | Items | FieldOf | Component
+    | Quantifier | Unknown
 )  # fmt: skip
 
 TRUE = Truth(True, type=Bool())
@@ -295,7 +295,7 @@ def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
 
 def instance(body: Expr, variable: str, item: Expr) -> Expr:
     """The body of a quantifier said of one item."""
-    if isinstance(body, Bound):
+    if isinstance(body, BoundVariable):
         return item if body.name == variable else body
     return mapped(body, lambda part: instance(part, variable, item))
 

@@ -13,7 +13,7 @@ from typing import TypeGuard
 
 from specc.model.expr import (
     Binary,
-    Bound,
+    BoundVariable,
     Builtin,
     Clock,
     Component,
@@ -113,7 +113,7 @@ class Numbering:
         match expr:
             case LetRef(name=name) | ConstantRef(name=name) if name in self._named(expr):
                 return self._named(expr)[name]
-            case Bound(name=name):
+            case BoundVariable(name=name):
                 return self._of(("bound", inside.get(name, name)))
             case Number(value=value) | Truth(value=value) | TextLiteral(value=value):
                 return self._known(value)

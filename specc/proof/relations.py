@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from specc.model.expr import (
     Among,
     Binary,
-    Bound,
+    BoundVariable,
     Builtin,
     Call,
     Choice,
@@ -172,7 +172,7 @@ class Relations:
             if isinstance(expr, _LOOKED_INTO) or _is_looked_into(expr):
                 open_ += children(expr)
                 continue
-            if not isinstance(expr, Bound):
+            if not isinstance(expr, BoundVariable):
                 yield self._numbering.number(expr)
             if isinstance(expr, Builtin) and expr.name == "len":
                 open_ += expr.args

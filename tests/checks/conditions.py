@@ -13,7 +13,7 @@ from specc.model.expr import (
     FALSE,
     TRUE,
     Among,
-    Bound,
+    BoundVariable,
     Choice,
     Compare,
     Expr,
@@ -103,11 +103,13 @@ def _leaf(rng: random.Random, lets: dict[str, Expr]) -> Expr:
         case 4 | 5:
             return _threshold(rng)
         case 6:
-            body = Among(Bound("v", type=MODE), _members(rng), type=BOOL)
+            body = Among(BoundVariable("v", type=MODE), _members(rng), type=BOOL)
             return Quantifier(rng.choice(("all", "any")), "v", ITEMS, body, type=BOOL)
         case 7:
             member = Member(rng.choice(MODE.members), type=MODE)
-            body_ = Compare(rng.choice(("==", "!=")), Bound("w", type=MODE), member, type=BOOL)
+            body_ = Compare(
+                rng.choice(("==", "!=")), BoundVariable("w", type=MODE), member, type=BOOL
+            )
             return Quantifier(rng.choice(("all", "any")), "w", ITEMS, body_, type=BOOL)
         case 8:
             return FLAG if rng.random() < 0.8 else Truth(rng.random() < 0.5, type=BOOL)

@@ -140,7 +140,7 @@ def test_walk_goes_through_every_part_parents_first() -> None:
     tree = expression("all(v == u for v in x.c.b) and widen(best.d, -ratio) < 1[m]", SCOPE)
     names = [type(node).__name__ for node in m.walk(tree)]
     assert names == [
-        "Logic", "Quantifier", "Input", "Compare", "Bound", "Member",
+        "Logic", "Quantifier", "Input", "Compare", "BoundVariable", "Member",
         "Compare", "Call", "FieldOf", "ConstantRef", "Unary", "LetRef", "Number",
     ]  # fmt: skip
 

@@ -65,7 +65,7 @@ def value(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # a case for each k
             return at.constants[name]
         case m.FileRef(name=name):
             return at.files[name]
-        case m.Bound(name=name):
+        case m.BoundVariable(name=name):
             return at.bound[name]
         case m.LetRef(name=name):
             if name not in at.known:

@@ -46,7 +46,7 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
 def _leaves(expr: m.Expr, lets: Mapping[str, m.Expr], seen: set[str]) -> Iterator[m.Expr]:
     match expr:
         case m.Call():
-            if not any(isinstance(node, m.Bound) for node in m.walk(expr)):
+            if not any(isinstance(node, m.BoundVariable) for node in m.walk(expr)):
                 yield expr
         case m.LetRef(name=name) if name in lets:
             if name not in seen:

@@ -51,7 +51,7 @@ def _in_node(expr: m.Expr, text: str, variables: dict[str, int]) -> Iterator[Men
     match expr:
         case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() if plain:
             yield Mention(plain, expr.name, start, end, expr.type)
-        case m.Bound() if expr.name in variables:
+        case m.BoundVariable() if expr.name in variables:
             declared = f"{expr.name}@{variables[expr.name]}"
             yield Mention(("variable",), declared, start, end, expr.type)
         case m.Member(type=Enum() as enum):
