@@ -23,10 +23,10 @@ from specc.model.types import (
 )
 from specc.resolve.context import Meaning
 from specc.schema.keys import SymbolKind
-from specc.schema.places import split
+from specc.schema.places import keys_at, split
 from specc.source import Node, Place, Route
 from specc.tools.lsp.index import Index
-from specc.tools.lsp.symbols import Symbol, node_at, values
+from specc.tools.lsp.symbols import Symbol, node_at
 
 # What a hover says of a symbol and of a part of an expression; the text is Markdown.
 
@@ -215,25 +215,19 @@ def code_at(text: str, offset: int) -> tuple[str, int, int] | None:
     return None
 
 
-def cause_at(index: Index, path: str, offset: int) -> tuple[str, int, int] | None:
-    """What ends the behaviour of the state of a row by the cause at an offset."""
-    source = index.sources.get(path)
-    top = source.spans if source else None
-    for route, _, node in values(top) if top else ():
-        if node.start <= offset <= node.end and node.scalar in ("terminal", "error"):
-            words = _ending(top, route, node.scalar)
-            if words:
-                return words, node.start, node.end
-    return None
+def describe_key(route: Route) -> str:
+    """What the schema says of a key; empty if it says nothing."""
+    words = keys_at(route[:-1]).get(str(route[-1]), "")
+    return f"**{route[-1]}**: {words}" if words else ""
 
 
-def _ending(top: Node | None, route: Route, cause: str) -> str:
+def describe_cause(index: Index, path: str, route: Route, node: Node) -> str:
+    """What ends the behaviour of the state of a row by a cause; empty if the value is no cause."""
     owner, rest = split(route)
-    if len(rest) != 3 or rest[0] != "transitions" or rest[2] not in (1, "cause") or top is None:
+    cause, subsystem = node.scalar, node_at(index.sources.get(path), owner)
+    is_cause = len(rest) == 3 and rest[0] == "transitions" and rest[2] in (1, "cause")
+    if not is_cause or cause not in ("terminal", "error") or subsystem is None:
         return ""
-    subsystem = top
-    for step in owner:
-        subsystem = subsystem.values[step]
     row = subsystem.values["transitions"].values[rest[1]]
     state = row.values.get("from") or row.values.get(0)
     states, behaviours = subsystem.values.get("states"), subsystem.values.get("behaviours")

@@ -13,9 +13,9 @@ from specc.frozen import frozen
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Meaning
-from specc.source import Place, Route, SourceFile, Sources
+from specc.source import Node, Place, Route, SourceFile, Sources
 from specc.tools.lsp.references import Links, Reference, links_of, references_of
-from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at
+from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at, values
 
 _DEVICES = {"virtual_effectors": "real_effectors", "virtual_receptors": "real_receptors"}
 
@@ -102,6 +102,16 @@ class Index:
             start, end = source.offsets(meaning.where.place)
             if start <= offset <= end and meaning.expr is not None:
                 return meaning, _smallest(self, meaning, meaning.expr, offset)
+        return None
+
+    def value_at(self, path: str, offset: int) -> tuple[Route, Node, bool] | None:
+        """The key or the text at a place: its route, where it stands, and whether it is the key."""
+        source = self.sources.get(path)
+        for route, key, node in values(source.spans) if source and source.spans else ():
+            if key is not None and key.start <= offset <= key.end:
+                return route, key, True
+            if node.scalar is not None and node.start <= offset <= node.end:
+                return route, node, False
         return None
 
     @cached_property

@@ -7,12 +7,12 @@ from fractions import Fraction
 
 from specc.source import Sources
 from specc.tools.importers.carried import Imported, Notes, document, read_markup
-from specc.tools.importers.fabric.period import period_of
 from specc.tools.importers.fabric.reader import Definition, read_definition
 from specc.tools.importers.fabric.subsystem import Subsystem
 from specc.tools.importers.fabric.wiring import End, Ends, Library, Wiring, connect
 from specc.tools.importers.writing import PEERS, Data, SpecNames, rate
 
+DEFAULT_PERIOD_S = Fraction(1, 1000)
 _WAITING = "a subsystem of specc steps every period, whether or not data has come"
 _TIME = "whether time is simulated or real is decided by `specc run`"
 _REASONS = {
@@ -80,7 +80,7 @@ def _text(
         names.of(definition.name)
     agents: dict[str, Data] = {}
     for definition in definitions:
-        own = rate(period_of(definition, period, notes))
+        own = rate(_period(definition, period, notes))
         ends = Ends(definition, names, library, wiring, own)
         agents |= Subsystem(definition, own, ends, library, notes).agents()
         _assumed(definition, notes)
@@ -104,3 +104,23 @@ def _assumed(definition: Definition, notes: Notes) -> None:
     if any(b.is_input for b in definition.buffers):
         message = "an input buffer keeps its last message, and holds an empty one before the first"
         notes.changed(message, place)
+
+
+def _period(definition: Definition, given: Fraction | None, notes: Notes) -> Fraction:
+    """The period of a subsystem: the given one, or the shortest of those of its states."""
+    if given is not None:
+        return given
+    periods = [s.period_s for s in definition.states if s.period_s]
+    periods += [definition.period_s] if definition.period_s else []
+    if not periods:
+        text = f"{float(DEFAULT_PERIOD_S * 1000):g} ms"
+        message = f"`{definition.name}` has no period; {text} is assumed"
+        notes.changed(message, definition.root.place, "give one with `--period`")
+        return DEFAULT_PERIOD_S
+    shortest = min(periods)
+    waiting = [s for s in definition.states if not s.period_s and not definition.period_s]
+    slower = [s for s in definition.states if s.period_s and s.period_s != shortest]
+    for state in slower or waiting:
+        message = f"the period is {float(shortest * 1000):g} ms in all states"
+        notes.changed(f"{message}; state `{state.name}` has another one", state.element.place)
+    return shortest
