@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 
 import specc.checks
-import specc.emit.render
+import specc.emit
 import specc.lower
 import specc.resolve.loader
 from bench.harness.building import FLAGSHIP
@@ -31,8 +31,8 @@ PHASES: Places = {
     "resolve": ((pipeline, "resolve"),),
     "check": ((specc.checks, "run_checks"),),
     "lower": ((specc.lower, "lower"),),
-    "fill templates": ((specc.emit.render, "filled"),),
-    "format": ((specc.emit.render, "formatted"),),
+    "fill templates": ((specc.emit, "filled"),),
+    "format": ((specc.emit, "formatted"),),
 }
 WHOLE = "all"
 BARE, PYDANTIC = "python -c pass", "import pydantic"

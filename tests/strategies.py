@@ -14,8 +14,16 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from specc.lang import Environment, Scope, TypeNames, members_of, parse_signature, parse_type
-from specc.lang.evaluate import compose, pose, translation
+from specc.lang import (
+    Environment,
+    Scope,
+    TypeNames,
+    members_of,
+    of_types,
+    parse_signature,
+    parse_type,
+)
+from specc.lang.values import compose, pose, translation
 from specc.model import expr as m
 from specc.model.system import Operator
 from specc.model.trace import Trace
@@ -104,12 +112,12 @@ SIGNATURES = {
     "lift": "(X_EO: pose[E, O]) -> pose[E, O]",
 }
 SCOPE = Scope(
-    memory=MEMORY,
-    lets=LETS,
-    constants=CONSTANTS,
+    memory=of_types(MEMORY),
+    lets=of_types(LETS),
+    constants=of_types(CONSTANTS),
     enums=members_of([MODE, FINGERS]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
-    inputs=INPUTS,
+    inputs=of_types(INPUTS),
     allow_clock=True,
 )
 TYPES: tuple[Type, ...] = tuple(

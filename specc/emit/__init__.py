@@ -1,6 +1,96 @@
-"""Plan to files: templates, then the formatter. The only door to jinja2."""
+"""Plans to files: the templates are filled, then ruff formats all files at once.
 
-from specc.emit.format import FormatError
-from specc.emit.render import emit, filled
+See docs/decisions/0003-formatter.md. The only door to jinja2.
+"""
 
-__all__ = ["FormatError", "emit", "filled"]
+from __future__ import annotations
+
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Mapping
+from pathlib import Path
+from shutil import rmtree, which
+from tempfile import mkdtemp
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from specc.lower import FilePlan
+from specc.resources import templates_dir
+
+
+def emit(plans: Mapping[str, FilePlan]) -> dict[str, str]:
+    """Text of every generated file, by its path in the package of the system.
+
+    Raises:
+        FormatError: the formatter is missing or refuses a file.
+    """
+    return formatted(filled(plans))
+
+
+def filled(plans: Mapping[str, FilePlan]) -> dict[str, str]:
+    """The templates filled in: valid Python, but neither sorted nor formatted."""
+    environment = Environment(
+        loader=FileSystemLoader(templates_dir()),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # the output is Python; lowering has spelled every text
+    )
+    return {
+        path: environment.get_template(plan.template).render(plan.parts)
+        for path, plan in plans.items()
+    }
+
+
+# Formatting of generated code.
+
+
+OPTIONS = ("--isolated", "--no-cache", "--quiet", "--target-version", "py311")
+SORT_IMPORTS = ("check", *OPTIONS, "--line-length", "100", "--select", "I", "--fix")
+FORMAT = ("format", *OPTIONS, "--line-length", "100")
+
+
+class FormatError(Exception):
+    """Generated code could not be formatted; `kept` is the directory where it can be looked at."""
+
+    def __init__(self, message: str, kept: Path | None = None) -> None:
+        super().__init__(f"{message}\nthe generated code is kept in {kept}" if kept else message)
+        self.kept = kept
+
+
+def formatted(files: Mapping[str, str]) -> dict[str, str]:
+    """The files (relative path -> Python text) with sorted imports, formatted.
+
+    Raises:
+        FormatError: ruff is missing, or a text is not Python.
+    """
+    ruff = find_ruff()
+    directory = Path(mkdtemp(prefix="specc-"))
+    for path, text in files.items():
+        file = directory / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    for arguments in (SORT_IMPORTS, FORMAT):
+        run = subprocess.run(  # a fixed program with fixed arguments
+            [ruff, *arguments, "."], cwd=directory, capture_output=True, text=True, check=False
+        )
+        if run.returncode:
+            raise FormatError(f"ruff refuses generated code: {run.stderr.strip()}", directory)
+    done = {path: (directory / path).read_text(encoding="utf-8") for path in files}
+    rmtree(directory)
+    return done
+
+
+def find_ruff() -> str:
+    """The program `ruff` of this environment, else the first one on the search path.
+
+    Raises:
+        FormatError: there is none.
+    """
+    beside = Path(sysconfig.get_path("scripts")) / "ruff"
+    for candidate in (str(beside), str(Path(sys.executable).parent / "ruff"), "ruff"):
+        if found := which(candidate):
+            return found
+    raise FormatError("ruff is missing, which formats generated code: pip install ruff")

@@ -4,14 +4,15 @@
 Types and operator signatures are read here too. Nothing here executes what a file contains.
 """
 
+from specc.lang.builtins import RESERVED
 from specc.lang.errors import (
     FOR_WANT_OF_CONTEXT,
-    RESERVED,
     Declared,
     ExprError,
     ExprErrors,
     Scope,
     members_of,
+    of_types,
     or_else,
 )
 from specc.lang.evaluate import Environment, evaluate
@@ -36,6 +37,7 @@ __all__ = [
     "evaluate",
     "expression",
     "members_of",
+    "of_types",
     "or_else",
     "parse",
     "parse_signature",

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
+from functools import partial
 from typing import TypeVar
 
 from specc.frozen import frozen
-from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, origins
-from specc.lang.mismatch import fits, way_out
+from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, one_of, origins
+from specc.lang.mismatch import fits, scalar_unit, way_out
 from specc.lang.parse import span
-from specc.model.expr import Expr, Items, Nothing, Sure, Unknown
-from specc.model.types import Bool, ListOf, OptionalOf, PartialOf, Type
+from specc.model.expr import Expr, Items, Nothing, Number, Sure, TextLiteral, Unknown
+from specc.model.types import Bool, Enum, ListOf, OptionalOf, PartialOf, Pose, Real, Spatial, Type
 
 # What may not be there, optional values and items of lists, where there has to be one.
 
@@ -59,6 +60,8 @@ class Context:
     scope: Scope
     text: str
     rules: Mapping[type[ast.expr], Rule]
+    reserved: Collection[str]
+    """Names of the language."""
     errors: list[ExprError] = field(default_factory=list)
     """What was found wrong where the typing could go on."""
 
@@ -146,3 +149,103 @@ class Context:
     ) -> ExprError:
         """An error about a node, to be raised."""
         return ExprError(message, *span(node), help, code)
+
+
+# Expressions that share a type: a literal takes it from a side that has one of its own.
+
+
+Side = tuple[ast.expr, Expr]
+"""An expression as it is written and as it is typed."""
+
+_FRAMELESS = frozenset({"identity", "pose", "translation"})
+
+
+def infer_alike(
+    ctx: Context, nodes: Sequence[ast.expr], hint: Type | None = None, *, optional: bool = False
+) -> list[Expr]:
+    """The typed expressions. Those without a type of their own take that of the nearest other.
+
+    They have to have a value unless they may be `optional`.
+    """
+    infer = ctx.infer_any if optional else ctx.infer
+    typed = [i for i, node in enumerate(nodes) if not needs_context(node, ctx.scope)]
+    if not typed:
+        return ctx.each(*(partial(infer, node, hint) for node in nodes))
+    own = ctx.each(*(partial(infer, nodes[i], hint) for i in typed))
+    found = dict(zip(typed, own, strict=True))
+    _choose_members(ctx, nodes, found)
+
+    allowed = hint.value if isinstance(hint, OptionalOf) else hint
+
+    def nearest_type(place: int) -> Type:
+        if isinstance(allowed, PartialOf):
+            return allowed
+        return found[min(typed, key=lambda i: abs(i - place))].type
+
+    rest = [i for i in range(len(nodes)) if i not in found]
+    jobs = [partial(ctx.infer, nodes[i], nearest_type(i)) for i in rest]
+    found |= zip(rest, ctx.each(*jobs), strict=True)
+    return [found[i] for i in range(len(nodes))]
+
+
+def _choose_members(ctx: Context, nodes: Sequence[ast.expr], found: dict[int, Expr]) -> None:
+    """A name that is a value and a member too is the member beside a value of that enum."""
+    for place in found:
+        node = nodes[place]
+        if not isinstance(node, ast.Name) or node.id not in ctx.scope.enums:
+            continue
+        beside = [expr.type for other, expr in found.items() if other != place]
+        enums = [t for t in beside if isinstance(t, Enum) and node.id in t.members]
+        if enums:
+            found[place] = ctx.infer(node, enums[0])
+
+
+def needs_context(node: ast.expr, scope: Scope) -> bool:
+    """Whether the type of an expression depends on where it stands."""
+    match node:
+        case ast.Constant(value=value):
+            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            return value is None or is_number
+        case ast.Name(id=name):
+            return name == "_" or (name in scope.enums and scope.value(name) is None)
+        case ast.List():
+            return True
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return needs_context(operand, scope)
+        case ast.IfExp(body=body, orelse=orelse):
+            return needs_context(body, scope) and needs_context(orelse, scope)
+        case ast.BinOp(op=ast.Add() | ast.Sub(), left=left, right=right):
+            return needs_context(left, scope) and needs_context(right, scope)
+        case ast.Call(func=ast.Name(id=name)):
+            return name in _FRAMELESS
+    return False
+
+
+def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
+    """The error of two expressions that are not of one kind."""
+    sides = [f"`{ctx.quote(node)}` is `{expr.type}`" for node, expr in (left, right)]
+    a, b = left[1].type, right[1].type
+    help, code = "", "E0313"
+    if scalar_unit(a) is not None and scalar_unit(b) is not None:
+        code = "E0311"
+        help = _unit_help(ctx, left, b) or _unit_help(ctx, right, a)
+    elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
+        code, help = "E0312", "express both in the same frames first"
+    else:
+        help = _member_help(left[1], b) or _member_help(right[1], a)
+    start, end = span(left[0])[0], span(right[0])[1]
+    error = ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
+    return error.because(ctx.origins(left[1], right[1]))
+
+
+def _member_help(side: Expr, other: Type) -> str:
+    if isinstance(side, TextLiteral) and isinstance(other, Enum):
+        return f"members are written without quotes: {one_of(other.members)}"
+    return ""
+
+
+def _unit_help(ctx: Context, side: Side, other: Type) -> str:
+    plain = Real().unit
+    if isinstance(side[1], Number) and scalar_unit(side[1].type) == plain != scalar_unit(other):
+        return f"a number carries its unit: `{ctx.quote(side[0])}[{scalar_unit(other)}]`"
+    return ""

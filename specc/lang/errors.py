@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 from specc.diagnostics.nearest import is_slip, surely_meant
 from specc.frozen import frozen
@@ -30,81 +31,75 @@ from specc.source import Place
 
 
 CLOCK_NAMES = ("elapsed", "entered", "period")
-BUILTIN_NAMES = (
-    "abs", "all", "any", "argmax", "argmin", "fresh", "identity", "inverse", "len", "max", "min",
-    "near", "norm", "pose", "position", "present", "sqrt", "translation",
-)  # fmt: skip
-RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES})
-"""Names of the language; a specification gives them to nothing of its own."""
+
+
+Name = TypeVar("Name")
 
 
 @frozen
 class Declared:
-    """Where a name is declared, and what it stands for if it is a `let` or a constant."""
+    """The type of a name, where it is declared, and its value if it is a let or a constant."""
 
-    place: Place
+    type: Type
+    place: Place | None = None
     value: Expr | None = None
+
+
+def of_types(types: Mapping[Name, Type]) -> dict[Name, Declared]:
+    """Names of which nothing is known but their types."""
+    return {name: Declared(type) for name, type in types.items()}
 
 
 @dataclass(frozen=True)
 class Scope:
     """The names that an expression may use. A name is looked up in the order of the fields."""
 
-    bound: Mapping[str, Type] = field(default_factory=dict)
+    bound: Mapping[str, Declared] = field(default_factory=dict)
     """Variables of the quantifiers around the expression."""
-    memory: Mapping[str, Type] = field(default_factory=dict)
-    lets: Mapping[str, Type] = field(default_factory=dict)
-    constants: Mapping[str, Type] = field(default_factory=dict)
+    memory: Mapping[str, Declared] = field(default_factory=dict)
+    lets: Mapping[str, Declared] = field(default_factory=dict)
+    constants: Mapping[str, Declared] = field(default_factory=dict)
     files: Collection[str] = ()
     enums: Mapping[str, tuple[Enum, ...]] = field(default_factory=dict)
     """Member -> the enums that have it; the expected type chooses among several."""
     operators: Mapping[str, Operator] = field(default_factory=dict)
-    inputs: Mapping[tuple[str, str], Type] = field(default_factory=dict)
-    """Peer and element -> type, for `x.peer.element`."""
-    peers: Collection[str] = ()
-    """Peers in x whose buffer has no elements; the others follow from `inputs`."""
-    declared: Mapping[str, Declared] = field(default_factory=dict)
-    """Declarations of memory, lets, constants and inputs, these as `x.peer.element`."""
+    inputs: Mapping[tuple[str, str], Declared] = field(default_factory=dict)
+    """By peer and element, for `x.peer.element`."""
     later: Collection[str] = ()
     """Memory and lets, which have no value yet where the expression is evaluated."""
-    allow_inputs: bool = True
-    allow_memory: bool = True
-    """Memory and lets, which may depend on memory."""
     allow_clock: bool = False
 
     def binding(self, name: str, type: Type) -> Scope:
         """The scope inside a quantifier over `name`."""
-        return replace(self, bound={**self.bound, name: type})
+        return replace(self, bound={**self.bound, name: Declared(type)})
 
     def value(self, name: str) -> tuple[str, Type] | None:
         """Kind and type of a named value, or None: the name may still be a member or a file."""
         for kind in ("bound", "memory", "lets", "constants"):
-            found: Type | None = getattr(self, kind).get(name)
+            found: Declared | None = getattr(self, kind).get(name)
             if found is not None:
-                return kind, found
+                return kind, found.type
         return None
 
     def values(self) -> Iterator[tuple[str, Type]]:
         """Every named value with its type."""
-        if self.allow_memory:
-            yield from self.memory.items()
-            yield from self.lets.items()
-        yield from self.constants.items()
+        for names in (self.memory, self.lets, self.constants):
+            yield from ((name, declared.type) for name, declared in names.items())
 
-    def elements(self, peer: str) -> dict[str, Type]:
+    def elements(self, peer: str) -> list[str]:
         """The elements of the input buffer that is connected to a peer."""
-        return {element: type for (p, element), type in self.inputs.items() if p == peer}
+        return [element for p, element in self.inputs if p == peer]
 
     @cached_property
     def known_peers(self) -> list[str]:
         """Peers with an input buffer, in order."""
-        return list(dict.fromkeys([*(peer for peer, _ in self.inputs), *self.peers]))
+        return list(dict.fromkeys(peer for peer, _ in self.inputs))
 
     def names(self) -> list[str]:
         """Every plain name that stands for something here."""
-        values = [*self.memory, *self.lets] if self.allow_memory else []
         clock = CLOCK_NAMES if self.allow_clock else ()
-        return [*self.bound, *values, *self.constants, *self.files, *self.enums, *clock]
+        values = [*self.bound, *self.memory, *self.lets, *self.constants]
+        return [*values, *self.files, *self.enums, *clock]
 
 
 def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:
@@ -131,11 +126,14 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
     """The declarations from which the type of `expr` follows, from left to right."""
     match expr:
         case MemoryRef(name=name):
-            yield from _declared(name, expr, scope)
+            yield from _origin(scope.memory.get(name), f"`{name}` is declared as `{expr.type}`")
         case Input(peer=peer, element=element):
-            yield from _declared(f"x.{peer}.{element}", expr, scope)
-        case LetRef(name=name) | ConstantRef(name=name):
-            yield from _named(name, expr, scope)
+            words = f"`x.{peer}.{element}` is declared as `{expr.type}`"
+            yield from _origin(scope.inputs.get((peer, element)), words)
+        case LetRef(name=name):
+            yield from _origin(scope.lets.get(name), f"`{name}` is `{expr.type}`")
+        case ConstantRef(name=name):
+            yield from _origin(scope.constants.get(name), f"`{name}` is `{expr.type}`")
         case Call(operator=name) if name in scope.operators:
             yield Origin(scope.operators[name].place, f"`{name}` returns `{expr.type}`")
         case Binary(left=left, right=right):
@@ -147,20 +145,13 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
             yield from origins(value, scope)
 
 
-def _declared(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
-    if name in scope.declared:
-        yield Origin(scope.declared[name].place, f"`{name}` is declared as `{expr.type}`")
-
-
-def _named(name: str, expr: Expr, scope: Scope) -> Iterator[Origin]:
-    """A name takes its type from what it stands for, or from a parameter's declaration."""
-    if name not in scope.declared:
+def _origin(declared: Declared | None, words: str) -> Iterator[Origin]:
+    """The declaration, if it is known; a let or constant has its type from an operator, if any."""
+    if declared is None or declared.place is None:
         return
-    declaration = scope.declared[name]
-    because = ""
-    if isinstance(declaration.value, Call):
-        because = f" because `{declaration.value.operator}` returns it"
-    yield Origin(declaration.place, f"`{name}` is `{expr.type}`{because}")
+    if isinstance(declared.value, Call):
+        words += f" because `{declared.value.operator}` returns it"
+    yield Origin(declared.place, words)
 
 
 # What is wrong with an expression, as exceptions that carry the data of a diagnostic.

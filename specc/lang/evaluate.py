@@ -1,4 +1,8 @@
-"""Values of expressions over given inputs: the arithmetic of a run."""
+"""What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
+
+Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
+rows, a list a tuple, a member of an enum its name, a missing component NaN.
+"""
 
 from __future__ import annotations
 
@@ -8,113 +12,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+from specc.lang.builtins import FUNCTIONS
+from specc.lang.values import compose
 from specc.model import expr as m
 from specc.model.types import ListOf, Real, Spatial, Vector
-
-# What the functions of the language compute, on plain Python values.
-
-
-Row = tuple[float, float, float, float]
-PoseRows = tuple[Row, Row, Row, Row]
-"""Rows of the homogeneous transform X_AB."""
-Floats = tuple[float, ...]
-
-
-def compose(X_AB: PoseRows, X_BC: PoseRows) -> PoseRows:
-    """X_AC, the product of two homogeneous transforms."""
-    a, b, c, d = (_combination(row, X_BC) for row in X_AB)
-    return a, b, c, d
-
-
-def _combination(row: Row, rows: PoseRows) -> Row:
-    w, x, y, z = (sum(row[k] * rows[k][j] for k in range(4)) for j in range(4))
-    return w, x, y, z
-
-
-def inverse(X_AB: PoseRows) -> PoseRows:
-    """X_BA: the rotation transposed, the origin carried over."""
-    p = position(X_AB)
-    columns = [tuple(X_AB[i][j] for i in range(3)) for j in range(3)]
-    rows = [(*c, -sum(a * b for a, b in zip(c, p, strict=True))) for c in columns]
-    return _rows(*rows)
-
-
-def position(X_AB: PoseRows) -> Floats:
-    """Origin of B in the axes of A, metres."""
-    return tuple(X_AB[i][3] for i in range(3))
-
-
-def translation(x_m: float, y_m: float, z_m: float) -> PoseRows:
-    """X_AB with the axes of A and the origin of B at (x, y, z) in A."""
-    return (
-        (1.0, 0.0, 0.0, x_m),
-        (0.0, 1.0, 0.0, y_m),
-        (0.0, 0.0, 1.0, z_m),
-        (0.0, 0.0, 0.0, 1.0),
-    )
-
-
-def pose(p_m: Floats, quaternion_xyzw: Floats) -> PoseRows:
-    """X_AB from the origin of B in A and a quaternion, normalised here.
-
-    Raises:
-        ValueError: the quaternion is zero or not finite.
-    """
-    length = math.hypot(*quaternion_xyzw)
-    if not 0.0 < length < math.inf:
-        raise ValueError(f"quaternion {quaternion_xyzw} has no direction")
-    x, y, z, w = (component / length for component in quaternion_xyzw)
-    return _rows(
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), p_m[0]),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), p_m[1]),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), p_m[2]),
-    )
-
-
-def near(a: Any, b: Any, tolerance: float, rotation_rad: float | None = None) -> bool:
-    """Numbers and vectors by their largest component, poses by distance and angle."""
-    if rotation_rad is not None:
-        return math.dist(position(a), position(b)) <= tolerance and angle(a, b) <= rotation_rad
-    if isinstance(a, tuple):
-        return all(abs(p - q) <= tolerance for p, q in zip(a, b, strict=True))
-    return bool(abs(a - b) <= tolerance)
-
-
-def angle(X: PoseRows, Y: PoseRows) -> float:
-    """Angle of the rotation between two orientations, radians; eq. |R_X - R_Y|^2 = 8 sin^2(a/2)."""
-    chord = math.dist(
-        [X[i][j] for i in range(3) for j in range(3)], [Y[i][j] for i in range(3) for j in range(3)]
-    )
-    return 2.0 * math.asin(min(chord / math.sqrt(8.0), 1.0))
-
-
-def _rows(*rows: Any) -> PoseRows:
-    a, b, c = rows
-    return a, b, c, (0.0, 0.0, 0.0, 1.0)
-
-
-FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "near": near,
-    "inverse": inverse,
-    "position": position,
-    "translation": translation,
-    "identity": lambda: translation(0.0, 0.0, 0.0),
-    "pose": pose,
-    "norm": lambda v: math.hypot(*v),
-    "len": len,
-    "abs": abs,
-    "float": float,  # nobody writes it: what an integer in the place of a real becomes
-    "sqrt": math.sqrt,
-    "min": min,
-    "max": max,
-}
-
-
-# What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
-#
-# Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
-# rows, a list a tuple, a member of an enum its name, a missing component NaN.
-
 
 Value = Any
 
@@ -270,7 +171,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,
     m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
-    m.Builtin: lambda e, env: FUNCTIONS[e.name](*_placed(e, _arguments(e.args, env))),
+    m.Builtin: lambda e, env: FUNCTIONS[e.name].value(*_placed(e, _arguments(e.args, env))),
     m.Unary: _unary,
     m.Binary: _binary,
     m.Compare: lambda e, env: _COMPARISONS[e.op](evaluate(e.left, env), evaluate(e.right, env)),

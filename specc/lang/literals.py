@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from specc.diagnostics.nearest import nearest, surely_meant
-from specc.lang.alike import needs_context
-from specc.lang.context import Context
+from specc.lang.context import Context, needs_context
 from specc.lang.errors import ExprError, one_of
 from specc.lang.parse import span
 from specc.model.expr import Expr, Items, Nothing, Number, TextLiteral, Truth, Unused

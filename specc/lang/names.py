@@ -63,19 +63,14 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
     if node.id in ctx.scope.files and (value is None or isinstance(hint, File)):
         return FileRef(node.id, type=File(), span=span(node))
     if value:
-        return _value(ctx, node, *value)
+        kind, type = value
+        return _NODES[kind](node.id, type=type, span=span(node))
     if node.id in ctx.scope.enums:
         return _member(ctx, node)
     if node.id in CLOCK_NAMES and ctx.scope.allow_clock:
         which = cast(Literal["elapsed", "entered", "period"], node.id)
         return Clock(which, type=_CLOCK[which], span=span(node))
     raise _unknown(ctx, node, hint)
-
-
-def _value(ctx: Context, node: ast.Name, kind: str, type: Type) -> Expr:
-    if kind in ("memory", "lets") and not ctx.scope.allow_memory:
-        raise _too_early(ctx, node)
-    return _NODES[kind](node.id, type=type, span=span(node))
 
 
 def _too_early(ctx: Context, node: ast.Name) -> ExprError:
@@ -137,7 +132,7 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
 
 def _way_to_declare(scope: Scope, hint: Type | None) -> str:
     """Lets depend on memory, so that nothing names one where memory has no value yet."""
-    lets = scope.allow_memory and (scope.allow_clock or scope.known_peers)
+    lets = scope.allow_clock or scope.known_peers
     match hint:
         case File():
             return "declare it under `files:`"
@@ -220,18 +215,18 @@ def input_element(ctx: Context, node: ast.expr) -> Input:
             message = f"`{ctx.quote(node)}` is not an element of an input buffer"
             raise ctx.error(node, message, "it is spelt `x.peer.element`", "E0203")
     scope = ctx.scope
-    if not scope.allow_inputs or not scope.known_peers:
+    if not scope.known_peers:
         message = f"`{ctx.quote(node)}` has no value here: there are no inputs"
         raise ctx.error(node, message, "refer to constants and operators only", "E0230")
-    type = scope.inputs.get((peer, element))
-    if type is not None:
-        return Input(peer, element, type=type, span=span(node))
+    declared = scope.inputs.get((peer, element))
+    if declared is not None:
+        return Input(peer, element, type=declared.type, span=span(node))
     if peer not in scope.known_peers:
         known = scope.known_peers
         error = _unknown_part(node.value, "there is no input buffer of ", peer, known, "E0204")
         way = f"declare it under `x:` here and under `y:` at its other end, `{peer}`"
         raise error.not_there(f"`x.{peer}` is not there yet", way, peer, known)
-    known = list(scope.elements(peer))
+    known = scope.elements(peer)
     error = _unknown_part(node, f"input buffer `x.{peer}` has no ", element, known, "E0203")
     way = f"declare it under `x: {peer}:` here and under `y:` of what sends it, `{peer}`"
     raise error.not_there(f"`x.{peer}.{element}` is not there yet", way, element, known)

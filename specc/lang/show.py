@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from specc.lang.builtins import FUNCTIONS
 from specc.model import expr as m
 from specc.model.types import SPATIAL_COMPONENTS, Enum, Int, Real, Spatial
 from specc.model.units import DIMENSIONLESS
@@ -20,7 +21,7 @@ def show(expr: m.Expr) -> str:
 
 def _print(expr: m.Expr) -> tuple[str, int]:
     """Text, and how tightly its outermost operator binds."""
-    if isinstance(expr, m.Builtin) and expr.name == "float":
+    if isinstance(expr, m.Builtin) and FUNCTIONS[expr.name].rule is None:
         return _print(expr.args[0])  # nobody wrote it
     printer = _PRINTERS.get(type(expr))
     return (_ATOMS[type(expr)](expr), _ATOM) if printer is None else printer(expr)

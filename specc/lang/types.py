@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from specc.diagnostics.nearest import nearest
 from specc.frozen import frozen
-from specc.lang.errors import RESERVED, ExprError, one_of
+from specc.lang.builtins import RESERVED
+from specc.lang.errors import ExprError, one_of
 from specc.lang.literals import unit_error
 from specc.lang.mismatch import frames_of
 from specc.lang.parse import LONGEST, parse_syntax, span

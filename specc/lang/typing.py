@@ -1,16 +1,167 @@
-"""Syntax to typed expressions: the rule for every kind of syntax, and the way in."""
+"""Syntax to typed expressions: the rule for every kind of syntax, calls of operators among them."""
 
 from __future__ import annotations
 
 import ast
 from typing import Any
 
-from specc.lang import arithmetic, calls, literals, logic, names
-from specc.lang.context import Context
-from specc.lang.errors import ExprErrors, Scope
-from specc.lang.parse import parse
-from specc.model.expr import Expr
+from specc.diagnostics.nearest import nearest
+from specc.lang import functions, literals, names, operations
+from specc.lang.builtins import BUILTIN_NAMES, FUNCTIONS, RESERVED
+from specc.lang.context import Context, needs_context, served
+from specc.lang.errors import (
+    FOR_WANT_OF_CONTEXT,
+    ExprError,
+    ExprErrors,
+    Origin,
+    Scope,
+    one_of,
+)
+from specc.lang.mismatch import (
+    Bindings,
+    fits,
+    frames_of,
+    has_variables,
+    substitute,
+    unify,
+    way_out,
+)
+from specc.lang.parse import parse, span
+from specc.model.expr import Call, Expr, Unknown
+from specc.model.system import Operator
 from specc.model.types import Type
+
+# Typing rules of calls: operators, whose frame variables are bound by their arguments.
+
+
+def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """An operator or a function of the language, applied to arguments by position."""
+    if not isinstance(node.func, ast.Name):
+        message = f"`{ctx.quote(node.func)}` cannot be called"
+        raise ctx.error(node.func, message, "operators have plain names", "E0302")
+    if node.keywords:
+        message = "arguments are given by position"
+        raise ctx.error(node.keywords[0], message, "leave the name out", "E0302")
+    name = node.func.id
+    function = FUNCTIONS.get(name)
+    if function and function.rule:
+        return function.rule(ctx, node, hint)
+    operator = ctx.scope.operators.get(name)
+    if operator is None:
+        raise _unknown(ctx, node.func)
+    return _Application(ctx, node, operator, hint).typed()
+
+
+def _unknown(ctx: Context, func: ast.Name) -> ExprError:
+    if ctx.scope.value(func.id):
+        message = f"`{func.id}` is not an operator"
+        return ctx.error(func, message, "a value is not called; leave the brackets out", "E0202")
+    close = nearest(func.id, [*ctx.scope.operators, *BUILTIN_NAMES])
+    help = f"did you mean {one_of(close)}?" if close else "declare it under `operators:`"
+    error = ctx.error(func, f"unknown operator `{func.id}`", help, "E0202").meant(func.id, close)
+    message = f"operator `{func.id}` is not there yet"
+    return error.not_there(message, "declare it under `operators:`", func.id, close)
+
+
+class _Application:
+    """One call of an operator. Arguments with a type of their own come first: they bind frames."""
+
+    def __init__(self, ctx: Context, node: ast.Call, operator: Operator, hint: Type | None) -> None:
+        self.ctx = ctx
+        self.node = node
+        self.operator = operator
+        self.hint = hint
+        self.bindings: Bindings = {}
+        self.misfits = False
+
+    def typed(self) -> Expr:
+        parameters, args = self.operator.parameters, self.node.args
+        if len(args) != len(parameters):
+            raise ExprErrors([self._wrong_number(), *self._inner_errors()])
+        order = sorted(range(len(args)), key=lambda i: needs_context(args[i], self.ctx.scope))
+        found: dict[int, Expr] = {}
+        errors: list[ExprError] = []
+        for index in order:
+            if errors and self._waits(args[index], parameters[index][1]):
+                continue
+            try:
+                found[index] = self._argument(args[index], *parameters[index])
+            except ExprErrors as failure:
+                errors += failure.errors
+        if errors:
+            return self._failed(found, ExprErrors(errors))
+        ordered = tuple(found[i] for i in range(len(args)))
+        result = substitute(self.operator.result, self.bindings)
+        return Call(self.operator.name, ordered, type=result, span=span(self.node))
+
+    def _failed(self, found: dict[int, Expr], failure: ExprErrors) -> Expr:
+        """A call of this operator was meant if each argument is wrong in itself, if at all."""
+        result = substitute(self.operator.result, self.bindings)
+        if self.misfits or has_variables(result):
+            raise failure
+        self.ctx.errors.extend(failure.errors)
+        wanted = [substitute(pattern, self.bindings) for _, pattern in self.operator.parameters]
+        unknown = (
+            Unknown(self.ctx.quote(n), type=t, span=span(n))
+            for n, t in zip(self.node.args, wanted, strict=True)
+        )
+        ordered = tuple(found.get(i, other) for i, other in enumerate(unknown))
+        return Call(self.operator.name, ordered, type=result, span=span(self.node))
+
+    def _inner_errors(self) -> list[ExprError]:
+        """What is wrong with arguments wherever they belong."""
+        found: list[ExprError] = []
+        for node in self.node.args:
+            try:
+                self.ctx.infer_any(node)
+            except ExprErrors as failure:
+                found += (e for e in failure.errors if e.code not in FOR_WANT_OF_CONTEXT)
+        return found
+
+    def _waits(self, node: ast.expr, pattern: Type) -> bool:
+        """Whether an argument has its frames from others; if those failed, it would fail too."""
+        open_frames = has_variables(substitute(pattern, self.bindings))
+        return open_frames and needs_context(node, self.ctx.scope)
+
+    def _argument(self, node: ast.expr, name: str, pattern: Type) -> Expr:
+        wanted = substitute(pattern, self.bindings)
+        if self.hint is not None and self._waits(node, pattern):
+            unify(self.operator.result, self.hint, self.bindings)
+            wanted = substitute(pattern, self.bindings)
+        expr = served(self._inferred(node, wanted), wanted)
+        if fits(expr.type, wanted) or unify(wanted, expr.type, self.bindings):
+            return expr
+        self.misfits = True
+        quoted = self.ctx.quote(node)
+        message = f"`{quoted}` is `{expr.type}`; `{self.operator.name}` takes `{name}: {wanted}`"
+        help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
+        taken = Origin(self.operator.place, f"`{self.operator.name}` takes `{name}: {pattern}`")
+        error = self.ctx.error(node, message, help, "E0315")
+        raise error.because([*self.ctx.origins(expr), taken])
+
+    def _inferred(self, node: ast.expr, wanted: Type) -> Expr:
+        hint = None if has_variables(wanted) else wanted
+        return self.ctx.whole(node, self.ctx.infer_any(node, hint), wanted)
+
+    def _bound_frames(self, pattern: Type) -> str:
+        bound = [f for f in dict.fromkeys(frames_of(pattern)) if f in self.bindings]
+        given = " and ".join(f"`{f[1:]}` is `{self.bindings[f]}`" for f in bound)
+        return f"by the other arguments {given}" if given else ""
+
+    def _wrong_number(self) -> ExprError:
+        name, parameters = self.operator.name, self.operator.parameters
+        usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
+        message = f"`{name}` takes {_count(len(parameters))}, not {len(self.node.args)}"
+        error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0314")
+        return error.because([Origin(self.operator.place, f"`{name}` is declared here")])
+
+
+def _count(number: int) -> str:
+    return {0: "no arguments", 1: "1 argument"}.get(number, f"{number} arguments")
+
+
+# The rule for every kind of syntax, and the way in.
+
 
 # A rule takes its own kind of node, which the key of the table guarantees.
 _RULES: dict[type[ast.expr], Any] = {
@@ -19,14 +170,14 @@ _RULES: dict[type[ast.expr], Any] = {
     ast.Name: names.name,
     ast.Attribute: names.attribute,
     ast.Subscript: names.subscript,
-    ast.BinOp: arithmetic.binary,
-    ast.UnaryOp: arithmetic.unary,
-    ast.BoolOp: logic.boolean,
-    ast.Compare: logic.comparison,
-    ast.IfExp: logic.choice,
-    ast.Set: logic.unexpected_set,
-    ast.Call: calls.call,
-    ast.GeneratorExp: logic.stray_generator,
+    ast.BinOp: operations.binary,
+    ast.UnaryOp: operations.unary,
+    ast.BoolOp: operations.boolean,
+    ast.Compare: operations.comparison,
+    ast.IfExp: operations.choice,
+    ast.Set: operations.unexpected_set,
+    ast.Call: call,
+    ast.GeneratorExp: functions.stray_generator,
 }
 
 
@@ -36,7 +187,7 @@ def check(tree: ast.expr, text: str, scope: Scope, expected: Type | None = None)
     Raises:
         ExprErrors: everything that is wrong; an error has no follow-up errors.
     """
-    ctx = Context(scope, text, _RULES)
+    ctx = Context(scope, text, _RULES, RESERVED)
     try:
         expr = ctx.expect(tree, expected)
     except ExprErrors as failure:

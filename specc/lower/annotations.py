@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 
-from specc.lower.names import OWN_NAMES, Imports, Names, identifier, literal
-from specc.lower.plan import NamedPlan
+from specc.lower.names import OWN_NAMES, Imports, NamedPlan, Namespace, identifier, literal
 from specc.model.system import System
 from specc.model.types import (
     Bool,
@@ -63,11 +62,11 @@ def _types(system: System) -> Iterator[Type]:
 VALUES = "specc_runtime.values"
 
 
-class TypeNames:
+class PythonTypes:
     """Names of the system's own types, the same in all its modules."""
 
     def __init__(self, types: tuple[tuple[str, Type], ...]) -> None:
-        names = Names(OWN_NAMES)
+        names = Namespace(OWN_NAMES)
         self.of: dict[Type, str] = {}
         self.declared: list[tuple[str, Type]] = []
         for name, type_ in types:
@@ -94,7 +93,7 @@ def plain(type_: Type) -> Type:
 class Annotations:
     """Annotations for one module; what they need is imported."""
 
-    def __init__(self, imports: Imports, names: TypeNames, own_module: str = ".types") -> None:
+    def __init__(self, imports: Imports, names: PythonTypes, own_module: str = ".types") -> None:
         self._imports = imports
         self._names = names
         self._own_module = own_module

@@ -8,9 +8,9 @@ from itertools import chain
 
 from specc.lower.flow import Activity, Check, Enter, Flow, Flows, Proofs, Row, Rows, surely
 from specc.lower.module import Module
-from specc.lower.names import docstring, literal, traced
-from specc.lower.plan import MethodPlan
-from specc.lower.terms import NONE, Term, Terms, TermTable, in_order
+from specc.lower.names import MethodPlan, docstring, literal, traced
+from specc.lower.table import TermTable
+from specc.lower.terms import NONE, Term, Terms, in_order
 from specc.lower.writer import Writer
 from specc.model.fsm import Condition
 from specc.model.system import Memory, Subsystem

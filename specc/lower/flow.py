@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from specc.lower.terms import NONE, Term, Terms, TermTable, in_order, unknown
+from specc.lower.table import TermTable
+from specc.lower.terms import NONE, Term, Terms, in_order, unknown
 from specc.model.expr import Choice, Logic, Quantifier, Truth
 from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Function, Transition
 from specc.model.system import Subsystem
@@ -272,11 +273,8 @@ def _conditions(behaviour: Behaviour) -> tuple[tuple[Cause, Condition], ...]:
 
 def _target_types(subsystem: Subsystem) -> dict[tuple[str, str], Type]:
     """The type of every output element and, with the peer "", of every memory element."""
-    types = {("", item.name): item.type for item in subsystem.memory}
-    for port in subsystem.ports:
-        if port.direction == "y":
-            types |= {(port.peer, element.name): element.type for element in port.elements}
-    return types
+    memory = {("", item.name): item.type for item in subsystem.memory}
+    return memory | {key: element.type for key, element in subsystem.outputs.items()}
 
 
 def _activity(

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from types import MappingProxyType
 
-from specc.lower.annotations import Annotations, Contracts, TypeNames
+from specc.lang.builtins import RUNTIME
+from specc.lower.annotations import Annotations, Contracts, PythonTypes
 from specc.lower.names import (
     OWN_ATTRIBUTES,
     OWN_NAMES,
+    ConstantPlan,
     Functions,
     Imports,
-    Names,
+    NamedPlan,
+    Namespace,
     identifier,
     joined,
     literal,
 )
-from specc.lower.plan import ConstantPlan, NamedPlan
 from specc.lower.terms import Term
 from specc.model import expr as e
-from specc.model.system import Constant, Device, Element, Subsystem, System
+from specc.model.system import Constant, Device, Subsystem, System
 from specc.reachable import grouped, reachable
 
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
@@ -58,9 +60,6 @@ def _is_zero(item: e.Expr) -> bool:
 # The names that one generated module uses: operators, constants, buffers, memory, clock.
 
 
-LANGUAGE = "specc_runtime.builtins"
-
-
 class Module:
     """Names for the module of one subsystem, with the constants and imports that are asked for."""
 
@@ -69,7 +68,12 @@ class Module:
     outputs: Mapping[tuple[str, str], str] = MappingProxyType({})
 
     def __init__(
-        self, system: System, part: Subsystem | Device, types: TypeNames, *, stand_ins: bool = False
+        self,
+        system: System,
+        part: Subsystem | Device,
+        types: PythonTypes,
+        *,
+        stand_ins: bool = False,
     ) -> None:
         self.imports = Imports()
         self.annotations = Annotations(self.imports, types)
@@ -79,9 +83,9 @@ class Module:
         self._declared: dict[str, Constant] = declared
         self.computed = computed(declared)
         self._operators = {operator.name: operator for operator in system.operators}
-        self._names = Names((*OWN_NAMES, *types.of.values()))
+        self._names = Namespace((*OWN_NAMES, *types.of.values()))
         self._aliases = {name: self._names.new(name) for name in self._operators}
-        self.attributes = methods = Names(OWN_ATTRIBUTES)
+        self.attributes = methods = Namespace(OWN_ATTRIBUTES)
         self._constant_names = {
             name: methods.new(name) if name in self.computed else self._names.new(name.upper())
             for name in declared
@@ -97,8 +101,8 @@ class Module:
         self.flags: set[tuple[str, str, str]] = set()
         if isinstance(part, Subsystem):
             self.rate_hz = part.rate_hz
-            self.inputs = buffer_names(part, "x")
-            self.outputs = buffer_names(part, "y")
+            self.inputs = buffer_names(part.inputs)
+            self.outputs = buffer_names(part.outputs)
             self.state_methods = {
                 s.name: f"_{methods.new(f'in_{s.name.lower()}')}" for s in part.states
             }
@@ -116,7 +120,7 @@ class Module:
             "uses_files": self.uses_files,
         }
 
-    def local_names(self) -> Names:
+    def local_names(self) -> Namespace:
         """Names for the inside of a method."""
         return self._names.inner()
 
@@ -147,8 +151,8 @@ class Module:
         return f"{self.imports.add('specc_runtime.contracts', 'operator')}({', '.join(parts)})"
 
     def builtin(self, name: str) -> str:
-        """A function of the language itself."""
-        return self.imports.add(LANGUAGE, name)
+        """A function that the runtime has for the language."""
+        return self.imports.add(RUNTIME, name)
 
     def file(self, name: str) -> str:
         """The path of a file of the specification."""
@@ -164,22 +168,14 @@ class Module:
         return self._constant_names[name]
 
 
-def buffer_names(subsystem: Subsystem, direction: str) -> dict[tuple[str, str], str]:
+def buffer_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
     """Attribute of every element of the input or output buffers, `<peer>_<element>`."""
-    pairs = [(peer, element.name) for peer, element in elements(subsystem, direction)]
     flags = {f"{kind}_{identifier('_'.join(p))}" for p in pairs for kind in ("fresh", "present")}
     return joined(pairs, flags)
 
 
 def memory_names(part: Subsystem | Device) -> dict[str, str]:
     """Attribute of every memory element; the memory of a device is what it reported last."""
-    names = Names()
+    names = Namespace()
     items = part.memory if isinstance(part, Subsystem) else part.y
     return {item.name: names.new(item.name) for item in items}
-
-
-def elements(subsystem: Subsystem, direction: str) -> Iterator[tuple[str, Element]]:
-    """Peer and element of every element of the input or output buffers, in order of the file."""
-    for port in subsystem.ports:
-        if port.direction == direction:
-            yield from ((port.peer, element) for element in port.elements)

@@ -1,12 +1,14 @@
-"""Names, texts and imports of a generated module."""
+"""Names, texts, imports and plans of generated modules."""
 
 from __future__ import annotations
 
 import builtins
 import keyword
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
+from specc.frozen import frozen
+from specc.lang.builtins import FUNCTIONS
 from specc.model.trace import Trace
 
 # Texts of a specification inside Python: they can end neither a docstring nor a comment.
@@ -60,10 +62,8 @@ _IN_TYPES = ("Any", "Literal", "annotations", "dataclass")
 _IN_SUBSYSTEMS = (
     "Callable", "ClassVar", "Equations", "Final", "Inputs", "Mapping", "Memory", "Outputs",
     "PERIOD", "SafeOutputs", "Samples", "Subsystem", "Transition", "cache", "holds", "memory",
-    "nan", "row", "self", "sqrt", "x", "y",
-    # functions of the language
-    "argmax", "argmin", "finite", "identity", "inverse", "near", "near_pose", "norm", "pose",
-    "position", "read_only", "some", "translation", "vector",
+    "nan", "near_pose", "read_only", "row", "self", "some", "vector", "x", "y",
+    *(name for name, function in FUNCTIONS.items() if function.python),
 )  # fmt: skip
 _CONTRACTS = (
     "as_any", "as_bool", "as_depth", "as_instance", "as_int", "as_list", "as_member", "as_optional",
@@ -98,7 +98,7 @@ def identifier(text: str) -> str:
     return name
 
 
-class Names:
+class Namespace:
     """Hands out names that differ from each other and from those already taken."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
@@ -114,9 +114,9 @@ class Names:
         self._taken.add(name)
         return name
 
-    def inner(self) -> Names:
+    def inner(self) -> Namespace:
         """Names of an inner scope, which must not hide those of this one."""
-        return Names(self._taken)
+        return Namespace(self._taken)
 
 
 def joined(
@@ -129,7 +129,7 @@ def joined(
     """
     short = {pair: identifier("_".join(pair)) for pair in pairs}
     uses = list(short.values())
-    names = Names(taken)
+    names = Namespace(taken)
     return {
         pair: names.new(name if uses.count(name) == 1 else "__".join(pair))
         for pair, name in short.items()
@@ -166,7 +166,7 @@ class Imports:
 class Functions:
     """Imports functions of operators and bindings, `module:name`; two of one name get two names."""
 
-    def __init__(self, imports: Imports, names: Names) -> None:
+    def __init__(self, imports: Imports, names: Namespace) -> None:
         self._imports = imports
         self._names = names
         self._known: dict[tuple[str, str], str] = {}
@@ -179,3 +179,53 @@ class Functions:
             alias = self._imports.add(module, first, self._names.new(first))
             self._known[module, first] = alias
         return self._known[module, first] + dot + rest
+
+
+# What templates print. A plan is a template and the texts that fill it in, in order and spelled.
+
+
+@frozen
+class FilePlan:
+    """A generated file: the name of its template, and what each name in the template stands for."""
+
+    template: str
+    parts: Mapping[str, object]
+
+
+@frozen
+class ConstantPlan:
+    """A constant. `is_computed`: an operator or a file gives it, so the class holds it."""
+
+    name: str
+    annotation: str
+    value: str
+    comment: str
+    is_computed: bool
+
+
+@frozen
+class NamedPlan:
+    """A name at the top of a module and its value: an enum, a contract, an operator."""
+
+    name: str
+    value: str
+
+
+@frozen
+class AttributePlan:
+    """An attribute of a buffer or of the memory, or a field of a record."""
+
+    name: str
+    annotation: str
+    comment: str
+
+
+@frozen
+class MethodPlan:
+    """A method; `lines` carry their indentation relative to its body."""
+
+    name: str
+    parameters: tuple[str, ...]
+    returns: str
+    doc: str
+    lines: tuple[str, ...]

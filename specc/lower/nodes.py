@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from specc.frozen import frozen
-from specc.lower.finite import is_array
+from specc.lang.builtins import FUNCTIONS
 from specc.lower.module import Module, shared_name
-from specc.lower.names import Names, comment, literal
-from specc.lower.plan import ConstantPlan
-from specc.lower.terms import LARGEST, Term, TermTable, TooLarge
+from specc.lower.names import ConstantPlan, Namespace, comment, literal
+from specc.lower.table import LARGEST, TermTable, TooLarge
+from specc.lower.terms import Term, is_array
 from specc.model import expr as e
 from specc.model.types import (
     Enum,
@@ -138,9 +138,6 @@ def items(operands: list[Spelled]) -> Spelled:
 # Python for single nodes of expressions over that of their operands; constants of a module.
 
 
-PYTHON_FUNCTIONS = ("abs", "float", "len", "max", "min")
-
-
 class Nodes:
     """Spells terms for one method; `touched` has the buffers that it needs.
 
@@ -151,7 +148,7 @@ class Nodes:
         self.module = module
         self.table = table
         self.hoists = hoists
-        self.names: Names = module.local_names()
+        self.names: Namespace = module.local_names()
         self.known: dict[Term, Spelled] = {}
         """Terms that need not be computed here, and what stands for them."""
         self.touched: set[str] = set()
@@ -337,10 +334,6 @@ class Nodes:
         return Spelled(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
 
     def _builtin(self, name: str, term: Term, args: list[Spelled]) -> Spelled:
-        if name in PYTHON_FUNCTIONS:
-            return call(name, *args)
-        if name == "sqrt":
-            return call(self.module.imports.add("math", "sqrt"), *args)
         if name == "near":
             kind = term.args[0].type
             if isinstance(kind, Pose):
@@ -348,7 +341,8 @@ class Nodes:
             if not is_array(kind):
                 distance = call("abs", binary("-", args[0], args[1]))
                 return compare("<=", distance, args[2])
-        return call(self.module.builtin(name), *args)
+        module = FUNCTIONS[name].python
+        return call(self.module.imports.add(module, name) if module else name, *args)
 
     def _define(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False

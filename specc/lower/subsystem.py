@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from functools import cached_property
 from pathlib import PurePath
 
 from specc.lang import show
-from specc.lower.annotations import TypeNames
+from specc.lower.annotations import PythonTypes
 from specc.lower.cycle import Methods
 from specc.lower.flow import Proofs
-from specc.lower.module import Module, elements
-from specc.lower.names import comment, docstring, in_docstring, literal
+from specc.lower.module import Module
+from specc.lower.names import (
+    AttributePlan,
+    FilePlan,
+    MethodPlan,
+    comment,
+    docstring,
+    in_docstring,
+    literal,
+)
 from specc.lower.nodes import Nodes
-from specc.lower.plan import AttributePlan, FilePlan, MethodPlan
-from specc.lower.terms import TermTable, TooLarge
+from specc.lower.table import TermTable, TooLarge
 from specc.model import expr as e
 from specc.model.expr import Number
 from specc.model.fsm import Behaviour, Condition, Transition
@@ -38,22 +44,15 @@ class Equations:
 
     def __init__(self, system: System, subsystem: Subsystem) -> None:
         self._subsystem = subsystem
-        self._operators = {o.name: o for o in system.operators}
-        self._memory = {m.name: m for m in subsystem.memory}
-        self._declared = dict(system.types)
-        self._elements = {
-            (direction, peer, element.name): element
-            for direction in ("x", "y")
-            for peer, element in elements(subsystem, direction)
-        }
+        self._operators = {o.name: _of(o.trace) for o in system.operators}
+        self._declared = {name: _of(trace) for name, trace in system.types}
         self._types: dict[Type, Numbers] = {}
-
-    @cached_property
-    def _lets(self) -> dict[str, Numbers]:
-        found: dict[str, Numbers] = {}
-        for let in self._subsystem.lets:
-            found[let.name] = _of(let.trace) | self._of_expr(let.value, found)
-        return found
+        self._inputs = {key: _of(item.trace) for key, item in subsystem.inputs.items()}
+        self._outputs = {key: self._of_place(item) for key, item in subsystem.outputs.items()}
+        self._memory = {item.name: self._of_place(item) for item in subsystem.memory}
+        self._lets: dict[str, Numbers] = {}
+        for let in subsystem.lets:
+            self._lets[let.name] = _of(let.trace) | self._of_expr(let.value)
 
     def tables(self) -> dict[str, object] | None:
         """The tables that a generated class carries; none if nothing has a number."""
@@ -78,40 +77,37 @@ class Equations:
         return [f"{literal(cause)}: {_literal(n)}" for cause, n in numbers if n]
 
     def _of_condition(self, condition: Condition) -> Numbers:
-        return _of(condition.trace) | self._of_expr(condition.when, self._lets)
+        return _of(condition.trace) | self._of_expr(condition.when)
 
     def _of_behaviour(self, behaviour: Behaviour) -> Numbers:
-        numbers = _of(behaviour.trace)
-        for function in behaviour.functions:
-            numbers |= _of(function.trace)
-            for assignment in function.assignments:
-                numbers |= _of(assignment.trace) | self._of_expr(assignment.value, self._lets)
-                numbers |= self._of_target(assignment.peer, assignment.name)
+        numbers = _of(behaviour.trace).union(*(_of(f.trace) for f in behaviour.functions))
+        for item in behaviour.assignments:
+            key = item.peer, item.name
+            target = self._outputs.get(key) if item.peer else self._memory.get(item.name)
+            numbers |= _of(item.trace) | self._of_expr(item.value) | (target or NONE)
         return numbers
 
-    def _of_target(self, peer: str, name: str) -> Numbers:
-        target = self._elements.get(("y", peer, name)) if peer else self._memory.get(name)
-        return _of(target.trace) | self._of_type(target.type) if target else NONE
+    def _of_place(self, item: Element | Memory) -> Numbers:
+        return _of(item.trace) | self._of_type(item.type)
 
-    def _of_expr(self, expr: e.Expr, lets: dict[str, Numbers]) -> Numbers:
-        numbers = NONE
-        for node in e.walk(expr):
-            numbers |= self._of_type(node.type)
-            match node:
-                case e.LetRef(name=name):
-                    numbers |= lets[name]
-                case e.Call(operator=operator):
-                    numbers |= _of(self._operators[operator].trace)
-                case e.MemoryRef(name=name):
-                    numbers |= self._of_target("", name)
-                case e.Input(peer=peer, element=element):
-                    source = self._elements.get(("x", peer, element))
-                    numbers |= _of(source.trace) if source else NONE
-        return numbers
+    def _of_expr(self, expr: e.Expr) -> Numbers:
+        return NONE.union(*(self._of_type(n.type) | self._of_node(n) for n in e.walk(expr)))
+
+    def _of_node(self, node: e.Expr) -> Numbers:
+        match node:
+            case e.LetRef(name=name):
+                return self._lets[name]
+            case e.Call(operator=operator):
+                return self._operators[operator]
+            case e.MemoryRef(name=name):
+                return self._memory.get(name, NONE)
+            case e.Input(peer=peer, element=element):
+                return self._inputs.get((peer, element), NONE)
+        return NONE
 
     def _of_type(self, type_: Type) -> Numbers:
         if type_ not in self._types:
-            numbers = _of(self._declared.get(getattr(type_, "name", None) or "", Trace()))
+            numbers = self._declared.get(getattr(type_, "name", None) or "", NONE)
             self._types[type_] = numbers.union(*map(self._of_type, inner_types(type_)))
         return self._types[type_]
 
@@ -131,7 +127,7 @@ def subsystem_plan(
     system: System,
     subsystem: Subsystem,
     proofs: Proofs,
-    types: TypeNames,
+    types: PythonTypes,
     class_name: str,
     *,
     stand_ins: bool = False,
@@ -152,9 +148,9 @@ def _parts(
     methods = Methods(subsystem, module, table, proofs)
     written = methods.plans()
     initial_inputs = tuple(_initial_inputs(subsystem, module, table))
-    inputs = _attributes(module, subsystem, "x")
-    outputs = _attributes(module, subsystem, "y")
-    memory = tuple(_remembered(module, item) for item in subsystem.memory)
+    inputs = tuple(_attribute(module, module.inputs[k], e) for k, e in subsystem.inputs.items())
+    outputs = tuple(_attribute(module, module.outputs[k], e) for k, e in subsystem.outputs.items())
+    memory = tuple(_attribute(module, module.memory[m.name], m) for m in subsystem.memory)
     flags = _flags(module)
     trace = f" ({subsystem.trace})" if subsystem.trace else ""
     return {
@@ -210,18 +206,6 @@ def _about(part: Subsystem | Device) -> str:
     return f"{kind} {part.name} of agent {part.agent}"
 
 
-def _attributes(module: Module, subsystem: Subsystem, direction: str) -> tuple[AttributePlan, ...]:
-    names = module.inputs if direction == "x" else module.outputs
-    return tuple(
-        _attribute(module, names[peer, element.name], element)
-        for peer, element in elements(subsystem, direction)
-    )
-
-
-def _remembered(module: Module, item: Memory) -> AttributePlan:
-    return _attribute(module, module.memory[item.name], item)
-
-
 def _attribute(module: Module, name: str, item: Element | Memory) -> AttributePlan:
     said = comment(str(item.type), item.title, str(item.trace))
     return AttributePlan(name, module.annotations.of(item.type), said)
@@ -239,7 +223,7 @@ def _flags(module: Module) -> tuple[str, ...]:
 
 def _initial_inputs(subsystem: Subsystem, module: Module, table: TermTable) -> Iterator[str]:
     """Statements that give elements with an initial value that value."""
-    for peer, element in elements(subsystem, "x"):
+    for (peer, _), element in subsystem.inputs.items():
         if element.init is not None:
             nodes = Nodes(module, table)
             nodes.hint = f"initial_{element.name}"
@@ -272,7 +256,7 @@ def _slots(attributes: Iterable[AttributePlan]) -> str:
 
 
 def device_plan(
-    system: System, device: Device, types: TypeNames, class_name: str, *, stand_ins: bool
+    system: System, device: Device, types: PythonTypes, class_name: str, *, stand_ins: bool
 ) -> FilePlan:
     """What the module of a device with safe outputs contains."""
     module = Module(system, device, types, stand_ins=stand_ins)

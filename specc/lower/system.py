@@ -7,21 +7,23 @@ from fractions import Fraction
 from functools import reduce
 from math import gcd
 
-from specc.lower.annotations import Annotations, Contracts, TypeNames, literal_type, named_types
+from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
 from specc.lower.flow import Proofs
 from specc.lower.module import buffer_names, memory_names
 from specc.lower.names import (
     ALL_OWN_NAMES,
+    AttributePlan,
+    FilePlan,
     Functions,
     Imports,
-    Names,
+    NamedPlan,
+    Namespace,
     class_name,
     comment,
     docstring,
     in_docstring,
     literal,
 )
-from specc.lower.plan import AttributePlan, FilePlan, NamedPlan
 from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
 from specc.model.system import Binding, Plant, Port, Subsystem, System, Task
 from specc.model.types import Enum, Record, Type, Vector
@@ -33,13 +35,13 @@ def connections(system: System) -> Iterator[str]:
     """Calls of `Connection`, by reader, in order of its buffers."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
     for reader in system.subsystems:
-        inputs = buffer_names(reader, "x")
+        inputs = buffer_names(reader.inputs)
         for port in reader.ports:
             sender = subsystems.get(port.other_end)
             back = _port_to(sender, reader.qualified_name) if sender else None
             if port.direction != "x" or sender is None or back is None:
                 continue
-            outputs = buffer_names(sender, "y")
+            outputs = buffer_names(sender.outputs)
             for element in port.elements:
                 if back.element(element.name):
                     ends = (
@@ -66,8 +68,8 @@ BINDINGS = "specc_runtime.plants.binding"
 def plant_plan(
     system: System,
     imports: Imports,
-    names: Names,
-    types: TypeNames,
+    names: Namespace,
+    types: PythonTypes,
     safe: tuple[str, ...],
     *,
     stand_ins: bool,
@@ -174,7 +176,7 @@ def _ends(system: System, direction: str) -> Iterator[str]:
     """`PlantInput` or `PlantOutput` for every element of a device in some buffer."""
     devices = {device.qualified_name for device in system.devices}
     for subsystem in system.subsystems:
-        names = buffer_names(subsystem, direction)
+        names = buffer_names(subsystem.inputs if direction == "x" else subsystem.outputs)
         for port in subsystem.ports:
             if port.direction != direction or port.other_end not in devices:
                 continue
@@ -196,7 +198,7 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
     `proofs` says which transition tables need no check while they run. `stand_ins` is for code
     whose operators and devices are played by a test: images and values of classes can be anything.
     """
-    types = TypeNames(named_types(system))
+    types = PythonTypes(named_types(system))
     title = in_docstring(system.title or system.name)
     classes = _classes(system, types)
     modules = _modules(system)
@@ -217,9 +219,9 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
     return files
 
 
-def _classes(system: System, types: TypeNames) -> dict[str, str]:
+def _classes(system: System, types: PythonTypes) -> dict[str, str]:
     """Class of every subsystem, after its agent and itself; titles may be reworded."""
-    names = Names((*ALL_OWN_NAMES, *types.of.values()))
+    names = Namespace((*ALL_OWN_NAMES, *types.of.values()))
     found = {
         s.qualified_name: names.new(class_name(f"{s.agent} {s.name}")) for s in system.subsystems
     }
@@ -229,14 +231,14 @@ def _classes(system: System, types: TypeNames) -> dict[str, str]:
 
 
 def _modules(system: System) -> dict[str, str]:
-    names = Names(("system", "types", "__init__"))
+    names = Namespace(("system", "types", "__init__"))
     found = {s.qualified_name: names.new(f"{s.agent}_{s.name}") for s in system.subsystems}
     for device in system.devices:
         found[device.qualified_name] = names.new(device.qualified_name.replace(".", "_").lower())
     return found
 
 
-def _types(system: System, types: TypeNames, title: str) -> FilePlan:
+def _types(system: System, types: PythonTypes, title: str) -> FilePlan:
     """The module of enums and records."""
     imports = Imports()
     annotations = Annotations(imports, types, own_module="")
@@ -270,7 +272,7 @@ def _fields(record: Record, annotations: Annotations) -> tuple[AttributePlan, ..
 def _whole(
     system: System,
     title: str,
-    types: TypeNames,
+    types: PythonTypes,
     modules: dict[str, str],
     classes: dict[str, str],
     *,
@@ -289,7 +291,7 @@ def _whole(
     safe = tuple(d.qualified_name for d in system.devices if d.safe)
     for name in safe:
         imports.add(f".{modules[name]}", classes[name])
-    names = Names((*ALL_OWN_NAMES, *classes.values()))
+    names = Namespace((*ALL_OWN_NAMES, *classes.values()))
     owners = tuple(classes[name] for name in safe)
     plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
     if system.files:

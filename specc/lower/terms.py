@@ -1,41 +1,29 @@
-"""Terms: the expressions of a subsystem with equal ones made identical and lets put in place.
-
-A let is only a name that a term prefers. Equality of terms is identity, so finding what can be
-computed once costs a look into a set, however deep the expressions are.
-"""
+"""Terms: nodes of expressions, with what is known of each by the terms that it is made of."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
 
-from specc.lower import finite
-from specc.lower.finite import is_array
+from specc.lang.builtins import FUNCTIONS
 from specc.model import expr as e
 from specc.model.system import Let
-from specc.model.types import Bool, Enum, Int, Real, Type, Vector
+from specc.model.types import (
+    Enum,
+    Int,
+    ListOf,
+    PartialOf,
+    Pose,
+    Real,
+    Spatial,
+    Type,
+    Vector,
+)
 from specc.reachable import reachable
 
 Terms = frozenset["Term"]
 NONE: Terms = frozenset()
-
-
-LARGEST = 100_000
-"""Most terms that one method may spell; conditional lets can multiply beyond any use."""
-
-
-class TooLarge(Exception):
-    """The work cycle of a subsystem would become too large a method."""
-
-    def __init__(self, subsystem: str = "") -> None:
-        self.subsystem = subsystem
-        whose = f" of `{subsystem}`" if subsystem else ""
-        super().__init__(
-            f"one period{whose} evaluates more than {LARGEST} terms, or terms nested too deep; "
-            "lets that use other lets in both branches of a choice multiply: compute some in an "
-            "operator"
-        )
 
 
 @dataclass(slots=True, eq=False)
@@ -98,159 +86,33 @@ def in_order(terms: Iterable[Term]) -> list[Term]:
     return sorted(terms, key=lambda term: term.order)
 
 
-class TermTable:
-    """All terms of a subsystem."""
-
-    def __init__(
-        self,
-        lets: Iterable[Let] = (),
-        computed: Iterable[str] = (),
-        settled: Iterable[str] = (),
-        constants: Mapping[str, e.Expr] | None = None,
-        parameters: Mapping[str, tuple[Type, ...]] | None = None,
-    ) -> None:
-        """`computed`: constants whose value an operator or a file gives; `settled`: memory that
-        keeps its initial value; `constants`: the values of the others
-        and of `period`; `parameters`: the types
-        of the parameters of every operator."""
-        self._terms: dict[object, Term] = {}
-        self._lets: dict[str, Term] = {}
-        self._computed = frozenset(computed)
-        self._settled = frozenset(settled)
-        self._constants = constants or {}
-        self._parameters = parameters or {}
-        for let in lets:
-            self._lets[let.name] = self._named(self.of(let.value), let)
-
-    def _named(self, term: Term, let: Let) -> Term:
-        if term.args and not term.is_settled and term.let is None:
-            term.let = let
-            term.keep()
-        return term
-
-    def of(self, node: e.Expr, as_type: Type | None = None) -> Term:
-        """The term of an expression that is compared, written or handed on: a number is finite.
-
-        `as_type` is the type of the place; an integer becomes a real there.
-        """
-        term = self._raw(node)
-        if term.is_raw:
-            return self._make(e.Builtin("finite", (term.node,), type=term.type), (term,))
-        if isinstance(as_type, Real) and isinstance(term.type, Int):
-            if isinstance(term.node, e.Number):
-                return self._make(e.Number(float(term.node.value), type=as_type), ())
-            return self._make(e.Builtin("float", (term.node,), type=as_type), (term,))
-        return term
-
-    def _raw(self, node: e.Expr) -> Term:
-        """The term of an expression. What is not finite shows in all arithmetic that it enters, so
-        that one look at the end is enough; wherever it could hide, it is looked at before."""
-        if isinstance(node, e.LetRef):
-            return self._lets[node.name]
-        if isinstance(node, (e.Fresh, e.Present)):
-            return self._make(node, ())
-        shown = finite.shows(node)
-        args = (
-            self._raw(child) if place in shown else self.of(child, self._place(node, place))
-            for place, child in enumerate(e.children(node))
-        )
-        return self.make(node, tuple(args))
-
-    def _place(self, node: e.Expr, place: int) -> Type | None:
-        if isinstance(node, e.Call) and node.operator in self._parameters:
-            return self._parameters[node.operator][place]
-        return finite.place_type(node, place)
-
-    def make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
-        """The term of a node over given operands, after folding what is known."""
-        match node:
-            case e.Unary(op="not"):
-                return self._negated(node, args[0])
-            case e.Logic():
-                return self._joined(node, args)
-            case e.Choice() if isinstance(args[0].node, e.Truth):
-                return args[1] if args[0].node.value else args[2]
-        return self._make(node, args)
-
-    def truth(self, value: bool) -> Term:
-        """The term of a constant truth value."""
-        return self._make(e.TRUE if value else e.FALSE, ())
-
-    def negation(self, term: Term) -> Term:
-        """The term that holds when `term` does not."""
-        return self._negated(e.Unary("not", term.node, type=Bool()), term)
-
-    def _negated(self, node: e.Unary, arg: Term) -> Term:
-        match arg.node:
-            case e.Truth(value=value):
-                return self.truth(not value)
-            case e.Unary(op="not"):
-                return arg.args[0]
-            case e.Compare(op="==" | "!=" as op):
-                return self._make(replace(arg.node, op="!=" if op == "==" else "=="), arg.args)
-        return self._make(node, (arg,))
-
-    def _joined(self, node: e.Logic, args: tuple[Term, ...]) -> Term:
-        """`and`/`or` without operands that decide nothing; `a and not a` is decided."""
-        decided = self.truth(node.op == "or")
-        kept: list[Term] = []
-        for arg in args:
-            nested = isinstance(arg.node, e.Logic) and arg.node.op == node.op and arg.let is None
-            for part in arg.args if nested else (arg,):
-                if part is decided or self.negation(part) in kept:
-                    return decided
-                if not isinstance(part.node, e.Truth) and part not in kept:
-                    kept.append(part)
-        if len(kept) < 2:
-            return kept[0] if kept else self.truth(node.op == "and")
-        return self._make(node, tuple(kept))
-
-    def _make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
-        key = (type(node), node.type, _payload(node), tuple(arg.order for arg in args))
-        if key not in self._terms:
-            self._terms[key] = self._new(node, args)
-        return self._terms[key]
-
-    def _new(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
-        perhaps = NONE.union(*(arg.perhaps for arg in args))
-        largest = self._largest(node, args)  # may make terms, so before this one has its number
-        term = Term(
-            order=len(self._terms),
-            node=node,
-            args=args,
-            bound=_bound(node, args),
-            is_constant=_is_constant(node, args, self._computed),
-            is_settled=_is_settled(node, args, self._settled),
-            reads_clock=_reads_clock(node) or any(arg.reads_clock for arg in args),
-            memory=_memory(node).union(*(arg.memory for arg in args)),
-            perhaps=perhaps,
-            is_rounded=_is_rounded(node, args),
-            rests_on_rounding=_compares_rounded(node, args),
-        )
-        term.largest = largest
-        term.is_raw = finite.is_raw(node, args, largest)
-        term.is_costly = not term.bound and not term.is_settled and _is_costly(node, perhaps)
-        if term.is_costly:
-            term.keep()
-        return term
-
-    def _largest(self, node: e.Expr, args: tuple[Term, ...]) -> float:
-        if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
-            return self._raw(self._constants[node.name]).largest
-        return finite.largest(node, args)
-
-
-def _payload(node: e.Expr) -> object:
-    """What tells two nodes of one kind apart besides their type and operands."""
-    if isinstance(node, e.Number):
-        return (type(node.value), repr(node.value))  # 0.0 and -0.0 are equal numbers
-    if isinstance(node, (e.Fresh, e.Present)):
-        return node.input
-    values = (getattr(node, part.name) for part in fields(node) if part.name not in _COMMON)
-    return tuple(v for v in values if isinstance(v, (str, int, float, bool, frozenset)))
-
-
-_COMMON = ("type", "span")
+def term(
+    order: int, node: e.Expr, args: tuple[Term, ...], fixed: tuple[bool, bool], largest: float
+) -> Term:
+    """The term of a node over its operands. `fixed`: whether it is constant, and settled."""
+    is_constant, is_settled = fixed
+    perhaps = NONE.union(*(arg.perhaps for arg in args))
+    reads_clock = isinstance(node, e.Clock) and node.name != "period"
+    memory = frozenset({node.name} if isinstance(node, e.MemoryRef) else ())
+    made = Term(
+        order=order,
+        node=node,
+        args=args,
+        bound=_bound(node, args),
+        is_constant=is_constant,
+        is_settled=is_settled,
+        reads_clock=reads_clock or any(arg.reads_clock for arg in args),
+        memory=memory.union(*(arg.memory for arg in args)),
+        perhaps=perhaps,
+        is_rounded=_is_rounded(node, args),
+        rests_on_rounding=_compares_rounded(node, args),
+        largest=largest,
+        is_raw=_is_raw(node, args, largest),
+    )
+    made.is_costly = not made.bound and not is_settled and _is_costly(node, perhaps)
+    if made.is_costly:
+        made.keep()
+    return made
 
 
 def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
@@ -262,53 +124,34 @@ def _bound(node: e.Expr, args: tuple[Term, ...]) -> frozenset[str]:
     return frozenset[str]().union(*(arg.bound for arg in args))
 
 
-def _memory(node: e.Expr) -> frozenset[str]:
-    return frozenset({node.name}) if isinstance(node, e.MemoryRef) else frozenset()
-
-
-def _reads_clock(node: e.Expr) -> bool:
-    return isinstance(node, e.Clock) and node.name != "period"
-
-
-def _is_constant(node: e.Expr, args: tuple[Term, ...], computed: frozenset[str]) -> bool:
+def fixed(node: e.Expr, args: Sequence[Term]) -> tuple[bool, bool]:
+    """Whether a node that is no name is constant, and settled, by its operands."""
+    is_constant, is_settled = (
+        all(arg.is_constant for arg in args),
+        all(arg.is_settled for arg in args),
+    )
     match node:
         case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.Nothing():
-            return True
+            return True, True
         case e.Clock(name=name):
-            return name == "period"
-        case e.ConstantRef(name=name):
-            return name not in computed
-        case e.Builtin(name="identity"):
-            return True
-        case e.Builtin(name="sqrt" | "finite" | "float") | e.Binary(op="/" | "**"):
-            return False  # may fail, so only where it is needed
-        case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component():
-            return bool(args) and all(arg.is_constant for arg in args)
-    return False
-
-
-def _is_settled(node: e.Expr, args: tuple[Term, ...], settled: frozenset[str]) -> bool:
-    match node:
-        case e.Number() | e.Truth() | e.TextLiteral() | e.Member() | e.Unused() | e.ConstantRef():
-            return True
-        case e.Clock(name=name):
-            return name == "period"
-        case e.MemoryRef(name=name):
-            return name in settled
-        case e.Builtin(name="identity"):
-            return True
-        case e.Builtin(name="sqrt" | "pose" | "finite" | "float") | e.Binary(op="/" | "**"):
-            return False
-        case e.Builtin() | e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf():
-            return bool(args) and all(arg.is_settled for arg in args)
-    return False
+            return name == "period", name == "period"
+        case e.Binary(op="/" | "**"):
+            return False, False  # may fail, so only where it is needed
+        case e.Builtin(name="pose"):
+            return is_constant, False  # that a constant quaternion is not zero has been checked
+        case e.Builtin(name=name):
+            may_fail = FUNCTIONS[name].may_fail
+            return is_constant and not may_fail, is_settled and not may_fail
+        case e.Unary() | e.Binary() | e.Items() | e.Component() | e.FieldOf() if args:
+            return is_constant, is_settled
+    return False, False
 
 
 def _is_rounded(node: e.Expr, args: tuple[Term, ...]) -> bool:
     match node:
         case e.Binary():
             return not isinstance(node.type, Int)
-        case e.Builtin(name="inverse" | "norm" | "pose" | "sqrt"):
+        case e.Builtin(name=name) if FUNCTIONS[name].rounds:
             return True
         case e.Call():
             return False
@@ -328,7 +171,7 @@ def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
     match node:
         case e.Call():
             return True
-        case e.Builtin(name="norm"):
+        case e.Builtin(name=name) if FUNCTIONS[name].is_costly:
             return True
         case e.Builtin(name="near", args=(first, *_)):
             return is_array(first.type)
@@ -342,3 +185,126 @@ def _is_costly(node: e.Expr, perhaps: Terms) -> bool:
         case e.Choice() | e.Logic():
             return any(term.is_costly for term in perhaps)
     return False
+
+
+# Where arithmetic on finite numbers may give infinity or NaN, and where that is noticed.
+#
+# Infinity and NaN show in the result of any further arithmetic that they enter, so a value is
+# checked only once: before it is compared, written or handed to an operator.
+
+
+FAR = 1e300
+"""Numbers below this stay finite in one operation with numbers of their size."""
+LONGEST_S = 1e12
+"""No state lasts longer than this."""
+
+
+def shows(node: e.Expr) -> range:
+    """The operands in which a number that is not finite makes the result not finite."""
+    match node:
+        case e.Binary(op="/"):
+            return range(1)
+        case e.Binary(op="**", right=e.Number(value=exponent)):
+            return range(1 if exponent >= 1 else 0)  # infinity to the power of -1 is 0
+        case e.Binary(op="**"):
+            return range(0)
+        case e.Binary():
+            return range(2)
+        case e.Unary(op="-") | e.Component() | e.Sure():
+            return range(1)
+        case e.Builtin(name=name, args=args) if FUNCTIONS[name].shows:
+            return range(len(args))
+        case e.Items(type=Vector() | Spatial(), items=items):
+            return range(len(items))
+    return range(0)
+
+
+def _is_raw(node: e.Expr, args: Sequence[Term], largest: float) -> bool:
+    """Whether a term is the result of arithmetic that has to be looked at before it is used.
+
+    Arrays always are, since they become read-only then; a number is unless it stays below
+    `largest`, or is no larger than a finite one that it was made from.
+    """
+    if not _is_real(node.type):
+        return False
+    if any(args[place].is_raw for place in shows(node)):
+        return True
+    if largest < FAR and all(arg.is_constant for arg in args):
+        return False
+    match node:
+        case e.Builtin(name=name):
+            return FUNCTIONS[name].overflows and (is_array(node.type) or largest >= FAR)
+        case e.Binary() | e.Unary(op="-") if is_array(node.type):
+            return True
+        case e.Binary(op=op):
+            return largest >= FAR and not _shrinks(op, args)
+    return False
+
+
+def _shrinks(op: str, args: Sequence[Term]) -> bool:
+    """Whether the result is no larger than one of the operands."""
+    if op == "*":
+        return any(arg.largest <= 1.0 for arg in args)
+    return op == "/" and _magnitude(args[1]) >= 1.0
+
+
+def largest_of(node: e.Expr, args: Sequence[Term]) -> float:
+    """A bound of the size of the number, or of all components, that a term stands for."""
+    sizes = [arg.largest for arg in args]
+    match node:
+        case e.Number(value=value):
+            return abs(float(value)) if abs(value) < FAR else math.inf
+        case e.Clock(name="elapsed"):
+            return LONGEST_S
+        case e.Binary():
+            return _of_binary(node, args)
+        case e.Choice():
+            return max(sizes[1:])
+        case e.Builtin(name=name) if FUNCTIONS[name].no_larger:
+            return max(sizes)
+        case e.Unary(op="-") | e.Component() | e.Items() if sizes:
+            return max(sizes)
+    return math.inf
+
+
+def place_type(node: e.Expr, place: int) -> Type | None:
+    """The type that an operand has to have; None where any number will do."""
+    match node:
+        case e.Choice() if place:
+            return node.type
+        case e.Builtin(name="min" | "max"):
+            return node.type
+        case e.Items(type=ListOf(element=element)):
+            return element
+    return None
+
+
+def _of_binary(node: e.Binary, args: Sequence[Term]) -> float:
+    left, right = (arg.largest for arg in args)
+    match node.op:
+        case "+" | "-":
+            return left + right
+        case "*":
+            return 0.0 if 0.0 in (left, right) else left * right
+        case "/":
+            return left / _magnitude(args[1]) if _magnitude(args[1]) else math.inf
+        case "**" if left < 1e30 and isinstance(node.right, e.Number) and 0 <= right < 10:
+            return float(max(1.0, left) ** right)
+    return math.inf
+
+
+def _magnitude(term: Term) -> float:
+    """The size of a number that is written out; 0 for any other."""
+    return abs(float(term.node.value)) if isinstance(term.node, e.Number) else 0.0
+
+
+def is_array(type_: Type) -> bool:
+    """Whether values of the type are numpy arrays of reals."""
+    match type_:
+        case Vector(element=Real()) | Spatial() | Pose() | PartialOf():
+            return True
+    return False
+
+
+def _is_real(type_: Type) -> bool:
+    return isinstance(type_, Real) or (is_array(type_) and not isinstance(type_, PartialOf))

@@ -6,11 +6,13 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
+from specc.lang.builtins import FUNCTIONS
 from specc.lower.flow import Activity, Work, surely
 from specc.lower.module import Module
 from specc.lower.names import comment, traced
 from specc.lower.nodes import PRIMARY, Nodes, Spelled
-from specc.lower.terms import Term, Terms, TermTable, in_order, unknown
+from specc.lower.table import TermTable
+from specc.lower.terms import Term, Terms, in_order, unknown
 from specc.model import expr as e
 from specc.model.fsm import Behaviour
 from specc.model.system import Memory
@@ -227,7 +229,7 @@ def _wanted(term: Term) -> str:
     match term.node:
         case e.Call(operator=operator):
             return operator.lower()
-        case e.Builtin(name="finite" | "float"):
+        case e.Builtin(name=name) if FUNCTIONS[name].rule is None:
             return _wanted(term.args[0])
         case e.Builtin(name=name):
             return f"{name}_value"

@@ -126,7 +126,7 @@ class Call(Node):
 
 @frozen
 class Builtin(Node):
-    """A function of the language itself; the table is `specc.lang.builtins`."""
+    """A function of the language itself; the table is in `specc.lang.builtins`."""
 
     name: str
     args: tuple[Expr, ...]

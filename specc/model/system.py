@@ -150,6 +150,20 @@ class Subsystem:
     def qualified_name(self) -> str:
         return f"{self.agent}.{self.name}"
 
+    @cached_property
+    def inputs(self) -> dict[tuple[str, str], Element]:
+        """The elements of input buffers by peer and name, in order of the file."""
+        return self._elements("x")
+
+    @cached_property
+    def outputs(self) -> dict[tuple[str, str], Element]:
+        """The elements of output buffers by peer and name, in order of the file."""
+        return self._elements("y")
+
+    def _elements(self, direction: str) -> dict[tuple[str, str], Element]:
+        ports = (port for port in self.ports if port.direction == direction)
+        return {(port.peer, item.name): item for port in ports for item in port.elements}
+
     def port(self, direction: str, peer: str) -> Port | None:
         return next((p for p in self.ports if (p.direction, p.peer) == (direction, peer)), None)
 

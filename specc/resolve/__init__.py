@@ -10,12 +10,13 @@ from specc.frozen import frozen
 from specc.kept import Kept
 from specc.model.system import Agent, Constant, Operator, System
 from specc.read import ANYWHERE, Reach
-from specc.resolve.agents import AgentResolver, Setting
+from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.plant import resolve_plant, resolve_task
+from specc.resolve.reuse import Setting
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
 

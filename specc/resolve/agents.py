@@ -7,36 +7,19 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
-from specc.frozen import frozen
 from specc.limits import left
-from specc.model.system import Agent, Constant, Device, DeviceKind, Subsystem, SubsystemKind
+from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
 from specc.resolve.buffers import resolve_buffers, resolve_elements
 from specc.resolve.context import Findings, Meaning, Where, trace_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
-from specc.resolve.library import Library, Loaded
+from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver, with_safe
-from specc.resolve.reuse import Reused, reuse
+from specc.resolve.reuse import Setting, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Route
-
-
-@frozen
-class Setting:
-    """The file that describes a part, the names in force there and the parameters given to it."""
-
-    file: Loaded
-    definitions: Definitions
-    given: tuple[Constant, ...] = ()
-    using: tuple[str, ...] = ()
-    """Paths of the descriptions that led here."""
-
-    def of(self, used: Reused) -> Setting:
-        """The setting of a description that is used here."""
-        path = used.file.path
-        return Setting(used.file, used.definitions, used.given, (*self.using, path))
 
 
 @dataclass(slots=True)
@@ -80,7 +63,7 @@ class AgentResolver:
         return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
 
     def _reused(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
-        used = self._reuse(definition, where, at)
+        used = reuse(definition, where, at, self.library)
         if used is None:
             return None
         inner = used.file.spec.agent
@@ -88,13 +71,8 @@ class AgentResolver:
             self._no_description("agent", where)
             return None
         self.instances.append(used.definitions)
-        agent = self.resolve(name, inner, used.file.top["agent"], at.of(used))
+        agent = self.resolve(name, inner, used.file.top["agent"], used)
         return agent and replace(agent, place=where.key)
-
-    def _reuse(self, user: AgentDef | SubsystemDef, where: Where, at: Setting) -> Reused | None:
-        return reuse(
-            user.use or "", user.arguments, where, at.file, at.definitions, self.library, at.using
-        )
 
     def _virtual(
         self, agent: str, around: AgentDef, where: Where, at: Setting
@@ -129,7 +107,7 @@ class AgentResolver:
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
             described, here = levels[-1]
-            used = self._reuse(described, here, inside)
+            used = reuse(described, here, inside, self.library)
             if used is None or used.file.spec.subsystem is None:
                 if used is not None:
                     self._no_description("subsystem", here)
@@ -137,7 +115,7 @@ class AgentResolver:
                 return None
             self.instances.append(used.definitions)
             levels.append((used.file.spec.subsystem, used.file.top["subsystem"]))
-            inside = inside.of(used)
+            inside = used
         described, here = levels[-1]
         neighbours = Neighbours(name, kind, around, self.names, self.findings)
         device_user, at_uses = _first(levels, "uses")
@@ -204,27 +182,22 @@ class AgentResolver:
         buffers = resolve_buffers(definition, where, peers, expressions)
         machine = MachineResolver(
             definition, where, buffers.scope, buffers.ports, buffers.memory, expressions
-        ).resolve()
+        )
         return Subsystem(
-            agent,
-            name,
-            kind,
-            definition.title,
-            rate or Fraction(1),
-            tuple(port for port in buffers.ports if port.other_end),
-            at.given,
-            buffers.memory,
-            buffers.lets,
-            machine.conditions,
-            machine.functions,
-            machine.behaviours,
-            machine.states,
-            self._initial_state(definition, where),
-            machine.transitions,
-            machine.axioms,
-            trace_of(definition),
-            where.key,
-            at.definitions.outside(),
+            agent=agent,
+            name=name,
+            kind=kind,
+            title=definition.title,
+            rate_hz=rate or Fraction(1),
+            ports=tuple(port for port in buffers.ports if port.other_end),
+            constants=at.given,
+            memory=buffers.memory,
+            lets=buffers.lets,
+            **machine.resolve(),
+            initial_state=self._initial_state(definition, where),
+            trace=trace_of(definition),
+            place=where.key,
+            outside=at.definitions.outside(),
             rated=rate is not None,
             begun=definition.initial_state in definition.states,
         )

@@ -16,10 +16,11 @@ from specc.model.expr import Call
 from specc.model.system import Agent, Constant, Operator, System
 from specc.model.trace import Trace
 from specc.read import Reach
-from specc.resolve.agents import AgentResolver, Setting
+from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings
 from specc.resolve.definitions import Definitions
 from specc.resolve.library import Library, Load, Loaded
+from specc.resolve.reuse import Setting
 from specc.schema.files import AgentDef
 
 _NEEDS_USER = ("E04", "E05", "O04", "O05", "O06", "W04", "W05")

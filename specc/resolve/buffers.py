@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections import ChainMap
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
@@ -13,7 +12,6 @@ from typing import Literal
 from specc.diagnostics import nearest
 from specc.lang import RESERVED, Declared, Scope
 from specc.model.system import Element, Let, Memory, Port
-from specc.model.types import Type
 from specc.resolve.context import Where, duration_of, nobody_knows, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
@@ -39,19 +37,20 @@ def resolve_buffers(
 ) -> Buffers:
     """Resolve ports (`ends`: peer -> name of the other end), memory and lets, in this order."""
     ports = _ports(definition, where, ends, expressions)
-    inputs = {(p.peer, e.name): e.type for p in ports if p.direction == "x" for e in p.elements}
+    inputs = {
+        (port.peer, element.name): Declared(element.type, element.place)
+        for port in ports
+        for element in (port.elements if port.direction == "x" else ())
+    }
     expressions.broken |= _twice(definition, expressions)
     constants = _without(constant_scope(expressions.definitions), expressions.broken)
-    declared = ChainMap(_declared_inputs(ports), constants.declared)  # type: ignore[arg-type]  # only the first of the maps is written to
-    outside = replace(constants, inputs=inputs, declared=declared, later=expressions.later)
+    outside = replace(constants, inputs=inputs, later=expressions.later)
     memory = _memory(definition, where, outside, expressions)
     known = _without(outside, expressions.broken)
-    declared = declared.new_child({m.name: Declared(m.place) for m in memory})
-    types = {m.name: m.type for m in memory if _is_clear(m.name, expressions)}
-    inside = replace(known, memory=types, declared=declared, later=(), allow_clock=True)
-    lets = _Lets(definition, where["let"], inside, expressions).resolve()
-    scope = _with_lets(inside, [item for item in lets if _is_clear(item.name, expressions)])
-    return Buffers(ports, memory, lets, scope)
+    clear = {m.name: Declared(m.type, m.place) for m in memory if _is_clear(m.name, expressions)}
+    inside = replace(known, memory=clear, later=(), allow_clock=True)
+    resolver = _Lets(definition, where["let"], inside, expressions)
+    return Buffers(ports, memory, resolver.resolve(), resolver.scope)
 
 
 def _twice(definition: SubsystemDef, expressions: Expressions) -> set[str]:
@@ -73,17 +72,6 @@ def _without(scope: Scope, broken: Collection[str]) -> Scope:
     if any(name in constants for name in broken):
         constants = {name: type for name, type in constants.items() if name not in broken}
     return replace(scope, constants=constants, files=frozenset(scope.files) - frozenset(broken))
-
-
-def _declared_inputs(ports: Sequence[Port]) -> dict[str, Declared]:
-    inputs = [(p.peer, e) for p in ports if p.direction == "x" for e in p.elements]
-    return {f"x.{peer}.{element.name}": Declared(element.place) for peer, element in inputs}
-
-
-def _with_lets(scope: Scope, lets: Sequence[Let]) -> Scope:
-    declared = {item.name: Declared(item.place, item.value) for item in lets}
-    types = {item.name: item.value.type for item in lets}
-    return replace(scope, lets=types, declared={**scope.declared, **declared})
 
 
 def _ports(
@@ -157,7 +145,10 @@ def _memory(
 
 @dataclass(slots=True)
 class _Lets:
-    """Lets in order of dependence. One that depends on itself is reported with its cycle."""
+    """Lets in order of dependence. One that depends on itself is reported with its cycle.
+
+    `scope` is what a let may name; in the end, it has all of them.
+    """
 
     definition: SubsystemDef
     where: Where
@@ -170,24 +161,21 @@ class _Lets:
         found: list[Let] = []
         depths: dict[str, int] = {}
         # One scope, which grows: in this order each let finds those that it may name.
-        types: dict[str, Type] = {}
-        declared: dict[str, Declared] = {}
-        around = ChainMap(declared, self.scope.declared)  # type: ignore[arg-type]  # only the first is written to
-        scope = replace(self.scope, lets=types, declared=around)
+        lets: dict[str, Declared] = {}
+        self.scope = replace(self.scope, lets=lets)
         for name in self._order():
             item, at = self.definition.let[name], self.where[name]
             depths[name] = 1 + max((depths.get(used, 0) for used in self._uses(name)), default=0)
             if depths[name] > DEEPEST_LET:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
-            value = self.expressions.value(at.scalar("is"), item.value, scope, None)
+            value = self.expressions.value(at.scalar("is"), item.value, self.scope, None)
             if value is None:
                 self.expressions.broken.add(name)
             else:
                 found.append(Let(name, value, item.title, trace_of(item), at.key))
                 if _is_clear(name, self.expressions):
-                    types[name] = value.type
-                    declared[name] = Declared(at.key, value)
+                    lets[name] = Declared(value.type, at.key, value)
         return tuple(found)
 
     def _order(self) -> tuple[str, ...]:

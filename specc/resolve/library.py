@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Literal
 
 from specc.diagnostics import nearest
 from specc.frozen import frozen
@@ -186,7 +186,7 @@ class Library:
             where = file.top["constants"][name]
             if not own.claim("constant", name, where.key, self.findings):
                 continue
-            scope = replace(around, **_of_constants(own))
+            scope = replace(around, constants=_declared(own))
             value = expressions.value(where.scalar("is"), definition.value, scope, None)
             place, other = where.key, self.instead.get(name)
             if value is not None and other is not None:
@@ -209,19 +209,16 @@ def _defined_in(file: Loaded) -> list[object]:
 def constant_scope(definitions: Definitions) -> Scope:
     """What a constant may name: earlier constants, operators, enum members and files."""
     return Scope(
-        **_of_constants(definitions),
+        constants=_declared(definitions),
         enums=enum_members(definitions),
         files=frozenset(definitions.files),
         operators=definitions.operators,
     )
 
 
-def _of_constants(definitions: Definitions) -> dict[str, Any]:
-    """What a scope says of the constants that are there now."""
-    return {
-        "constants": definitions.earlier(lambda c: c.value.type),
-        "declared": definitions.earlier(lambda c: Declared(c.place, c.value)),
-    }
+def _declared(definitions: Definitions) -> Mapping[str, Declared]:
+    """The constants that are there now."""
+    return definitions.earlier(lambda c: Declared(c.value.type, c.place, c.value))
 
 
 def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:

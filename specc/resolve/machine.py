@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from specc.lang import Declared, Scope
 from specc.model.expr import FALSE, TRUE, Call, Expr, FileRef, MemoryRef, constants_in, walk
@@ -19,14 +20,13 @@ from specc.model.fsm import (
 )
 from specc.model.system import Element, Memory, Port, Safe
 from specc.model.trace import Trace
-from specc.model.types import Bool, Type
+from specc.model.types import Bool
 from specc.reachable import reachable
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
-from specc.schema.subsystem import AssignmentDef, ConditionDef, FunctionDef, SafeDef, SubsystemDef
-from specc.source import Place
+from specc.schema.subsystem import AssignmentDef, ConditionDef, SafeDef, SubsystemDef
 
 # What a device gets when a run ends: an expression over what the device reported last.
 
@@ -59,11 +59,7 @@ def _safe(
     expressions: Expressions,
 ) -> Safe | None:
     constants = constant_scope(expressions.definitions)
-    scope = replace(
-        constants,
-        memory={e.name: e.type for e in reported},
-        declared={**constants.declared, **{e.name: Declared(e.place) for e in reported}},
-    )
+    scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
     here = at.scalar("is")
     value = expressions.value(here, declared.value, scope, element.type, element.place)
     otherwise = None
@@ -99,18 +95,6 @@ def _may_fail(value: Expr, expressions: Expressions) -> bool:
 
 
 @dataclass(slots=True)
-class Machine:
-    """What a subsystem does, as far as it could be understood."""
-
-    conditions: tuple[Condition, ...] = ()
-    functions: tuple[Function, ...] = ()
-    behaviours: tuple[Behaviour, ...] = ()
-    states: tuple[State, ...] = ()
-    transitions: tuple[Transition, ...] = ()
-    axioms: tuple[Axiom, ...] = ()
-
-
-@dataclass(slots=True)
 class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
 
@@ -122,9 +106,6 @@ class MachineResolver:
     expressions: Expressions
     _memory: dict[str, Memory] = field(init=False)
     _sent: dict[tuple[str, str], Element] = field(init=False)
-    _peers: set[str] = field(init=False)
-    _outputs: dict[str, Type] = field(init=False)
-    """Types of the elements of output buffers, by `y.peer.element`."""
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
@@ -132,23 +113,24 @@ class MachineResolver:
     def __post_init__(self) -> None:
         ports = [port for port in self.ports if port.direction == "y"]
         self._memory = {item.name: item for item in self.memory}
-        self._peers = {port.peer for port in ports}
         self._sent = {(port.peer, e.name): e for port in ports for e in port.elements}
-        self._outputs = {f"y.{peer}.{name}": e.type for (peer, name), e in self._sent.items()}
 
-    def resolve(self) -> Machine:
-        """The machine; what has errors is unknown in it or left out, after reporting."""
+    def resolve(self) -> dict[str, Any]:
+        """The parts of a subsystem that make its machine, by their names in the model.
+
+        What has errors is unknown in it or left out, after reporting.
+        """
         self._resolve_conditions()
         self._resolve_functions()
         self._resolve_behaviours()
-        return Machine(
-            tuple(self._conditions.values()),
-            tuple(self._functions.values()),
-            tuple(self._behaviours.values()),
-            self._states(),
-            self._transitions(),
-            self._axioms(),
-        )
+        return {
+            "conditions": tuple(self._conditions.values()),
+            "functions": tuple(self._functions.values()),
+            "behaviours": tuple(self._behaviours.values()),
+            "states": self._states(),
+            "transitions": self._transitions(),
+            "axioms": self._axioms(),
+        }
 
     def _resolve_conditions(self) -> None:
         kinds: tuple[tuple[ConditionKind, Mapping[str, ConditionDef]], ...] = (
@@ -162,9 +144,8 @@ class MachineResolver:
                 when = self._when(kind, name, item, at)
                 if when is None:
                     when = nobody_knows(at, Bool())
-                self._conditions[kind, name] = Condition(
-                    name, kind, when, item.title, trace_of(item), at.key
-                )
+                found = Condition(name, kind, when, item.title, trace_of(item), at.key)
+                self._conditions[kind, name] = found
 
     def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Expr | None:
         if item.when is not None:
@@ -187,10 +168,10 @@ class MachineResolver:
             message = f"`{name}` is the name of {_article(others[0])} condition only"
             help_text = f"declare it under `conditions:` as {_article(kind)} condition as well"
             self.expressions.findings.report("E0212", message, where.place, help=help_text)
-            return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), where.place)
+            return _vague(name, kind, where, where)
         known = [n for k, n in self._conditions if k == kind] + list(fixed)
         self.expressions.findings.unknown("E0212", f"{kind} condition", name, known, where.place)
-        return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), where.place)
+        return _vague(name, kind, where, where)
 
     def _resolve_functions(self) -> None:
         for name, item in self.definition.functions.items():
@@ -205,52 +186,44 @@ class MachineResolver:
                 message = f"function `{name}` assigns nothing yet"
                 self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
             whole = bool(found) and len(found) == len(targets)
-            self._functions[name] = self._function(name, item, tuple(found), at, whole)
-
-    def _function(
-        self, name: str, item: FunctionDef, found: tuple[Assignment, ...], at: Where, whole: bool
-    ) -> Function:
-        return Function(name, found, item.title, trace_of(item), at.key, whole)
+            trace = trace_of(item)
+            self._functions[name] = Function(name, tuple(found), item.title, trace, at.key, whole)
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
-        peer, name, type_ = self._target(target, at)
-        if type_ is None:
-            self.expressions.inside(at.scalar("is"), item.value, self.scope)
+        peer, name, found = self._target(target, at)
+        here = at.scalar("is")
+        if found is None:
+            self.expressions.inside(here, item.value, self.scope)
             return None
-        declared = self._declared(peer, name)
-        value = self.expressions.value(at.scalar("is"), item.value, self.scope, type_, declared)
+        value = self.expressions.value(here, item.value, self.scope, found.type, found.place)
         if value is None:
-            value = nobody_knows(at, type_)
+            value = nobody_knows(at, found.type)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
-    def _target(self, target: str, at: Where) -> tuple[str, str, Type | None]:
-        """Peer, element and type of `y.peer.element`, or of a memory element."""
+    def _target(self, target: str, at: Where) -> tuple[str, str, Element | Memory | None]:
+        """Peer and name of `y.peer.element` or, with the peer "", of memory; and what they name."""
         parts = target.split(".")
+        outputs = [f"y.{peer}.{name}" for peer, name in self._sent]
         if len(parts) == 3 and parts[0] == "y":
-            type_ = self._outputs.get(target)
-            if type_ is None and target.rpartition(".")[0] in self.expressions.meant:
+            sent = self._sent.get((parts[1], parts[2]))
+            if sent is None and target.rpartition(".")[0] in self.expressions.meant:
                 self.expressions.findings.withheld += 1
-            elif type_ is None and parts[2] not in self.expressions.broken:
+            elif sent is None and parts[2] not in self.expressions.broken:
                 lacks = self.expressions.element(*parts)
                 self.expressions.findings.unknown(
-                    "E0214", "output target", target, self._outputs, at.key, lacks
+                    "E0214", "output target", target, outputs, at.key, lacks
                 )
-            return parts[1], parts[2], type_
+            return parts[1], parts[2], sent
         if target.startswith("x."):
             message = f"`{target}` is an input: it cannot be assigned"
             help = "assign an output, `y.peer.element`, or a memory element"
             self.expressions.findings.report("E0214", message, at.key, help=help)
             return "", target, None
-        type_ = self._memory[target].type if target in self._memory else None
-        if type_ is None and target not in self.expressions.broken:
-            known = [*self._memory, *self._outputs]
+        kept = self._memory.get(target)
+        if kept is None and target not in self.expressions.broken:
+            known = [*self._memory, *outputs]
             self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)
-        return "", target, type_
-
-    def _declared(self, peer: str, name: str) -> Place | None:
-        """Where the memory element, or the element of the output buffer of a peer, is declared."""
-        found = self._sent.get((peer, name)) if peer in self._peers else self._memory.get(name)
-        return found.place if found else None
+        return "", target, kept
 
     def _resolve_behaviours(self) -> None:
         for name, item in self.definition.behaviours.items():
@@ -276,7 +249,7 @@ class MachineResolver:
             return self._condition("terminal", name, at["terminal"])
         message = f"nothing says when behaviour `{behaviour}` ends"
         self._open("O0606", message, at, "add `terminal:` with a condition, `always` or `never`")
-        return vague_behaviour(behaviour, at).terminal
+        return _vague(behaviour, "terminal", at["terminal"], at)
 
     def _states(self) -> tuple[State, ...]:
         states = []
@@ -299,7 +272,10 @@ class MachineResolver:
         elif known:
             place = at.scalar("behaviour").place
             self.expressions.findings.unknown("E0216", "behaviour", name, known, place)
-        return vague_behaviour(name or state, at)
+        called = name or state
+        terminal = _vague(called, "terminal", at["terminal"], at)
+        error = _vague(called, "error", at["error"], at)
+        return Behaviour(called, (), terminal, error, "", Trace(), at.place, whole=False)
 
     def _transitions(self) -> tuple[Transition, ...]:
         rows = []
@@ -309,10 +285,9 @@ class MachineResolver:
             known &= self._is_state(item.target, at, "to", 3)
             condition = self._condition("initial", item.when, at.cell("when", 2))
             if known:
+                trace = trace_of(item)
                 rows.append(
-                    Transition(
-                        item.source, item.cause, condition, item.target, trace_of(item), at.place
-                    )
+                    Transition(item.source, item.cause, condition, item.target, trace, at.place)
                 )
         return tuple(rows)
 
@@ -340,11 +315,6 @@ def _article(kind: str) -> str:
     return f"{'an' if kind[0] in 'ei' else 'a'} {kind}"
 
 
-def vague_behaviour(name: str, where: Where) -> Behaviour:
-    """A behaviour of which nothing is known but its name."""
-    ends: tuple[ConditionKind, ConditionKind] = ("terminal", "error")
-    terminal, error = (
-        Condition(name, kind, nobody_knows(where[kind], Bool()), "", Trace(), where.place)
-        for kind in ends
-    )
-    return Behaviour(name, (), terminal, error, "", Trace(), where.place, whole=False)
+def _vague(name: str, kind: ConditionKind, where: Where, at: Where) -> Condition:
+    """A condition, missing at `where`, of which nothing is known but its name."""
+    return Condition(name, kind, nobody_knows(where, Bool()), "", Trace(), at.place)

@@ -17,33 +17,28 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import Library, Loaded, constant_scope
-from specc.schema import SpecFile
+from specc.schema import SpecFile, SubsystemDef
+from specc.schema.files import AgentDef
 
 
 @frozen
-class Reused:
-    """A described part: the file, the definitions in force in it and its value parameters."""
+class Setting:
+    """The file that describes a part, the names in force there and the parameters given to it."""
 
     file: Loaded
     definitions: Definitions
-    given: tuple[Constant, ...]
+    given: tuple[Constant, ...] = ()
+    using: tuple[str, ...] = ()
+    """Paths of the descriptions that led here."""
 
 
 def reuse(
-    relative: str,
-    arguments: Mapping[str, str],
-    where: Where,
-    user: Loaded,
-    outer: Definitions,
-    library: Library,
-    using: tuple[str, ...],
-) -> Reused | None:
-    """Load the file that `where` uses and bind its parameters to `arguments`.
-
-    `using` are the paths of the descriptions that use each other and led here.
-    """
-    path = library.beside(user, relative)
-    if path in (user.path, *using):
+    user: AgentDef | SubsystemDef, where: Where, at: Setting, library: Library
+) -> Setting | None:
+    """Load the file that `user` uses, at `where`, and bind its parameters to the arguments."""
+    relative, using = user.use or "", at.using
+    path = library.beside(at.file, relative)
+    if path in (at.file.path, *using):
         library.findings.report(
             "E0207", f"`{relative}` uses itself", where["use"].place, help=_APART
         )
@@ -55,14 +50,15 @@ def reuse(
     file = library.load(path, where["use"])
     if file is None:
         return None
-    binder = _Binder(arguments, where["with"], where["use"], outer, library.findings)
+    outer, findings = at.definitions, library.findings
+    binder = _Binder(user.arguments, where["with"], where["use"], outer, findings)
     frames = binder.frames(file.spec.parameters)
     scratch = replace(library, findings=Findings())
     types = scratch.definitions(file, frames)
     given = binder.values(file, types)
     if not binder.complete:
         return None
-    return Reused(file, library.definitions(file, frames, given), given)
+    return Setting(file, library.definitions(file, frames, given), given, (*using, file.path))
 
 
 _APART = "describe the part here, or use another file"

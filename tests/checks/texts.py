@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from specc.lang import Scope, TypeNames, expression, members_of, parse_signature, parse_type
+from specc.lang import (
+    Scope,
+    TypeNames,
+    expression,
+    members_of,
+    of_types,
+    parse_signature,
+    parse_type,
+)
 from specc.model.expr import Expr
 from specc.model.system import Operator
 from specc.model.trace import Trace
@@ -36,7 +44,7 @@ def _operator(name: str, signature: str) -> Operator:
 
 
 SCOPE = Scope(
-    memory={name: parse_type(text, NAMES) for name, text in TYPES.items()},
+    memory=of_types({name: parse_type(text, NAMES) for name, text in TYPES.items()}),
     enums=members_of([MODE]),
     operators={name: _operator(name, text) for name, text in SIGNATURES.items()},
     allow_clock=True,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from specc import pipeline
-from specc.lang.errors import BUILTIN_NAMES
+from specc.lang.builtins import BUILTIN_NAMES
 from specc.model.units import UNITS
 from specc.schema import SpecFile
 from tests.docs.examples import HERE, Example, examples, put

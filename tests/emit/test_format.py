@@ -6,12 +6,13 @@ import shutil
 
 import pytest
 
-from specc.emit import FormatError, format
+from specc import emit
+from specc.emit import FormatError, formatted
 
 
 def test_imports_are_sorted_and_lines_broken() -> None:
     text = "from b import z\nfrom a import y\n\nx = y(" + ", ".join(["z" * 12] * 9) + ")\n"
-    done = format.formatted({"p.py": text, "deep/q.py": "x=1\n"})
+    done = formatted({"p.py": text, "deep/q.py": "x=1\n"})
     assert done["deep/q.py"] == "x = 1\n"
     assert done["p.py"].startswith("from a import y\nfrom b import z\n\nx = y(\n")
     assert max(map(len, done["p.py"].splitlines())) <= 100
@@ -19,7 +20,7 @@ def test_imports_are_sorted_and_lines_broken() -> None:
 
 def test_what_cannot_be_formatted_is_kept() -> None:
     with pytest.raises(FormatError, match="kept in") as error:
-        format.formatted({"p.py": "def def\n"})
+        formatted({"p.py": "def def\n"})
     kept = error.value.kept
     assert kept is not None
     assert (kept / "p.py").read_text() == "def def\n"
@@ -27,6 +28,6 @@ def test_what_cannot_be_formatted_is_kept() -> None:
 
 
 def test_a_missing_formatter_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(format, "which", lambda name: None)
+    monkeypatch.setattr(emit, "which", lambda name: None)
     with pytest.raises(FormatError, match="pip install ruff"):
-        format.formatted({"p.py": "x = 1\n"})
+        formatted({"p.py": "x = 1\n"})

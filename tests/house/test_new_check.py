@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.house.scratch import copied, in_copy
+
 COPIED = (
     "specc",
     "pyproject.toml",
@@ -65,26 +62,7 @@ agents:
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    scratch = tmp_path_factory.mktemp("copy")
-    for name in COPIED:
-        source, target = ROOT / name, scratch / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if source.is_dir():
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
-        else:
-            shutil.copy(source, target)
-    return scratch
-
-
-def in_copy(copy: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", *arguments],
-        cwd=copy,
-        env={**os.environ, "PYTHONPATH": str(copy), **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return copied(tmp_path_factory.mktemp("copy"), *COPIED)
 
 
 def test_a_check_its_page_and_its_case_are_all_there_is_to_write(copy: Path) -> None:

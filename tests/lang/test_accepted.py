@@ -146,4 +146,4 @@ def test_walk_goes_through_every_part_parents_first() -> None:
 
 
 def test_lists_keep_their_element_type() -> None:
-    assert expression("[best]", SCOPE).type == ListOf(SCOPE.constants["best"], nonempty=True)
+    assert expression("[best]", SCOPE).type == ListOf(SCOPE.constants["best"].type, nonempty=True)

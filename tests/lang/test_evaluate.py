@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang import Environment, evaluate, expression, parse_type
-from specc.lang.evaluate import angle, compose, inverse, pose, translation
+from specc.lang.values import angle, compose, inverse, pose, translation
 from specc.model import expr as m
 from specc.model.types import Bool, Pose
 from tests.strategies import NAMES, SCOPE, Reading, conditions, environments, expressions, values
@@ -51,7 +51,7 @@ def test_a_choice_is_two_implications(a: m.Expr, b: m.Expr, env: Environment) ->
 @LAWS
 @given(conditions(2), environments())
 def test_all_is_not_any_not(body: m.Expr, env: Environment) -> None:
-    over = m.Input("c", "b", type=SCOPE.inputs["c", "b"])
+    over = m.Input("c", "b", type=SCOPE.inputs["c", "b"].type)
     every = m.Quantifier("all", "w", over, body, type=Bool())
     some = m.Quantifier("any", "w", over, negated(body), type=Bool())
     assert outcome(every, env) == outcome(negated(some), env)
@@ -64,7 +64,7 @@ def test_conditions_are_truth_values(tree: m.Expr, env: Environment) -> None:
 
 
 @LAWS
-@given(expressions(SCOPE.lets["T_c"], 2), environments())
+@given(expressions(SCOPE.lets["T_c"].type, 2), environments())
 def test_poses_stay_rigid(tree: m.Expr, env: Environment) -> None:
     X = evaluate(tree, env)
     back = compose(X, inverse(X))

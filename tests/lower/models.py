@@ -10,7 +10,15 @@ from types import ModuleType
 from typing import Any
 
 from specc.emit import filled
-from specc.lang import Scope, TypeNames, expression, members_of, parse_signature, parse_type
+from specc.lang import (
+    Scope,
+    TypeNames,
+    expression,
+    members_of,
+    of_types,
+    parse_signature,
+    parse_type,
+)
 from specc.lower import lower
 from specc.model import expr as m
 from specc.model.fsm import Assignment, Axiom, Behaviour, Condition, Function, State, Transition
@@ -103,12 +111,12 @@ class Spec:
 
     def expr(self, text: str, type: Type | None) -> m.Expr:
         scope = Scope(
-            memory={n: self.type(t) for n, (t, _) in self._memory.items()},
-            lets=self._let_types,
-            constants={n: self.type(t) for n, (t, _) in self._constants.items()},
+            memory=of_types({n: self.type(t) for n, (t, _) in self._memory.items()}),
+            lets=of_types(self._let_types),
+            constants=of_types({n: self.type(t) for n, (t, _) in self._constants.items()}),
             enums=members_of([MODE]),
             operators=self.operators,
-            inputs=self.x,
+            inputs=of_types(self.x),
             allow_clock=True,
         )
         return expression(text, scope, type)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from specc_runtime.faults import UndecidedTransition
 
 from specc.emit import filled
-from specc.lang.evaluate import compose
+from specc.lang.values import compose
 from specc.lower import lower
 from specc.model import expr as m
 from specc.model.expr import walk

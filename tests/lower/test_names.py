@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from specc.emit import filled
 from specc.lower import lower
-from specc.lower.names import Names, class_name, identifier, joined
+from specc.lower.names import Namespace, class_name, identifier, joined
 from specc.pipeline import compile_spec
 
 SPECS = Path(__file__).resolve().parents[2] / "specs"
@@ -35,14 +35,14 @@ def test_identifiers_are_ascii_and_no_keywords(text: str) -> None:
 
 @given(st.lists(st.text(max_size=4)))
 def test_new_names_differ(wanted: list[str]) -> None:
-    names = Names(["taken"])
+    names = Namespace(["taken"])
     found = [names.new(text) for text in [*wanted, "taken"]]
     assert len({*found, "taken"}) == len(found) + 1
 
 
 def test_good_names_stay_as_they_are() -> None:
     for name in ("T_d", "X_BE", "m", "q1", "rdot_p"):
-        assert identifier(name) == Names().new(name) == name
+        assert identifier(name) == Namespace().new(name) == name
 
 
 @given(st.lists(st.tuples(texts, texts), unique=True), st.randoms(use_true_random=False))

@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import islice
 from typing import Any
 
-from specc.lang.evaluate import compose, translation
+from specc.lang.values import compose, translation
 from specc.model import expr as m
 from specc.model.expr import Expr, Fresh, Input, Present
 from specc.model.fsm import Cause

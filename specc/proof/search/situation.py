@@ -10,7 +10,7 @@ from typing import Any
 
 from specc.frozen import frozen
 from specc.lang import Environment, evaluate
-from specc.lang.evaluate import compose, translation
+from specc.lang.values import compose, translation
 from specc.model import expr as m
 from specc.model.expr import Expr
 from specc.model.system import Subsystem, System

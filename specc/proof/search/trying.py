@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any
 
-from specc.lang.evaluate import compose, inverse, position
+from specc.lang.values import compose, inverse, position
 from specc.model.expr import Builtin, Compare, Expr, Number, walk
 from specc.proof.search.situation import NO_VALUE, Meaning, Situation, Value
 

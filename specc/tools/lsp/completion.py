@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
 from specc.lang import ExprError, ExprErrors, Scope
-from specc.lang.errors import BUILTIN_NAMES, CLOCK_NAMES
+from specc.lang.builtins import BUILTIN_NAMES
+from specc.lang.errors import CLOCK_NAMES
 from specc.lang.typing import expression
 from specc.model.types import (
     SPATIAL_COMPONENTS,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from specc.frozen import frozen
+from specc.lang.builtins import FUNCTIONS
 from specc.schema.places import role_of
 from specc.tools.lsp.cursor import cursors
 from specc.tools.lsp.index import Index
@@ -12,30 +13,6 @@ from specc.tools.lsp.index import Index
 _NAME = re.compile(r"[^\W\d]\w*$")
 _TEXT = re.compile(r"\"[^\"]*\"|'[^']*'")
 _OPENING = {")": "(", "]": "[", "}": "{"}
-_BUILT_IN: dict[str, tuple[str, str, str]] = {
-    "fresh": ("x.peer.element", "bool", "a value became visible since the previous period"),
-    "present": ("x.peer.element", "bool", "the element has received a value at least once"),
-    "near": (
-        "a, b, tolerance, angle",
-        "bool",
-        "numbers or vectors within a tolerance; two poses within a distance and an angle",
-    ),
-    "all": ("test for v in list", "bool", "for every item of a list or component of a vector"),
-    "any": ("test for v in list", "bool", "for some item of a list or component of a vector"),
-    "argmax": ("number for v in list", "item", "the item for which the number is largest"),
-    "argmin": ("number for v in list", "item", "the item for which the number is smallest"),
-    "inverse": ("X", "pose", "pose[B, A] of a pose[A, B]"),
-    "position": ("X", "vector[3, m]", ""),
-    "identity": ("", "pose", "between the frames that the place requires"),
-    "translation": ("x, y, z", "pose", "between the frames that the place requires"),
-    "pose": ("p, q", "pose", "q is a quaternion (x, y, z, w)"),
-    "len": ("list", "int", "number of items"),
-    "norm": ("v", "real", "length of a vector, in its unit"),
-    "abs": ("a", "number", ""),
-    "min": ("a, b, ...", "number", "numbers of one unit"),
-    "max": ("a, b, ...", "number", "numbers of one unit"),
-    "sqrt": ("a", "real", "half the powers of the unit"),
-}
 
 
 @frozen
@@ -90,9 +67,11 @@ def _of(index: Index | None, name: str, active: int) -> Signature | None:
             filter(None, [operator.title, f"({operator.trace})" if str(operator.trace) else ""])
         )
         return _signature(name, parameters, str(operator.result), words, active)
-    if name in _BUILT_IN:
-        listed, result, words = _BUILT_IN[name]
-        parameters = tuple(filter(None, listed.split(", ")))
+    function = FUNCTIONS.get(name)
+    if function and function.rule:
+        listed, _, said = function.says.partition("-> ")
+        result, _, words = said.partition(": ")
+        parameters = tuple(filter(None, listed.strip().split(", ")))
         return _signature(name, parameters, result, words, active)
     return None
 

@@ -4,7 +4,7 @@ A test that `specc witness` wrote imports from here what it needs: `Trial`, and 
 spelled with.
 """
 
-from specc.lang.evaluate import translation
+from specc.lang.values import translation
 from specc.proof.search import Fields, Token
 from specc.tools.witness.trial import Trial
 

@@ -20,8 +20,8 @@ from specc_runtime.loading import load_system
 from specc_runtime.stepping import Stepper, array
 
 from specc.frozen import frozen
-from specc.lower.annotations import TypeNames, named_types
-from specc.lower.module import Module, elements
+from specc.lower.annotations import PythonTypes, named_types
+from specc.lower.module import Module
 from specc.model.fsm import Transition
 from specc.model.system import System
 from specc.model.types import ListOf, OptionalOf, Pose, Real, Record, Spatial, Type, Vector, whole
@@ -134,11 +134,11 @@ class Code:
         (self.subsystem,) = self.alone.subsystems
         self.answers: Sequence[Answer] = ()
         self._package = scratch / f"witness_of_{system.name}"
-        types = TypeNames(named_types(self.alone))
+        types = PythonTypes(named_types(self.alone))
         self.names = Module(self.alone, self.subsystem, types)
         self.elements = {
-            input_text((peer, item.name)): (self.names.inputs[peer, item.name], item.type)
-            for peer, item in elements(self.subsystem, "x")
+            input_text(key): (self.names.inputs[key], item.type)
+            for key, item in self.subsystem.inputs.items()
         }
         self.memory = {
             item.name: (self.names.memory[item.name], item.type) for item in self.subsystem.memory

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from specc.lang.errors import BUILTIN_NAMES
+from specc.lang.builtins import BUILTIN_NAMES
 from specc.tools.fmt import formatted
 from specc.tools.lsp import actions
 from specc.tools.lsp.actions import Action

@@ -1,0 +1,239 @@
+"""How functions of the language are typed, and what those on poses compute."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from functools import partial
+from typing import Literal, NoReturn
+
+from specc.lang.context import Context, infer_alike, not_empty, unlike
+from specc.lang.errors import ExprError
+from specc.lang.mismatch import scalar_unit
+from specc.lang.names import input_element
+from specc.lang.parse import span
+from specc.model.expr import Builtin, Expr, Fresh, Present, Quantifier
+from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
+from specc.model.units import DIMENSIONLESS, METRE, RADIAN
+
+# Typing rules, most of them made from how a function is called and what it takes.
+
+
+Rule = Callable[[Context, ast.Call, Type | None], Expr]
+
+
+def _take(ctx: Context, node: ast.Call, usage: str, least: int, most: int | None = -1) -> None:
+    """Refuse a call with another number of arguments; `most` None is any number."""
+    given = len(node.args)
+    upper = least if most == -1 else most
+    if given >= least and (upper is None or given <= upper):
+        return
+    name = usage.partition("(")[0]
+    wanted = f"{least} or more" if upper is None else f"{least} or {upper}"
+    wanted = str(least) if upper == least else wanted
+    noun = "argument" if wanted == "1" else "arguments"
+    message = f"{name} takes {wanted} {noun}, not {given}"
+    raise ctx.error(node, message, f"it is called as {usage}", "E0314")
+
+
+def _built(node: ast.Call, type: Type, *args: Expr) -> Builtin:
+    assert isinstance(node.func, ast.Name)  # it was looked up by its name
+    return Builtin(node.func.id, args, type=type, span=span(node))
+
+
+def of_one(
+    usage: str,
+    takes: str,
+    result: Callable[[Type], Type | None],
+    help: Callable[[Type], str] = lambda type: "",
+    wanted: Callable[[Type | None], Type | None] = lambda hint: None,
+) -> Rule:
+    """A function of one argument; `result` is its type by that of the argument, None if none fits.
+
+    `wanted` is the type that a literal takes where the call is expected to be of a type.
+    """
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        _take(ctx, node, usage, 1)
+        value = ctx.infer(node.args[0], wanted(hint))
+        type = result(value.type)
+        if type is not None:
+            return _built(node, type, value)
+        message = f"`{ctx.quote(node.args[0])}` is `{value.type}`; `{ctx.quote(node.func)}` {takes}"
+        error = ctx.error(node.args[0], message, help(value.type), "E0315")
+        raise error.because(ctx.origins(value))
+
+    return rule
+
+
+def of_numbers(parameters: str, least: int, most: int | None, *, is_real: bool = False) -> Rule:
+    """A function of numbers of one unit, which its result has; `is_real` even for integers."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        _take(ctx, node, f"{ctx.quote(node.func)}({parameters})", least, most)
+        numbers = infer_alike(ctx, node.args, hint)
+        unit = scalar_unit(numbers[0].type)
+        for arg, number in zip(node.args, numbers, strict=True):
+            if unit is None or scalar_unit(number.type) != unit:
+                raise unlike(ctx, (node.args[0], numbers[0]), (arg, number), "have no order")
+        whole = not is_real and all(isinstance(number.type, Int) for number in numbers)
+        return _built(node, Int() if whole else Real(unit or DIMENSIONLESS), *numbers)
+
+    return rule
+
+
+def making_pose(usage: str, *parts: Type) -> Rule:
+    """A function of arguments of these types that gives a pose in the frames of its place."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        _take(ctx, node, usage, len(parts))
+        pairs = zip(node.args, parts, strict=True)
+        given = ctx.each(*(partial(ctx.expect, arg, type) for arg, type in pairs))
+        return _built(node, _frames(ctx, node, hint), *given)
+
+    return rule
+
+
+def _frames(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
+    if isinstance(hint, Pose):
+        return hint
+    if hint is not None:
+        raise ctx.error(node, f"`{ctx.quote(node)}` is a pose; expected `{hint}`")
+    help = "declare it as a memory element of a pose type, which gives its frames"
+    message = f"the frames of `{ctx.quote(node)}` are not known here"
+    raise ctx.error(node, message, help, "E0317")
+
+
+def of_input(usage: str, kind: type[Fresh | Present]) -> Rule:
+    """A question about an element of an input buffer."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        _take(ctx, node, usage, 1)
+        return kind(input_element(ctx, node.args[0]), type=Bool(), span=span(node))
+
+    return rule
+
+
+_NEAR = "near(a, b, tolerance)"
+
+
+def near(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """Numbers and vectors with one tolerance in their unit, poses with two."""
+    _take(ctx, node, _NEAR, 3, 4)
+    a, b = infer_alike(ctx, node.args[:2])
+    if isinstance(a.type, Pose) or isinstance(b.type, Pose):
+        return _near_poses(ctx, node, a, b)
+    unit = _common_unit(a.type, b.type)
+    if unit is None:
+        raise _never_near(ctx, node, a, b)
+    _take(ctx, node, _NEAR, 3)
+    return _built(node, Bool(), a, b, ctx.expect(node.args[2], unit))
+
+
+def _near_poses(ctx: Context, node: ast.Call, a: Expr, b: Expr) -> Expr:
+    if a.type != b.type:
+        raise unlike(ctx, (node.args[0], a), (node.args[1], b), "cannot be near")
+    _take(ctx, node, "near(X, Y, position_tolerance, rotation_tolerance)", 4)
+    position, rotation = ctx.each(
+        lambda: ctx.expect(node.args[2], Real(METRE)),
+        lambda: ctx.expect(node.args[3], Real(RADIAN)),
+    )
+    return _built(node, Bool(), a, b, position, rotation)
+
+
+def _common_unit(a: Type, b: Type) -> Real | None:
+    """The type of the tolerance when two numbers or two vectors are compared."""
+    if isinstance(a, Vector) and a == b:
+        return a.element if isinstance(a.element, Real) else None
+    unit = scalar_unit(a)
+    return Real(unit) if unit is not None and unit == scalar_unit(b) else None
+
+
+def _never_near(ctx: Context, node: ast.Call, a: Expr, b: Expr) -> ExprError:
+    """The error of two values that no tolerance can compare."""
+    if a.type != b.type:
+        return unlike(ctx, (node.args[0], a), (node.args[1], b), "cannot be near")
+    what, help = f"`{ctx.quote(node.args[0])}` is `{a.type}`", "compare with `==`"
+    if isinstance(a.type, Spatial):
+        help = "compare them one by one: `near(a.z, b.z, tolerance)`"
+        return ctx.error(node, f"{what}, whose components differ in unit", help, "E0315")
+    reads = "`near` compares numbers, vectors of `real` and poses"
+    return ctx.error(node, f"{what}; {reads}", help, "E0315")
+
+
+# Typing rules of `all(... for v in ...)`, `any(...)`, `argmax(...)` and `argmin(...)`.
+
+
+_USAGE = "all(v in {u, c} for v in x.c.b)"
+
+
+def quantifier(kind: Literal["all", "any"]) -> Rule:
+    """A condition on every item, or on some item, of a vector or a list."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        body, comprehension = _comprehension(ctx, node)
+        variable = _variable(ctx, comprehension)
+        over = ctx.infer(comprehension.iter)
+        element = _element(ctx, comprehension.iter, over)
+        test = ctx.inside(ctx.scope.binding(variable, element)).truth(body)
+        return Quantifier(kind, variable, over, test, type=Bool(), span=span(node))
+
+    return rule
+
+
+def extreme(kind: Literal["argmax", "argmin"]) -> Rule:
+    """The item of a list for which a number is largest or smallest; the list must have one."""
+
+    def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+        body, comprehension = _comprehension(ctx, node)
+        variable = _variable(ctx, comprehension)
+        over = not_empty(ctx.infer(comprehension.iter))
+        element = _element(ctx, comprehension.iter, over)
+        number = ctx.inside(ctx.scope.binding(variable, element)).infer(body)
+        if scalar_unit(number.type) is None:
+            message = f"`{ctx.quote(body)}` is `{number.type}`; items are compared by a number"
+            raise ctx.error(body, message, code="E0315").because(ctx.origins(number))
+        return Quantifier(kind, variable, over, number, type=element, span=span(node))
+
+    return rule
+
+
+def stray_generator(ctx: Context, node: ast.GeneratorExp, hint: Type | None) -> NoReturn:
+    """`... for v in ...` stands in quantifiers only."""
+    message = "`for` can stand only in `all(...)`, `any(...)`, `argmax(...)` and `argmin(...)`"
+    raise ctx.error(node, message, f"for example `{_USAGE}`", "E0302")
+
+
+def _comprehension(ctx: Context, node: ast.Call) -> tuple[ast.expr, ast.comprehension]:
+    """What is said of each item, and of which items."""
+    match node.args:
+        case [ast.GeneratorExp(elt, [ast.comprehension(ifs=[], is_async=0) as only])]:
+            return elt, only
+        case [ast.GeneratorExp(generators=[ast.comprehension(ifs=[filter, *_]), *_])]:
+            help = "write it into the condition: `all(not a or b for ...)`, `any(a and b for ...)`"
+            raise ctx.error(filter, "a quantifier has no filter", help, "E0302")
+        case [ast.GeneratorExp()]:
+            help = "put one quantifier into the other"
+            raise ctx.error(node, "a quantifier goes over one vector or list", help, "E0302")
+    name = ctx.quote(node.func)
+    usage = _USAGE if name in ("all", "any") else f"{name}(abs(v) for v in [1, -2])"
+    raise ctx.error(node, f"`{name}` goes over a vector or list", f"for example `{usage}`", "E0314")
+
+
+def _variable(ctx: Context, comprehension: ast.comprehension) -> str:
+    target = comprehension.target
+    if not isinstance(target, ast.Name):
+        raise ctx.error(target, "a quantifier has one variable", f"for example `{_USAGE}`", "E0302")
+    scope = ctx.scope
+    known = target.id in ctx.reserved or target.id in scope.files or target.id in scope.enums
+    if known or scope.value(target.id):
+        message = f"the variable `{target.id}` hides a name that is already in use"
+        raise ctx.error(target, message, "choose another name for the variable", "E0232")
+    return target.id
+
+
+def _element(ctx: Context, node: ast.expr, over: Expr) -> Type:
+    if isinstance(over.type, (Vector, ListOf)):
+        return over.type.element
+    message = f"`{ctx.quote(node)}` is `{over.type}`; a quantifier goes over a vector or a list"
+    raise ctx.error(node, message, code="E0313").because(ctx.origins(over))

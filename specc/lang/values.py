@@ -1,0 +1,84 @@
+"""Poses as plain Python values: what functions of the language compute on them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+Row = tuple[float, float, float, float]
+PoseRows = tuple[Row, Row, Row, Row]
+"""Rows of the homogeneous transform X_AB."""
+Floats = tuple[float, ...]
+
+
+def compose(X_AB: PoseRows, X_BC: PoseRows) -> PoseRows:
+    """X_AC, the product of two homogeneous transforms."""
+    a, b, c, d = (_combination(row, X_BC) for row in X_AB)
+    return a, b, c, d
+
+
+def _combination(row: Row, rows: PoseRows) -> Row:
+    w, x, y, z = (sum(row[k] * rows[k][j] for k in range(4)) for j in range(4))
+    return w, x, y, z
+
+
+def inverse(X_AB: PoseRows) -> PoseRows:
+    """X_BA: the rotation transposed, the origin carried over."""
+    p = position(X_AB)
+    columns = [tuple(X_AB[i][j] for i in range(3)) for j in range(3)]
+    rows = [(*c, -sum(a * b for a, b in zip(c, p, strict=True))) for c in columns]
+    return _rows(*rows)
+
+
+def position(X_AB: PoseRows) -> Floats:
+    """Origin of B in the axes of A, metres."""
+    return tuple(X_AB[i][3] for i in range(3))
+
+
+def translation(x_m: float, y_m: float, z_m: float) -> PoseRows:
+    """X_AB with the axes of A and the origin of B at (x, y, z) in A."""
+    return (
+        (1.0, 0.0, 0.0, x_m),
+        (0.0, 1.0, 0.0, y_m),
+        (0.0, 0.0, 1.0, z_m),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+
+
+def pose(p_m: Floats, quaternion_xyzw: Floats) -> PoseRows:
+    """X_AB from the origin of B in A and a quaternion, normalised here.
+
+    Raises:
+        ValueError: the quaternion is zero or not finite.
+    """
+    length = math.hypot(*quaternion_xyzw)
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"quaternion {quaternion_xyzw} has no direction")
+    x, y, z, w = (component / length for component in quaternion_xyzw)
+    return _rows(
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), p_m[0]),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), p_m[1]),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), p_m[2]),
+    )
+
+
+def near(a: Any, b: Any, tolerance: float, rotation_rad: float | None = None) -> bool:
+    """Numbers and vectors by their largest component, poses by distance and angle."""
+    if rotation_rad is not None:
+        return math.dist(position(a), position(b)) <= tolerance and angle(a, b) <= rotation_rad
+    if isinstance(a, tuple):
+        return all(abs(p - q) <= tolerance for p, q in zip(a, b, strict=True))
+    return bool(abs(a - b) <= tolerance)
+
+
+def angle(X: PoseRows, Y: PoseRows) -> float:
+    """Angle of the rotation between two orientations, radians; eq. |R_X - R_Y|^2 = 8 sin^2(a/2)."""
+    chord = math.dist(
+        [X[i][j] for i in range(3) for j in range(3)], [Y[i][j] for i in range(3) for j in range(3)]
+    )
+    return 2.0 * math.asin(min(chord / math.sqrt(8.0), 1.0))
+
+
+def _rows(*rows: Any) -> PoseRows:
+    a, b, c = rows
+    return a, b, c, (0.0, 0.0, 0.0, 1.0)

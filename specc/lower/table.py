@@ -1,0 +1,174 @@
+"""The expressions of a subsystem with equal ones made identical and lets put in place.
+
+A let is only a name that a term prefers. Equality of terms is identity, so finding what can be
+computed once costs a look into a set, however deep the expressions are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
+
+from specc.lower.terms import Term, fixed, largest_of, place_type, shows, term
+from specc.model import expr as e
+from specc.model.system import Let
+from specc.model.types import Bool, Int, Real, Type
+
+LARGEST = 100_000
+"""Most terms that one method may spell; conditional lets can multiply beyond any use."""
+
+
+class TooLarge(Exception):
+    """The work cycle of a subsystem would become too large a method."""
+
+    def __init__(self, subsystem: str = "") -> None:
+        self.subsystem = subsystem
+        whose = f" of `{subsystem}`" if subsystem else ""
+        super().__init__(
+            f"one period{whose} evaluates more than {LARGEST} terms, or terms nested too deep; "
+            "lets that use other lets in both branches of a choice multiply: compute some in an "
+            "operator"
+        )
+
+
+class TermTable:
+    """All terms of a subsystem."""
+
+    def __init__(
+        self,
+        lets: Iterable[Let] = (),
+        computed: Iterable[str] = (),
+        settled: Iterable[str] = (),
+        constants: Mapping[str, e.Expr] | None = None,
+        parameters: Mapping[str, tuple[Type, ...]] | None = None,
+    ) -> None:
+        """`computed`: constants whose value an operator or a file gives; `settled`: memory that
+        keeps its initial value; `constants`: the values of the others
+        and of `period`; `parameters`: the types
+        of the parameters of every operator."""
+        self._terms: dict[object, Term] = {}
+        self._lets: dict[str, Term] = {}
+        self._computed = frozenset(computed)
+        self._settled = frozenset(settled)
+        self._constants = constants or {}
+        self._parameters = parameters or {}
+        for let in lets:
+            self._lets[let.name] = self._named(self.of(let.value), let)
+
+    def _named(self, term: Term, let: Let) -> Term:
+        if term.args and not term.is_settled and term.let is None:
+            term.let = let
+            term.keep()
+        return term
+
+    def of(self, node: e.Expr, as_type: Type | None = None) -> Term:
+        """The term of an expression that is compared, written or handed on: a number is finite.
+
+        `as_type` is the type of the place; an integer becomes a real there.
+        """
+        term = self._raw(node)
+        if term.is_raw:
+            return self._make(e.Builtin("finite", (term.node,), type=term.type), (term,))
+        if isinstance(as_type, Real) and isinstance(term.type, Int):
+            if isinstance(term.node, e.Number):
+                return self._make(e.Number(float(term.node.value), type=as_type), ())
+            return self._make(e.Builtin("float", (term.node,), type=as_type), (term,))
+        return term
+
+    def _raw(self, node: e.Expr) -> Term:
+        """The term of an expression. What is not finite shows in all arithmetic that it enters, so
+        that one look at the end is enough; wherever it could hide, it is looked at before."""
+        if isinstance(node, e.LetRef):
+            return self._lets[node.name]
+        if isinstance(node, (e.Fresh, e.Present)):
+            return self._make(node, ())
+        shown = shows(node)
+        args = (
+            self._raw(child) if place in shown else self.of(child, self._place(node, place))
+            for place, child in enumerate(e.children(node))
+        )
+        return self.make(node, tuple(args))
+
+    def _place(self, node: e.Expr, place: int) -> Type | None:
+        if isinstance(node, e.Call) and node.operator in self._parameters:
+            return self._parameters[node.operator][place]
+        return place_type(node, place)
+
+    def make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        """The term of a node over given operands, after folding what is known."""
+        match node:
+            case e.Unary(op="not"):
+                return self._negated(node, args[0])
+            case e.Logic():
+                return self._joined(node, args)
+            case e.Choice() if isinstance(args[0].node, e.Truth):
+                return args[1] if args[0].node.value else args[2]
+        return self._make(node, args)
+
+    def truth(self, value: bool) -> Term:
+        """The term of a constant truth value."""
+        return self._make(e.TRUE if value else e.FALSE, ())
+
+    def negation(self, term: Term) -> Term:
+        """The term that holds when `term` does not."""
+        return self._negated(e.Unary("not", term.node, type=Bool()), term)
+
+    def _negated(self, node: e.Unary, arg: Term) -> Term:
+        match arg.node:
+            case e.Truth(value=value):
+                return self.truth(not value)
+            case e.Unary(op="not"):
+                return arg.args[0]
+            case e.Compare(op="==" | "!=" as op):
+                return self._make(replace(arg.node, op="!=" if op == "==" else "=="), arg.args)
+        return self._make(node, (arg,))
+
+    def _joined(self, node: e.Logic, args: tuple[Term, ...]) -> Term:
+        """`and`/`or` without operands that decide nothing; `a and not a` is decided."""
+        decided = self.truth(node.op == "or")
+        kept: list[Term] = []
+        for arg in args:
+            nested = isinstance(arg.node, e.Logic) and arg.node.op == node.op and arg.let is None
+            for part in arg.args if nested else (arg,):
+                if part is decided or self.negation(part) in kept:
+                    return decided
+                if not isinstance(part.node, e.Truth) and part not in kept:
+                    kept.append(part)
+        if len(kept) < 2:
+            return kept[0] if kept else self.truth(node.op == "and")
+        return self._make(node, tuple(kept))
+
+    def _make(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        key = (type(node), node.type, _payload(node), tuple(arg.order for arg in args))
+        if key not in self._terms:
+            self._terms[key] = self._new(node, args)
+        return self._terms[key]
+
+    def _new(self, node: e.Expr, args: tuple[Term, ...]) -> Term:
+        match node:
+            case e.ConstantRef(name=name):
+                is_constant, is_settled = name not in self._computed, True
+            case e.MemoryRef(name=name):
+                is_constant, is_settled = False, name in self._settled
+            case _:
+                is_constant, is_settled = fixed(node, args)
+        largest = self._largest(node, args)  # may make terms, so before this one has its number
+        return term(len(self._terms), node, args, (is_constant, is_settled), largest)
+
+    def _largest(self, node: e.Expr, args: tuple[Term, ...]) -> float:
+        if isinstance(node, (e.ConstantRef, e.Clock)) and node.name in self._constants:
+            return self._raw(self._constants[node.name]).largest
+        return largest_of(node, args)
+
+
+def _payload(node: e.Expr) -> object:
+    """What tells two nodes of one kind apart besides their type and operands."""
+    if isinstance(node, e.Number):
+        return (type(node.value), repr(node.value))  # 0.0 and -0.0 are equal numbers
+    if isinstance(node, (e.Fresh, e.Present)):
+        return node.input
+    values = (getattr(node, part.name) for part in fields(node) if part.name not in _COMMON)
+    return tuple(v for v in values if isinstance(v, (str, int, float, bool, frozenset)))
+
+
+_COMMON = ("type", "span")
