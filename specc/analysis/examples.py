@@ -12,19 +12,19 @@ from specc.model.expr import Expr, walk
 from specc.model.fsm import Cause, State
 from specc.model.system import Subsystem
 from specc.model.types import Type, Vector
-from specc.proof import InputName, Witness
+from specc.proof import Witness
 from specc.proof.search import (
     NO_VALUE,
     Freedom,
+    Goal,
     Meaning,
     SearchBudget,
     Situation,
     Value,
     first_value,
-    runnable,
     showing,
 )
-from specc.proof.search.example import Example, Wanted, example, says_all
+from specc.proof.search.example import Example, example, says_all
 
 # Finding values that show what was refuted of rows.
 
@@ -44,7 +44,6 @@ class Examples:
         self._facts = facts
         self._left = SearchBudget(MOST_IN_ALL)
         self._meanings: dict[str, Meaning] = {}
-        self._changing: dict[str, frozenset[str]] = {}
         self._known: dict[object, Example | None] = {}
 
     def text(self, decided: Decided, witness: Witness, facts: str) -> str:
@@ -70,49 +69,45 @@ class Examples:
         """
         name = subsystem.qualified_name
         if name not in self._meanings:
-            self._meanings[name] = Meaning(self._facts.system, _runnable_lets(subsystem))
-            self._changing[name] = frozenset(
-                a.name for b in subsystem.behaviours for a in b.assignments if not a.peer
-            )
+            self._meanings[name] = Meaning(self._facts.system, subsystem)
+        meaning = self._meanings[name]
         seen = subsystem
         if is_vague(subsystem, state, cause):  # what is unknown is taken as the witness takes it
             seen = (sure if witness.holding else unmet)(cause).of(subsystem)
         about = tuple(expr for expr, _ in witness.answers)
-        shown = showing(seen, state.name, cause, witness.holding, witness.answers)
-        every = tuple(Wanted(goals, about) for goals in shown)
+        every = tuple(showing(seen, state.name, cause, witness.holding, witness.answers))
         always = self._facts.connections.always_present(subsystem)
         there = self._facts.of(subsystem).presence.in_conditions(state.name) | always
-        key = name, every, there
+        key = name, every, about, there
         if key not in self._known:
-            freedom = Freedom(self._changing[name], True, True, frozenset(), there)
+            freedom = Freedom(meaning.changing, there)
             try:
-                self._known[key] = self._searched(every, self._meanings[name], freedom)
+                self._known[key] = self._searched(every, about, meaning, freedom)
             except RecursionError:  # a finding does without an example where lets are that deep
                 self._known[key] = None
         return self._known[key]
 
     def _searched(
-        self, every: Sequence[Wanted], meaning: Meaning, freedom: Freedom
+        self,
+        every: Sequence[tuple[Goal, ...]],
+        about: Sequence[Expr],
+        meaning: Meaning,
+        freedom: Freedom,
     ) -> Example | None:
         if self._left.left <= 0:
             return None
         self._left.spend(EACH)
         most = MOST
-        for wanted in every:
-            size = 1 + sum(map(_size, (expr for expr, _ in wanted.goals))) // LARGE
+        for goals in every:
+            size = 1 + sum(_size(condition) for condition, _ in goals) // LARGE
             for number in (0.0, 1.0):  # by one, one can divide
                 start = _start(meaning, number)
                 with self._left.some(most // size) as budget:
-                    found = example(wanted, meaning, start, freedom, budget)
+                    found = example(goals, about, meaning, start, freedom, budget)
                 if found:
                     return found
                 most = MOST_AGAIN
         return None
-
-
-def _runnable_lets(subsystem: Subsystem) -> Subsystem:
-    lets = (replace(let, value=runnable(let.value)) for let in subsystem.lets)
-    return replace(subsystem, lets=tuple(lets))
 
 
 def _size(expr: Expr) -> int:
@@ -127,15 +122,8 @@ def _size(expr: Expr) -> int:
 
 def _start(meaning: Meaning, number: float) -> Situation:
     """Everything is there, nothing is fresh, a period after the state was entered."""
-    subsystem = meaning.subsystem
-    inputs: dict[InputName, Value] = {
-        (port.peer, element.name): first_value(element.type, number)
-        for port in subsystem.ports
-        if port.direction == "x"
-        for element in port.elements
-    }
-    at = Situation(inputs, frozenset(inputs))
-    for item in subsystem.memory:
+    at = meaning.blank(number)
+    for item in meaning.subsystem.memory:
         value = _value(meaning, item.init, item.type, at)
         at = replace(at, memory={**at.memory, item.name: value})
     return replace(at, periods=1)

@@ -248,19 +248,6 @@ def _pose(rows: Value) -> str:
 
 
 @frozen
-class Wanted:
-    """What an example is asked for.
-
-    Attributes:
-        goals: what must hold or fail.
-        about: the questions of the witness; nothing else is said.
-    """
-
-    goals: tuple[Goal, ...]
-    about: tuple[m.Expr, ...]
-
-
-@frozen
 class Example:
     """A situation that meets the goals, and the part of it that the witness is about."""
 
@@ -269,17 +256,25 @@ class Example:
 
 
 def example(
-    wanted: Wanted, meaning: Meaning, start: Situation, freedom: Freedom, budget: SearchBudget
+    goals: Sequence[Goal],
+    about: Sequence[m.Expr],
+    meaning: Meaning,
+    start: Situation,
+    freedom: Freedom,
+    budget: SearchBudget,
 ) -> Example | None:
-    """An example near `start`; None if none was found."""
+    """An example near `start` that meets the goals; None if none was found.
+
+    It says what the questions `about` depend on and nothing else.
+    """
     if budget.left <= 0:
         return None
-    found = find(meaning, start, wanted.goals, freedom, budget)
-    if found is None or not _shows(meaning, wanted.goals, found):
+    found = find(meaning, start, goals, freedom, budget)
+    if found is None or not _shows(meaning, goals, found):
         return None
-    about = list(leaves(wanted.about, meaning.lets))
-    found = tidied(found, start, about, meaning, lambda at: _shows(meaning, wanted.goals, at))
-    return Example(found, ", ".join(_said(about, meaning, found)))
+    parts = list(leaves(about, meaning.lets))
+    found = tidied(found, start, parts, meaning, lambda at: _shows(meaning, goals, at))
+    return Example(found, ", ".join(_said(parts, meaning, found)))
 
 
 def _shows(meaning: Meaning, goals: Sequence[Goal], at: Situation) -> bool:

@@ -250,15 +250,29 @@ class Meaning:
 
     def __init__(self, system: System, subsystem: Subsystem) -> None:
         self.subsystem = subsystem
-        self.lets: dict[str, Expr] = {item.name: item.value for item in subsystem.lets}
+        self.lets: dict[str, Expr] = {i.name: runnable(i.value) for i in subsystem.lets}
         declared = (*system.constants, *subsystem.constants)
         self.constants: dict[str, Expr] = {item.name: item.value for item in declared}
         self._rate_hz = subsystem.rate_hz
         self.period_s = float(1 / subsystem.rate_hz)
         self.results = {operator.name: operator.result for operator in system.operators}
         self._files = dict(system.files)
+        self.changing = frozenset(
+            a.name for b in subsystem.behaviours for a in b.assignments if not a.peer
+        )
+        """Memory that some behaviour assigns."""
         self._last: tuple[Situation | None, bool, Environment] = (None, False, Environment())
         """What was asked about last, for its lets and constants."""
+
+    def blank(self, number: float) -> Situation:
+        """Every input has the first value of its type, where numbers are `number`; none came."""
+        inputs = {
+            (port.peer, element.name): first_value(element.type, number)
+            for port in self.subsystem.ports
+            if port.direction == "x"
+            for element in port.elements
+        }
+        return Situation(inputs, frozenset(inputs))
 
     def value(self, expr: Expr, at: Situation, *, strictly: bool = False) -> Value:
         """The value of an expression; raises what `evaluate` raises.
@@ -325,17 +339,17 @@ class Freedom:
 
     Attributes:
         memory: memory elements with these names.
+        sure: inputs that are always there.
         time: how long the state has been running.
         unsent: inputs that change although nothing comes; otherwise only those of `devices` do.
-        sure: inputs that are always there.
         never: inputs that must not come.
     """
 
     memory: frozenset[str]
-    time: bool
-    unsent: bool
-    devices: frozenset[InputName]
     sure: frozenset[InputName]
+    time: bool = True
+    unsent: bool = True
+    devices: frozenset[InputName] = frozenset()
     never: frozenset[InputName] = frozenset()
 
     def input(self, name: InputName, value: Value, at: Situation) -> Iterator[Situation]:

@@ -22,9 +22,7 @@ from specc.proof.search import (
     Goal,
     Meaning,
     Situation,
-    Value,
     find,
-    first_value,
     present,
     showing,
 )
@@ -88,17 +86,15 @@ class Inputs:
         Raises:
             StrayError: an initial value has no value.
         """
-        inputs: dict[InputName, Value] = {
-            name: first_value(element.type, number) for name, element in self._elements.items()
-        }
-        start = Situation(inputs, self.always)
+        start = replace(self._meaning.blank(number), present=self.always)
+        inputs = dict(start.inputs)
         for name, element in self._elements.items():
             if element.init is not None:
                 try:
                     inputs[name] = self._meaning.value(element.init, start, strictly=True)
                 except NO_VALUE as error:
                     raise StrayError(str(error)) from error
-        return start
+        return replace(start, inputs=inputs)
 
     def with_values(self, at: Situation, wanted: Situation) -> Situation:
         """A first period with the values of another situation, as far as the assumptions allow."""
@@ -178,9 +174,6 @@ class Driver:
         self._never = never
         self._subsystem = code.subsystem
         self._presence = facts.of(original).presence
-        self._changing = frozenset(
-            a.name for b in self._subsystem.behaviours for a in b.assignments if not a.peer
-        )
         self._changing_lets: set[str] = set()
         for let in self._subsystem.lets:  # in order of dependence
             if self._depends(let.value):
@@ -292,7 +285,7 @@ class Driver:
     def _depends(self, expr: Expr) -> bool:
         """Whether an expression depends on memory that changes."""
         return any(
-            (isinstance(node, MemoryRef) and node.name in self._changing)
+            (isinstance(node, MemoryRef) and node.name in self.meaning.changing)
             or (isinstance(node, LetRef) and node.name in self._changing_lets)
             for node in walk(expr)
         )
@@ -350,10 +343,10 @@ class Driver:
         Raises:
             StrayError: nothing was found.
         """
-        memory = self._changing if placed else frozenset[str]()
+        memory = self.meaning.changing if placed else frozenset[str]()
         inputs = self.inputs
         sure = self._sure(state) | inputs.always if state else inputs.always
-        freedom = Freedom(memory, time, placed, inputs.devices, sure, self._never)
+        freedom = Freedom(memory, sure, time, placed, inputs.devices, self._never)
         found = find(self.meaning, at, goals, freedom)
         if found is None:
             raise StrayError(f"no inputs were found that end {state} as required")
