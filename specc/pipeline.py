@@ -138,10 +138,3 @@ def build(path: str, values: Mapping[str, str] = _AS_WRITTEN) -> Build:
         refusal = Diagnostic(code, message, at, help=help_text)
         return Build(replace(result, diagnostics=(*result.diagnostics, refusal)), "", {})
     return Build(result, result.system.name, files)
-
-
-def json_schema() -> dict[str, Any]:
-    """JSON Schema of a specification file, for editors."""
-    from specc.schema.json_schema import json_schema as of_files
-
-    return of_files()

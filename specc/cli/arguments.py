@@ -132,7 +132,7 @@ def _comparing(commands: Any) -> None:
 def _importing(commands: Any) -> None:
     words = "make a specification from state machines of other tools"
     formats = commands.add_parser("import", help=words).add_subparsers(
-        dest="source", metavar="FORMAT", required=True
+        prog="specc import", dest="source", metavar="FORMAT", required=True
     )
     run = "importing:run_import"
     fabric = _command(formats, "fabric", run, "subsystem definitions of FABRIC")

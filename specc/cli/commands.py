@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from argparse import Namespace
 from importlib import import_module
@@ -116,9 +115,11 @@ def explain(options: Namespace) -> int:
 
 def schema(options: Namespace) -> int:
     """Print the JSON Schema of specification files, for editors."""
-    from specc import pipeline
+    import json
 
-    streams.show(json.dumps(pipeline.json_schema(), indent=2) + "\n", "json")
+    from specc.schema.json_schema import json_schema
+
+    streams.show(json.dumps(json_schema(), indent=2) + "\n", "json")
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -91,6 +90,8 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 
 def as_json(version: int, system: str, **parts: Any) -> str:
     """What is known of a system as an indented JSON text."""
+    import json  # most commands print no JSON
+
     return json.dumps({"version": version, "system": system, **parts}, indent=2) + "\n"
 
 

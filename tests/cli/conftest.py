@@ -72,9 +72,6 @@ class FakePipeline:
         files = {"__init__.py": "", "arm/c.py": "\n".join(data) + "\n"}
         return FakeBuild(result, data["system"], files)
 
-    def json_schema(self) -> dict[str, object]:
-        return {"type": "object"}
-
 
 @pytest.fixture
 def pipeline(monkeypatch: pytest.MonkeyPatch) -> Iterator[FakePipeline]:
@@ -82,7 +79,7 @@ def pipeline(monkeypatch: pytest.MonkeyPatch) -> Iterator[FakePipeline]:
 
     fake = FakePipeline()
     module = ModuleType("specc.pipeline")
-    for name in ("check_spec", "compile_spec", "build", "json_schema"):
+    for name in ("check_spec", "compile_spec", "build"):
         setattr(module, name, getattr(fake, name))
     monkeypatch.setitem(sys.modules, "specc.pipeline", module)
     monkeypatch.setattr(specc, "pipeline", module, raising=False)

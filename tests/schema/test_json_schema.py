@@ -9,8 +9,8 @@ from typing import Any
 import jsonschema
 import pytest
 
-from specc.pipeline import json_schema
 from specc.read import read_file
+from specc.schema.json_schema import json_schema
 from tests.house.tree import ROOT
 
 SPECS = sorted([*(ROOT / "specs").glob("*.yaml"), *(ROOT / "specs/lib").glob("*.yaml")])
