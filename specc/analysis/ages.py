@@ -8,16 +8,13 @@ from graphlib import CycleError, TopologicalSorter
 from math import lcm
 from typing import NamedTuple
 
-from specc.analysis.connections import base_tick
 from specc.analysis.dataflow import DataFlow, Measured, Node, Sent
 from specc.analysis.graph import components
+from specc.analysis.rates import LONGEST, base_tick
 from specc.reachable import reachable
 
 # Values on their way through one repetition of the timeline.
 
-
-LONGEST = 100_000
-"""Ticks of the longest timeline that is followed; a longer one is refused for its rates."""
 
 Edges = dict[Node, tuple[tuple[Node, bool], ...]]
 Need = tuple[int, bool]

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from functools import cached_property
 
 from specc.analysis.ages import Ages
-from specc.analysis.connections import Connections, Rates
+from specc.analysis.connections import Connections
 from specc.analysis.dataflow import DataFlow, Node
 from specc.analysis.machine import Decided, Machine
 from specc.analysis.misfits import Misfits
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
+from specc.analysis.rates import Rates
 from specc.analysis.reads import Dependences
 from specc.analysis.valueless import valueless
 from specc.kept import Kept

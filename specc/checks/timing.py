@@ -8,12 +8,13 @@ from math import ceil
 
 from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
-from specc.analysis.connections import LONGEST
 from specc.analysis.dataflow import Measured, Node, Sent
+from specc.analysis.rates import LONGEST
 from specc.analysis.reads import arrivals_asked
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
-from specc.model.system import Element, Port, Subsystem
+from specc.model.fsm import State
+from specc.model.system import Element, Subsystem
 from specc.source import Place
 
 # All periods are whole multiples of a base tick, and the timeline repeats within reason.
@@ -53,52 +54,44 @@ def _count(ticks: object) -> str:
 
 def readers_fast_enough(facts: Facts) -> Iterator[Diagnostic]:
     """W0414, for values that are sent on occasion; a value of every period is a measurement."""
-    for subsystem in facts.rates.timed:
-        asked = arrivals_asked(subsystem)
-        for port in subsystem.ports if asked else ():
-            for element in port.elements:
-                if port.direction == "x" and (port.peer, element.name) in asked:
-                    source = _source(subsystem, port, element.name, facts)
-                    if source and source[0] > subsystem.rate_hz:
-                        rate, place = source
-                        yield Diagnostic(
-                            "W0414",
-                            f"`{subsystem.qualified_name}` can miss values of "
-                            f"`x.{port.peer}.{element.name}`",
-                            element.place,
-                            f"up to {_most_values(rate / subsystem.rate_hz)} values arrive between "
-                            f"two periods of {_ms(subsystem.rate_hz)}; only the last one is seen",
-                            (
-                                Related(place, f"sends one every {_ms(rate)}"),
-                                Related(subsystem.place.below("rate"), "reads at this rate"),
-                            ),
-                            "raise the rate of the reader, or lower that of the sender",
-                        )
+    for reader, node, element in _asked(facts):
+        source = _source(node, facts) if reader in facts.rates.timed else None
+        if source is None or source[0] <= reader.rate_hz:
+            continue
+        rate, place = source
+        yield Diagnostic(
+            "W0414",
+            f"`{reader.qualified_name}` can miss values of `{node.short}`",
+            element.place,
+            f"up to {ceil(rate / reader.rate_hz)} values arrive between two periods of "
+            f"{_ms(reader.rate_hz)}; only the last one is seen",
+            (
+                Related(place, f"sends one every {_ms(rate)}"),
+                Related(reader.place.below("rate"), "reads at this rate"),
+            ),
+            "raise the rate of the reader, or lower that of the sender",
+        )
 
 
-def _source(
-    subsystem: Subsystem, port: Port, element: str, facts: Facts
-) -> tuple[Fraction, Place] | None:
+def _asked(facts: Facts) -> Iterator[tuple[Subsystem, Node, Element]]:
+    """The elements of which it matters to their readers whether a new value has come."""
+    asked = {s.qualified_name: (s, arrivals_asked(s)) for s in facts.subsystems}
+    for node, element in facts.received():
+        reader, names = asked.get(node.reader, (None, ()))
+        if reader and (node.peer, node.element) in names:
+            yield reader, node, element
+
+
+def _source(node: Node, facts: Facts) -> tuple[Fraction, Place] | None:
     """How often the element can be sent, and where that is said; None if it always is."""
-    misfits = [misfit.bound.binding for misfit in facts.rates.misfits]
-    for bound in facts.bindings:
-        rate = bound.binding.rate_hz
-        if (bound.binding.device, bound.element.name) == (port.other_end, element) and rate:
-            fits = bound.binding not in misfits
-            return (rate, bound.binding.place.below("rate")) if fits else None
-    sender = facts.connections.subsystems.get(port.other_end)
-    end = facts.connections.other_port(subsystem, port)
-    unsure = facts.broken | facts.faulty
-    if sender is None or end is None or port.other_end in unsure:
-        return None
-    writing = sender.written.get((end.peer, element), {})
-    if all(state.behaviour.name in writing for state in sender.states):
-        return None
-    return sender.rate_hz, sender.place.below("rate")
-
-
-def _most_values(ratio: Fraction) -> int:
-    return -(-ratio.numerator // ratio.denominator)
+    match facts.ages.sources.of(node):
+        case Sent(sender=sender, silent=State()):
+            return sender.rate_hz, sender.place.below("rate")
+        case Measured(sporadic=False, device=device) as measured if measured.period_s:
+            unfit = (misfit.bound.binding for misfit in facts.rates.misfits)
+            if (device, node.element) not in ((b.device, b.element) for b in unfit):
+                return 1 / measured.period_s, measured.place
+    return None
 
 
 def _ms(rate: Fraction) -> str:
@@ -110,12 +103,7 @@ def _ms(rate: Fraction) -> str:
 
 def rates_divide(facts: Facts) -> Iterator[Diagnostic]:
     """W0418, where the age is not limited either; a sender that is faster is seen in any period."""
-    readers = {s.qualified_name: s for s in facts.subsystems}
-    asked = {name: arrivals_asked(reader) for name, reader in readers.items()}
-    for node, element in facts.received():
-        reader = readers.get(node.reader)
-        if reader is None or (node.peer, node.element) not in asked[node.reader]:
-            continue
+    for reader, node, element in _asked(facts):
         sender = _sender(node, facts)
         if sender is None or element.max_age_s is not None:
             continue

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from fractions import Fraction
-from functools import reduce
-from math import gcd
 
+from specc.analysis.rates import base_tick
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
 from specc.lower.flow import Proofs
 from specc.lower.module import buffer_names, memory_names
@@ -284,7 +282,7 @@ def _whole(
     for subsystem in system.subsystems:
         name = subsystem.qualified_name
         imports.add(f".{modules[name]}", classes[name])
-    tick = base_tick(system)
+    tick = base_tick(1 / s.rate_hz for s in system.subsystems)
     connected = tuple(connections(system))
     if connected:
         imports.add("specc_runtime.system", "Connection")
@@ -314,17 +312,6 @@ def _whole(
         "task": tuple(_task(system, system.task)) if system.task else (),
     }
     return FilePlan("system.py.j2", parts)
-
-
-def base_tick(system: System) -> Fraction:
-    """The longest time of which all periods are whole multiples, in seconds."""
-    periods = [1 / s.rate_hz for s in system.subsystems]
-    return reduce(_common, periods) if periods else Fraction(1)
-
-
-def _common(a: Fraction, b: Fraction) -> Fraction:
-    divisor = gcd(a.numerator * b.denominator, b.numerator * a.denominator)
-    return Fraction(divisor, a.denominator * b.denominator)
 
 
 def _task(system: System, task: Task) -> Iterator[str]:

@@ -1,0 +1,117 @@
+"""Which rates fit together; nothing is concluded from those that do not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import gcd, lcm
+
+from specc.analysis.plant import BoundElement
+from specc.frozen import frozen
+from specc.model.system import Subsystem, System
+
+LONGEST = 100_000
+"""Base ticks after which the timeline has to repeat."""
+
+
+def base_tick(periods_s: Iterable[Fraction]) -> Fraction:
+    """The longest time in seconds of which all periods are whole multiples; 1 if there are none."""
+    listed = list(periods_s) or [Fraction(1)]
+    return Fraction(gcd(*(p.numerator for p in listed)), lcm(*(p.denominator for p in listed)))
+
+
+@frozen
+class Clash:
+    """A subsystem whose rate does not fit the others: the timeline repeats after `ticks`."""
+
+    odd: Subsystem
+    others: tuple[Subsystem, ...]
+    ticks: Fraction
+
+
+@frozen
+class Misfit:
+    """A sensor whose rate does not fit those of `readers` or, without readers, the base tick."""
+
+    bound: BoundElement
+    rate_hz: Fraction
+    readers: tuple[Subsystem, ...]
+    tick_s: Fraction | None
+
+
+class Rates:
+    """The rates of a system; `asked` are its subsystems without errors, which checks ask about.
+
+    The system is `whole` if all that is wrong with it is wrong inside subsystems and devices.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        asked: Sequence[Subsystem],
+        bindings: Sequence[BoundElement],
+        *,
+        whole: bool,
+    ) -> None:
+        self._every = system.subsystems
+        self._asked = asked
+        self._bindings = bindings
+        self._whole = whole
+
+    @cached_property
+    def clash(self) -> Clash | None:
+        """The subsystem without which the timeline of the others repeats in time, or the last one.
+
+        Only those whose rates are known count.
+        """
+        rated = [s for s in self._every if s.rated]
+        ticks = _ticks(rated)
+        if ticks <= LONGEST:
+            return None
+        without = [(odd, tuple(s for s in rated if s is not odd)) for odd in reversed(rated)]
+        fitting = (pair for pair in without if _ticks(pair[1]) <= LONGEST)
+        return Clash(*next(fitting, without[0]), ticks)
+
+    @cached_property
+    def timed(self) -> tuple[Subsystem, ...]:
+        """The subsystems with rates, if these fit together."""
+        return () if self.clash else tuple(s for s in self._asked if s.rated)
+
+    @cached_property
+    def misfits(self) -> tuple[Misfit, ...]:
+        """Sensors whose rates fit neither those of their readers nor the tick, if that is known."""
+        found = (self._misfit(bound) for bound in self._bindings)
+        return tuple(misfit for misfit in found if misfit is not None)
+
+    def _misfit(self, bound: BoundElement) -> Misfit | None:
+        rate, device, tick_s = bound.binding.rate_hz, bound.binding.device, self._tick_s
+        if rate is None or bound.commanded:
+            return None
+        readers = [s for s in self.timed if _reads(s, device)]
+        strangers = tuple(s for s in readers if not _divides(rate, s.rate_hz))
+        fits = tick_s is None or (1 / rate / tick_s).denominator == 1
+        return None if fits and not strangers else Misfit(bound, rate, strangers, tick_s)
+
+    @cached_property
+    def _tick_s(self) -> Fraction | None:
+        """The base tick, if all rates are known."""
+        all_known = self._whole and all(s.rated for s in self._every)
+        if self.clash or not self._every or not all_known:
+            return None
+        return base_tick(1 / s.rate_hz for s in self._every)
+
+
+def _ticks(subsystems: Sequence[Subsystem]) -> Fraction:
+    """Base ticks after which the timeline of some subsystems repeats."""
+    rates = [s.rate_hz for s in subsystems]
+    return 1 / base_tick(rates) / base_tick(1 / rate for rate in rates)
+
+
+def _reads(subsystem: Subsystem, device: str) -> bool:
+    return any(p.direction == "x" and p.other_end == device for p in subsystem.ports)
+
+
+def _divides(one: Fraction, other: Fraction) -> bool:
+    """Whether one of two rates is a whole multiple of the other."""
+    return (one / other).denominator == 1 or (other / one).denominator == 1
