@@ -187,7 +187,7 @@ class Methods:
     def _asks_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
         asked = [work.value for work in self._activities[behaviour.name].works]
-        asked += [self._table.of(c.when) for c in (behaviour.error, behaviour.terminal)]
+        asked += [self._table.of(condition.when) for _, condition in behaviour.endings]
         rows = (*self._subsystem.rows(state, "terminal"), *self._subsystem.rows(state, "error"))
         asked += [self._table.of(row.condition.when) for _, row in rows]
         asked += [self._table.of(axiom.that) for axiom in self._subsystem.axioms]

@@ -211,7 +211,7 @@ class Flows:
     def of_state(self, state: str) -> Flow:
         """The work cycle of a state: error has priority over the terminal condition (2.4)."""
         behaviour = self._subsystem.state(state).behaviour
-        return self._check(state, _conditions(behaviour))
+        return self._check(state, behaviour.endings)
 
     def _check(self, state: str, conditions: tuple[tuple[Cause, Condition], ...]) -> Flow:
         if not conditions:
@@ -265,10 +265,6 @@ def _possible(rows: list[Row]) -> list[Row]:
         elif row.test.node.value:
             return [*kept, row]
     return kept
-
-
-def _conditions(behaviour: Behaviour) -> tuple[tuple[Cause, Condition], ...]:
-    return ("error", behaviour.error), ("terminal", behaviour.terminal)
 
 
 def _target_types(subsystem: Subsystem) -> dict[tuple[str, str], Type]:

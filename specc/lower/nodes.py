@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
@@ -179,9 +181,7 @@ class Nodes:
             case e.Unary(op="not"):
                 return self._negation(term.args[0])
         args = [self.value(arg) for arg in term.args]
-        if isinstance(term.node, (e.Logic, e.Choice, e.Compare, e.IsNone, e.Among)):
-            return self._condition(term, args)
-        return self._spelled(term, args)
+        return _RULES[type(term.node)](self, term.node, args, term)
 
     def _quantifier(self, node: e.Quantifier, term: Term) -> Spelled:
         over, outer = self.value(term.args[0]), dict(self._bound)
@@ -189,7 +189,7 @@ class Nodes:
             case e.Compare("==", e.BoundVariable(node.variable), e.Member() as member) if (
                 node.kind == "any"
             ):
-                return compare("in", self._leaf(member), over)
+                return compare("in", Spelled(literal(member.name)), over)
         variable = self._bound[node.variable] = self.names.inner().new(node.variable)
         body = self.value(term.args[1])
         self._bound = outer
@@ -207,33 +207,6 @@ class Nodes:
                 case e.IsNone():
                     return compare("is not", self.value(arg.args[0]), Spelled("None"))
         return negation(self.value(arg))
-
-    @staticmethod
-    def _condition(term: Term, args: list[Spelled]) -> Spelled:
-        match term.node:
-            case e.Logic(op=op):
-                return logic(op, args)
-            case e.Compare(op=op):
-                return compare(op, *args)
-            case e.IsNone():
-                return compare("is", args[0], Spelled("None"))
-            case e.Among(members=members):
-                return among(args[0], members, term.args[0].type, negated=False)
-        return choice(*args)
-
-    def _spelled(self, term: Term, args: list[Spelled]) -> Spelled:
-        match term.node:
-            case e.Unary():
-                return sign(args[0])
-            case e.Call(operator=operator):
-                return call(self.module.operator(operator), *args)
-            case e.Builtin(name=name):
-                return self._builtin(name, term, args)
-            case e.Binary(op=op):
-                return binary(op, *args)
-            case e.Items() | e.FieldOf() | e.Component() | e.Sure():
-                return self._structure(term, args)
-        return self._leaf(term.node)
 
     def constant(self, name: str) -> str:
         """A declared constant; it and those it needs are added to the module or its class."""
@@ -271,56 +244,26 @@ class Nodes:
             for term, name in self.module.settled.items()
         ]
 
-    def _structure(self, term: Term, args: list[Spelled]) -> Spelled:
-        match term.node:
-            case e.FieldOf(name=name):
-                return Spelled(f"{args[0].at(PRIMARY)}.{name}", PRIMARY)
-            case e.Component(index=index):
-                return component(args[0], index, term.args[0].type)
-            case e.Sure() if isinstance(term.args[0].type, OptionalOf):
-                return call(self.module.builtin("some"), args[0])
-            case e.Sure():
-                return args[0]
+    def _input(self, node: e.Input | e.Fresh | e.Present) -> Spelled:
+        self.touched.add("x")
+        if isinstance(node, e.Input):
+            return Spelled(self.module.input(node), PRIMARY)
+        kind = "fresh" if isinstance(node, e.Fresh) else "present"
+        return Spelled(self.module.flag(kind, node.input), PRIMARY)
+
+    def _memory(self, node: e.MemoryRef) -> Spelled:
+        self.touched.add("memory")
+        return Spelled(f"memory.{self.module.memory[node.name]}", PRIMARY)
+
+    def _items(self, args: list[Spelled], term: Term) -> Spelled:
         if is_tuple(term.type):
             return items(args)
         return call(self.module.builtin("vector"), *args)
 
-    def _leaf(self, node: e.Expr) -> Spelled:
-        match node:
-            case e.Number(value=value, type=type_):
-                return number(value, type_)
-            case e.Truth(value=truth):
-                return Spelled(str(truth))
-            case e.TextLiteral(value=text) | e.Member(name=text):
-                return Spelled(literal(text))
-            case e.Unused():
-                return Spelled(self.module.imports.add("math", "nan"))
-            case e.Nothing():
-                return Spelled("None")
-            case e.Clock(name=clock):
-                return self._clock(clock)
-        return Spelled(self._name(node), PRIMARY)
-
-    def _name(self, node: e.Expr) -> str:
-        match node:
-            case e.Input() | e.Fresh() | e.Present():
-                self.touched.add("x")
-                return self._input(node)
-            case e.MemoryRef(name=name):
-                self.touched.add("memory")
-                return f"memory.{self.module.memory[name]}"
-            case e.ConstantRef(name=name):
-                return self.constant(name)
-            case e.FileRef(name=name):
-                return self.module.file(name)
-            case e.BoundVariable(name=name):
-                return self._bound[name]
-        raise TypeError(f"no Python for {node!r}")
-
-    def _input(self, node: e.Input | e.Fresh | e.Present) -> str:
-        if isinstance(node, e.Input):
-            return self.module.input(node)
-        return self.module.flag("fresh" if isinstance(node, e.Fresh) else "present", node.input)
+    def _sure(self, args: list[Spelled], term: Term) -> Spelled:
+        if isinstance(term.args[0].type, OptionalOf):
+            return call(self.module.builtin("some"), args[0])
+        return args[0]
 
     def _clock(self, name: str) -> Spelled:
         if name == "period":
@@ -333,7 +276,7 @@ class Nodes:
         times = f" * {rate.denominator}" if rate.denominator > 1 else ""
         return Spelled(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
 
-    def _builtin(self, name: str, term: Term, args: list[Spelled]) -> Spelled:
+    def _builtin(self, name: str, args: list[Spelled], term: Term) -> Spelled:
         if name == "near":
             kind = term.args[0].type
             if isinstance(kind, Pose):
@@ -358,6 +301,43 @@ class Nodes:
             comment=comment("" if key == name else _unit(term.type), title),
             is_computed=is_computed,
         )
+
+
+_Rule = Callable[[Nodes, Any, list[Spelled], Term], Spelled]
+_RULES: dict[type[e.Node], _Rule] = {
+    e.Number: lambda nodes, node, args, term: number(node.value, node.type),
+    e.Truth: lambda nodes, node, args, term: Spelled(str(node.value)),
+    e.TextLiteral: lambda nodes, node, args, term: Spelled(literal(node.value)),
+    e.Member: lambda nodes, node, args, term: Spelled(literal(node.name)),
+    e.Unused: lambda nodes, node, args, term: Spelled(nodes.module.imports.add("math", "nan")),
+    e.Nothing: lambda nodes, node, args, term: Spelled("None"),
+    e.Input: lambda nodes, node, args, term: nodes._input(node),
+    e.Fresh: lambda nodes, node, args, term: nodes._input(node),
+    e.Present: lambda nodes, node, args, term: nodes._input(node),
+    e.MemoryRef: lambda nodes, node, args, term: nodes._memory(node),
+    e.ConstantRef: lambda nodes, node, args, term: Spelled(nodes.constant(node.name), PRIMARY),
+    e.FileRef: lambda nodes, node, args, term: Spelled(nodes.module.file(node.name), PRIMARY),
+    e.BoundVariable: lambda nodes, node, args, term: Spelled(nodes._bound[node.name], PRIMARY),
+    e.Clock: lambda nodes, node, args, term: nodes._clock(node.name),
+    e.Call: lambda nodes, node, args, term: call(nodes.module.operator(node.operator), *args),
+    e.Builtin: lambda nodes, node, args, term: nodes._builtin(node.name, args, term),
+    e.Unary: lambda nodes, node, args, term: sign(args[0]),
+    e.Binary: lambda nodes, node, args, term: binary(node.op, *args),
+    e.Compare: lambda nodes, node, args, term: compare(node.op, *args),
+    e.IsNone: lambda nodes, node, args, term: compare("is", args[0], Spelled("None")),
+    e.Sure: lambda nodes, node, args, term: nodes._sure(args, term),
+    e.Among: lambda nodes, node, args, term: among(
+        args[0], node.members, term.args[0].type, negated=False
+    ),
+    e.Logic: lambda nodes, node, args, term: logic(node.op, args),
+    e.Choice: lambda nodes, node, args, term: choice(*args),
+    e.Items: lambda nodes, node, args, term: nodes._items(args, term),
+    e.FieldOf: lambda nodes, node, args, term: Spelled(
+        f"{args[0].at(PRIMARY)}.{node.name}", PRIMARY
+    ),
+    e.Component: lambda nodes, node, args, term: component(args[0], node.index, term.args[0].type),
+}
+"""How a node over spelled operands is spelled; quantifiers and `not` look at theirs first."""
 
 
 def _unit(type_: Type) -> str:

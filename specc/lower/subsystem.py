@@ -72,8 +72,7 @@ class Equations:
         }
 
     def _of_checks(self, behaviour: Behaviour) -> list[str]:
-        causes = (("error", behaviour.error), ("terminal", behaviour.terminal))
-        numbers = ((cause, self._of_condition(condition)) for cause, condition in causes)
+        numbers = ((cause, self._of_condition(when)) for cause, when in behaviour.endings)
         return [f"{literal(cause)}: {_literal(n)}" for cause, n in numbers if n]
 
     def _of_condition(self, condition: Condition) -> Numbers:

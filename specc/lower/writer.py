@@ -154,7 +154,7 @@ class Writer:
 
     def constant_conditions(self, behaviour: Behaviour) -> None:
         """Say where conditions come from that need no test."""
-        for cause, condition in (("error", behaviour.error), ("terminal", behaviour.terminal)):
+        for cause, condition in behaviour.endings:
             test = self.nodes.table.of(condition.when).node
             if isinstance(test, e.Truth) and condition.trace:
                 outcome = "always" if test.value else "never"

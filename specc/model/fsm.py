@@ -73,6 +73,11 @@ class Behaviour:
     whole: bool = True
     assignments: tuple[Assignment, ...] = field(init=False, repr=False, compare=False)
 
+    @property
+    def endings(self) -> tuple[tuple[Cause, Condition], ...]:
+        """What ends it, by priority (2.4)."""
+        return ("error", self.error), ("terminal", self.terminal)
+
     def __post_init__(self) -> None:
         found = tuple(a for f in self.functions for a in f.assignments)
         object.__setattr__(self, "assignments", found)

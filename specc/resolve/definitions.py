@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from specc.diagnostics import Related
 from specc.frozen import frozen
@@ -161,25 +161,14 @@ class Definitions:
                 self._copy(kind, name, other)
 
     def _copy(self, kind: str, name: str, other: Definitions) -> None:
-        match kind:
-            case "frame":
-                self.frames[name] = other.frames[name]
-                self.frame_titles |= other.frame_titles
-            case "type":
-                self._copy_type(name, other)
-            case "constant":
-                if name in other.constants:
-                    self.add(other.constants[name])
-            case "file":
-                _move(name, other.files, self.files)
-            case "operator":
-                _move(name, other.operators, self.operators)
-
-    def _copy_type(self, name: str, other: Definitions) -> None:
-        _move(name, other.types, self.types)
-        _move(name, other.type_traces, self.type_traces)
-
-
-def _move(name: str, source: dict[str, Any], target: dict[str, Any]) -> None:
-    if name in source:
-        target[name] = source[name]
+        theirs = getattr(other, f"{kind}s")
+        if name not in theirs:
+            return
+        if kind == "constant":
+            self.add(theirs[name])
+        else:
+            getattr(self, f"{kind}s")[name] = theirs[name]
+        if kind == "frame":
+            self.frame_titles |= other.frame_titles
+        if kind == "type" and name in other.type_traces:
+            self.type_traces[name] = other.type_traces[name]
