@@ -117,7 +117,7 @@ def _readable(document: Document) -> Document | None:
         return None
     best, furthest = None, -1
     for line in _suspects(document, wrong):
-        candidate = _without(document, *line)
+        candidate = _without(document, line)
         error = next((d for d in candidate.diagnostics if d.severity == "error"), None)
         if error is None:
             return candidate
@@ -150,13 +150,10 @@ def _quoting(source: SourceFile, at: int) -> list[int]:
     return odd[1::-1]
 
 
-def _shaped(document: Document, wrong: list[Diagnostic]) -> Document | None:
+def _shaped(document: Document, wrong: list[Diagnostic]) -> Document:
     """The document without the entries of which the schema complains."""
-    better: Document | None = document
-    for found in wrong:
-        if better is not None and found.primary.route:
-            better = _without(better, *_entry(document, found.primary))
-    return better
+    entries = (_entry(document, found.primary) for found in wrong if found.primary.route)
+    return _without(document, *entries)
 
 
 def _entry(document: Document, place: Place) -> tuple[int, int]:
@@ -173,7 +170,9 @@ def _entry(document: Document, place: Place) -> tuple[int, int]:
     return (before.start() if before else start), end
 
 
-def _without(document: Document, start: int, end: int) -> Document:
+def _without(document: Document, *stretches: tuple[int, int]) -> Document:
+    """The document with stretches of its text overwritten."""
     text = document.source.text
-    blank = _NOT_BREAK.sub(" ", text[start:end])
-    return read_text(document.source.path, text[:start] + blank + text[end:], ROW_KEYS)
+    for start, end in stretches:
+        text = text[:start] + _NOT_BREAK.sub(" ", text[start:end]) + text[end:]
+    return read_text(document.source.path, text, ROW_KEYS)
