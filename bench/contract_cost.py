@@ -84,7 +84,7 @@ def in_steps(package: Path, duration_s: float | None, budget_s: float) -> str:
     run_s, samples_s, steps = _run(package, duration_s)
     rows, spent_s = [], samples_s
     for name, inputs in sorted(recorded.items()):
-        rivals = {
+        rivals: dict[str, Callable[[], Any]] = {
             "without": partial(_unchecked, package, name),
             "generated": partial(fresh, package, FLAGSHIP.parent, name),
         }

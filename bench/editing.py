@@ -29,7 +29,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeats", type=int, default=15, help="of the analysis by itself")
     options = parser.parse_args(arguments)
     alone_s = analysis_s(options.repeats)
-    rows = [("an analysis by itself", "", f"{1e3 * alone_s:.0f}", "", "1.00")]
+    rows: list[tuple[str, ...]] = [
+        ("an analysis by itself", "", f"{1e3 * alone_s:.0f}", "", "1.00")
+    ]
     rows.append(_row("a number", list(waited_s(numbers(options.repeats))), alone_s))
     every: list[float] = []
     for number, (before, line, _) in enumerate(SESSIONS, 1):

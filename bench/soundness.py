@@ -109,10 +109,10 @@ def steps(count: int, seed: int, folder: Path) -> list[str]:
     while random.steps < count - written.steps:
         name = f"{seed}.{number}"
         number += 1
-        result = _compiled(specification(Random(name)), folder, random, name)
-        if result is not None and result.ok and result.system is not None:
+        compiled = _compiled(specification(Random(name)), folder, random, name)
+        if compiled is not None and compiled.ok and compiled.system is not None:
             left = count - written.steps - random.steps
-            tried(result, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=EXTREMES)
+            tried(compiled, name, min(STEPS_OF_A_RANDOM_ONE, left), random, odd=EXTREMES)
     print(f"steps: {written.steps + random.steps} in {perf_counter() - begin:.0f} s")
     print(f"  {without_python} of {len(systems)} written systems left out: no Python classes")
     for what, findings in (("written", written), ("random", random)):

@@ -1,8 +1,5 @@
 """The control subsystem, written by hand from 4.8 (eqs 52 to 88, Tables 9 to 12)."""
 
-# Operators have the names of the paper.
-# ruff: noqa: N812
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

@@ -1,8 +1,5 @@
 """The gripper's virtual effector, written by hand (4.6; its tables are those of the YAML file)."""
 
-# Operators have the names of the paper.
-# ruff: noqa: N812
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

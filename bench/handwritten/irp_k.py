@@ -1,8 +1,5 @@
 """The virtual receptor of the RGB-D sensor, written by hand (4.7, eqs 36 to 51, Tables 7 and 8)."""
 
-# Operators have the names of the paper.
-# ruff: noqa: N812
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

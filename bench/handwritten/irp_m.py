@@ -1,8 +1,5 @@
 """The manipulator's virtual effector, written by hand from 4.5 (eqs 4 to 31, Tables 3 and 4)."""
 
-# Operators have the names of the paper.
-# ruff: noqa: N812
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

@@ -42,7 +42,9 @@ def _not_positive(sheet: Sheet) -> Iterator[Seed]:
         for node, uses in _tolerances(sheet, group):
             text = sheet.raw(node).strip("\"'")
             number = _NUMBER.match(text)
-            for wrong in ("0", f"-{number[0]}") if number else ():
+            if number is None:
+                continue
+            for wrong in ("0", f"-{number[0]}"):
                 yield seed(_rewritten(sheet, node, wrong + text[number.end() :]), elsewhere=uses)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench import step_cost
+from bench import contract_cost, step_cost
 from bench.handwritten import irp_c
 from bench.harness import building
 from bench.harness.lockstep import Different, check_same, same
@@ -22,6 +22,12 @@ from bench.harness.stubs import random_inputs, stubbed
 def flagship(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The generated package of the flagship."""
     return building.generate(building.FLAGSHIP, tmp_path_factory.mktemp("generated"))
+
+
+def test_the_benchmark_of_contracts_runs_the_flagship(flagship: Path) -> None:
+    run_s, samples_s, steps = contract_cost._run(flagship, 0.02)
+    assert run_s > samples_s > 0.0
+    assert steps["irp.m"] == 10
 
 
 def test_tables_of_a_short_run(flagship: Path) -> None:

@@ -1,0 +1,24 @@
+"""Quick benchmarks run to their end at their smallest size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import pytest
+
+from bench import analysis, growth
+
+Main = Callable[[Sequence[str]], object]
+
+
+@pytest.mark.parametrize(
+    ("main", "arguments", "said"),
+    [
+        (analysis.main, "--repeats 1 --states 4 --rows 2", "4"),
+        (growth.main, "--sizes 3 --only enum", "enum"),
+    ],
+    ids=["analysis", "growth"],
+)
+def test_it_runs(main: Main, arguments: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(arguments.split())
+    assert said in capsys.readouterr().out
