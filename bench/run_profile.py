@@ -26,7 +26,6 @@ from specc_runtime.application import open_judge, open_plant
 from specc_runtime.cells.irp6_picking import PickJudge
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion
-from specc_runtime.cycles import Cycles
 from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
@@ -38,10 +37,11 @@ from specc_runtime.plants.mujoco.plant import MujocoPlant
 from specc_runtime.plants.mujoco.raycast import RaycastRenderer
 from specc_runtime.progress.bar import Lines
 from specc_runtime.records import RecordDigest
+from specc_runtime.report import Statistics
 from specc_runtime.sampling import Port
 from specc_runtime.session import Session
-from specc_runtime.statistics import Statistics
 from specc_runtime.system import System
+from specc_runtime.task import Cycles
 from specc_runtime.track import Track
 
 from bench.harness.building import FLAGSHIP, generate

@@ -12,7 +12,7 @@ import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, FilmError, Keeper, Viewer
-from specc_runtime.conformity import shortcomings
+from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
 from specc_runtime.loading import load_system, made

@@ -10,17 +10,16 @@ from collections.abc import Callable, Iterable
 
 from specc_runtime.blame import Blame
 from specc_runtime.clock import WallClock
-from specc_runtime.conformity import shortcomings
+from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import Plant
 from specc_runtime.records import StepRecord
 from specc_runtime.safety import Commands, LastOutput, leave_safe
-from specc_runtime.sampling import Sensor, sensor_rates
+from specc_runtime.sampling import Sensor
 from specc_runtime.system import System
-from specc_runtime.timeline import timeline
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
-from specc_runtime.wiring import tracks, worker_pool
+from specc_runtime.wiring import sensor_rates, timeline, tracks, worker_pool
 
 Observer = Callable[[StepRecord], None]
 """Called with each record when it is committed, in an order that is the same in every run."""

@@ -11,8 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from specc_runtime.conformity import refusal, shortcomings
-from specc_runtime.examination import examine
+from specc_runtime.examination import examine, refusal, shortcomings
 from specc_runtime.extras import remedy
 from specc_runtime.faults import Fault, JudgeFailed, PlantFailed, SceneFailed, StepFailed
 from specc_runtime.options import UsageError

@@ -1,13 +1,128 @@
-"""The record of a step, read by everything that watches a run, and the digest of a run."""
+"""The record of a step, the bytes of its values and the digest of a run.
+
+The encoding is stable and injective: every value starts with a tag, and everything of variable
+length is preceded by it. Equal bytes mean the same type and the same value; floats are compared by
+their bits, so -0.0 is not 0.0.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import struct
+import weakref
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from operator import attrgetter
 from typing import Any, NamedTuple
 
-from specc_runtime.encoding import encode
+import numpy as np
+
 from specc_runtime.faults import UnrecordableValue
+
+LARGE_ARRAY_BYTES = 4096
+"""Arrays from this size on enter by the digest of their bytes."""
+
+_float = struct.Struct("<cd").pack
+_length = struct.Struct("<cI").pack
+
+
+def encode(value: Any) -> bytes:
+    """The bytes of a value; raises TypeError for a type that has no encoding."""
+    kind = type(value)
+    encoder = _ENCODERS.get(kind)
+    if encoder is None:
+        encoder = _ENCODERS[kind] = _encoder_for(value, kind)
+    return encoder(value)
+
+
+def _of_bytes(value: bytes) -> bytes:
+    return _length(b"y", len(value)) + value
+
+
+def _of_text(value: str) -> bytes:
+    data = value.encode()
+    return _length(b"s", len(data)) + data
+
+
+def _of_int(value: int) -> bytes:
+    data = b"%d" % value
+    return _length(b"i", len(data)) + data
+
+
+def _of_float(value: float) -> bytes:
+    return _float(b"f", value)
+
+
+def _of_bool(value: bool) -> bytes:
+    return b"T" if value else b"F"
+
+
+def _of_tuple(value: tuple[Any, ...]) -> bytes:
+    return _length(b"t", len(value)) + b"".join([encode(item) for item in value])
+
+
+def _of_array(value: np.ndarray[Any, Any]) -> bytes:
+    key = (value.dtype, value.shape)
+    head = _HEADS.get(key)
+    if head is None:
+        if value.dtype.hasobject:
+            raise TypeError("arrays of objects have no stable encoding")
+        text = f"{value.dtype.str}{value.shape}".encode()
+        head = _HEADS[key] = _length(b"a", len(text)) + text
+    return head + (value.tobytes() if value.nbytes < LARGE_ARRAY_BYTES else _digest(value))
+
+
+def _digest(array: np.ndarray[Any, Any]) -> bytes:
+    """SHA-256 of the bytes, which are read once of an array that nobody can change.
+
+    Objects are seen again and again with the same descriptors and colours.
+    """
+    key = id(array)
+    known = _DIGESTS.get(key)
+    if known is not None and known[0]() is array:
+        return known[1]
+    digest = hashlib.sha256(array.tobytes()).digest()
+    if array.base is None and not array.flags.writeable:
+        _DIGESTS[key] = weakref.ref(array, lambda _: _DIGESTS.pop(key, None)), digest
+    return digest
+
+
+_DIGESTS: dict[int, tuple[weakref.ref[np.ndarray[Any, Any]], bytes]] = {}
+_HEADS: dict[tuple[np.dtype[Any], tuple[int, ...]], bytes] = {}
+_ENCODERS: dict[type, Callable[[Any], bytes]] = {
+    type(None): lambda _: b"N",
+    bool: _of_bool,
+    int: _of_int,
+    float: _of_float,
+    str: _of_text,
+    bytes: _of_bytes,
+    tuple: _of_tuple,
+    np.ndarray: _of_array,
+}
+
+
+def _encoder_for(value: Any, kind: type) -> Callable[[Any], bytes]:
+    if is_dataclass(kind):
+        return _of_record(kind)
+    if isinstance(value, Enum):
+        return lambda member: _of_text(f"{kind.__qualname__}.{member.name}")
+    if isinstance(value, np.generic):
+        return lambda scalar: encode(scalar.item())
+    for base in (bool, int, float, str, bytes, tuple, np.ndarray):
+        if isinstance(value, base):
+            return _ENCODERS[base]
+    raise TypeError(f"values of {kind.__module__}.{kind.__qualname__} have no stable encoding")
+
+
+def _of_record(kind: type) -> Callable[[Any], bytes]:
+    head = _of_text(f"{kind.__module__}.{kind.__qualname__}")
+    names = [part.name for part in fields(kind)]
+    if len(names) < 2:
+        return lambda record: b"r" + head + b"".join([encode(getattr(record, n)) for n in names])
+    get = attrgetter(*names)
+    return lambda record: b"r" + head + b"".join([encode(item) for item in get(record)])
+
 
 _HEAD = struct.Struct("<QdiH").pack
 

@@ -11,8 +11,6 @@ from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
 from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.system import System, whole_ticks
-from specc_runtime.timeline import SensorRate
 from specc_runtime.wrong import Unfit, WrongValue
 
 _ROUNDING = 1.0 + 1e-9  # times are multiples of a rounded tick
@@ -106,20 +104,3 @@ def compute_deferred(buffer: object, elements: tuple[str, ...]) -> None:
         getattr(buffer, element).begin()
     for element in deferred:
         setattr(buffer, element, getattr(buffer, element).value())
-
-
-def sensor_rates(system: System) -> dict[str, SensorRate]:
-    """The sensors that somebody reads, in the order in which the plant lists them.
-
-    Raises ValueError for a rate that is no whole number of base ticks.
-    """
-    if system.plant is None:
-        return {}
-    rates = {}
-    for binding in system.plant.sensors:
-        readers = [i.subsystem for i in system.plant.inputs if i.sensor == binding.name]
-        if readers:
-            rate_hz = binding.rate_hz
-            ticks = 0 if rate_hz is None else whole_ticks(1.0 / rate_hz, system.tick_s)
-            rates[binding.name] = SensorRate(ticks, tuple(readers))
-    return rates

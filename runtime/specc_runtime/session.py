@@ -9,17 +9,22 @@ from contextlib import suppress
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
 from specc_runtime.cycle import Executor
-from specc_runtime.cycles import Cycles
 from specc_runtime.faults import Fault, JudgeFailed
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options
 from specc_runtime.plant import Plant
 from specc_runtime.records import RecordDigest
-from specc_runtime.report import Ending, Report, peak_memory_mb, subsystem_data, versions
+from specc_runtime.report import (
+    Ending,
+    Report,
+    Statistics,
+    peak_memory_mb,
+    subsystem_data,
+    versions,
+)
 from specc_runtime.safety import LastOutput
-from specc_runtime.statistics import Statistics
 from specc_runtime.system import System
-from specc_runtime.task import Judge
+from specc_runtime.task import Cycles, Judge
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""

@@ -1,13 +1,20 @@
-"""What a task provides: a scene to begin with and a judge of each cycle.
+"""A task: what it provides, a scene to begin with and a judge, and the cycles that are judged.
 
-Both see the plant as it really is. Nothing of them reaches an agent.
+Scene and judge see the plant as it really is. Nothing of them reaches an agent.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
+
+from specc_runtime.contracts import as_bool
+from specc_runtime.faults import JudgeFailed
+from specc_runtime.records import StepRecord
+from specc_runtime.system import System
+from specc_runtime.wrong import Blamed, Unfit
 
 
 class Scene(Protocol):
@@ -33,3 +40,80 @@ class Judge(Protocol):
 
     def end_cycle(self) -> dict[str, Any]:
         """Called at the end of a cycle: what the report says of it. The next one begins."""
+
+
+class Cycles:
+    """Counts and judges cycles; call it with each record.
+
+    `results` has what the judge said of each cycle, with `simulated_s` and `ended`, which is
+    "completed" or why it ended without; `fulfilled` goes with them.
+    """
+
+    def __init__(self, system: System, judge: Judge | None, now_s: Callable[[], float]) -> None:
+        """`now_s` gives simulated time; no cycle ever ends in a system without a task."""
+        self.results: list[dict[str, Any]] = []
+        self.fulfilled: list[bool] = []
+        self.begun_s = 0.0
+        self._judge = judge
+        self._now_s = now_s
+        self._name = system.task.judge if system.task is not None else ""
+        self._subsystem = ""
+        self._last: frozenset[int] = frozenset()
+        if system.task is not None:
+            task = system.task
+            table = system.scheduled(task.subsystem).subsystem.transitions
+            ends = [
+                i for i, t in enumerate(table) if (t.source, t.target) == (task.source, task.target)
+            ]
+            self._subsystem = task.subsystem
+            self._last = frozenset(ends)
+
+    def __call__(self, record: StepRecord) -> None:
+        """Let the judge see the record; end the cycle if this was its last transition.
+
+        Raises `JudgeFailed`.
+        """
+        if record.watched and self._judge is not None:
+            try:
+                for name, value in record.watched:
+                    if value is not None:
+                        self._judge.watch(name, value)
+            except BaseException as error:  # whatever the user's class raises
+                raise self._failed(error) from error
+        if record.transition in self._last and record.subsystem == self._subsystem:
+            self.end("completed")
+
+    def observe(self) -> None:
+        """Let the judge see the plant. Raises `JudgeFailed`."""
+        if self._judge is not None:
+            try:
+                self._judge.observe()
+            except BaseException as error:  # as above
+                raise self._failed(error) from error
+
+    def end(self, why: str) -> None:
+        """End the cycle now. Only a completed one can be fulfilled. Raises `JudgeFailed`."""
+        now_s = self._now_s()
+        own = {"simulated_s": now_s - self.begun_s, "ended": why}
+        self.begun_s = now_s
+        self.results.append(own)
+        self.fulfilled.append(False)
+        good = True
+        if self._judge is not None:
+            try:
+                found = dict(self._judge.end_cycle())
+                good = as_bool(found[self._judge.criterion])
+            except Unfit as unfit:
+                what = f"gave {unfit.came} as {self._judge.criterion}: give {unfit.wanted}"
+                raise self._failed(Blamed(f"judge {self._name}", what)) from None
+            except BaseException as error:  # as above
+                raise self._failed(error) from error
+            self.results[-1] = {**found, **own}
+        self.fulfilled[-1] = good and why == "completed"
+
+    def _failed(self, error: BaseException) -> BaseException:
+        """The fault of a judge, which is not asked again; Ctrl-C stays what it is."""
+        if isinstance(error, KeyboardInterrupt):
+            return error
+        self._judge = None
+        return JudgeFailed(self._name, error)

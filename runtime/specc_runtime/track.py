@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import copy
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from typing import Any, Protocol
+from typing import Any
 
 from specc_runtime.buffers import Sent
 from specc_runtime.clock import WallClock
@@ -83,24 +84,12 @@ class Track:
         return self.last
 
 
-class Runner(Protocol):
+class Runner(ABC):
     """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps.
 
-    A step begins with the deferred samples among its inputs `sensed`.
+    A step begins with the deferred samples among its inputs `sensed`; `clear` lowers the fresh
+    flags of the inbox.
     """
-
-    subsystem: Subsystem
-    busy_s: float
-
-    def start(self) -> None:
-        """Begin the step. From now on new inputs belong to the next one."""
-
-    def outcome(self) -> Outcome:
-        """What came of the step that was started, once it is there."""
-
-
-class InlineRunner:
-    """Steps at once, in the thread of the executor."""
 
     def __init__(
         self,
@@ -114,21 +103,38 @@ class InlineRunner:
         self._sensed = sensed
         self._clear = clear
         self._now_s = clock.now_s
-        self._outcome: Outcome = -1
+
+    @abstractmethod
+    def start(self) -> None:
+        """Begin the step. From now on new inputs belong to the next one."""
+
+    @abstractmethod
+    def outcome(self) -> Outcome:
+        """What came of the step that was started, once it is there."""
+
+    def _step(self) -> Outcome:
+        begin_s = self._now_s()
+        outcome = outcome_of(self.subsystem, self._sensed)
+        self.busy_s += self._now_s() - begin_s
+        return outcome
+
+
+class InlineRunner(Runner):
+    """Steps at once, in the thread of the executor."""
+
+    _outcome: Outcome = -1
 
     def start(self) -> None:
-        """Step and lower the fresh flags."""
-        begin_s = self._now_s()
-        self._outcome = outcome_of(self.subsystem, self._sensed)
-        self.busy_s += self._now_s() - begin_s
+        """See `Runner`."""
+        self._outcome = self._step()
         self._clear()
 
     def outcome(self) -> Outcome:
-        """The outcome of the last step."""
+        """See `Runner`."""
         return self._outcome
 
 
-class WorkerRunner:
+class WorkerRunner(Runner):
     """Steps in a pool, on a copy of the inputs, while the executor goes on."""
 
     def __init__(
@@ -139,30 +145,20 @@ class WorkerRunner:
         clock: WallClock,
         pool: Workers,
     ) -> None:
-        self.subsystem = subsystem
-        self.busy_s = 0.0
-        self._sensed = sensed
+        super().__init__(subsystem, sensed, clear, clock)
         self._inbox = subsystem.x
-        self._clear = clear
-        self._now_s = clock.now_s
         self._pool = pool
         self._future: Future[Outcome] | None = None
 
     def start(self) -> None:
-        """Hand the step over and lower the fresh flags of the inbox."""
+        """See `Runner`."""
         self.subsystem.x = copy.copy(self._inbox)
         self._clear()
         self._future = self._pool.submit(self._step)
 
     def outcome(self) -> Outcome:
-        """Wait for the step that was started."""
+        """See `Runner`."""
         return -1 if self._future is None else self._future.result()
-
-    def _step(self) -> Outcome:
-        begin_s = self._now_s()
-        outcome = outcome_of(self.subsystem, self._sensed)
-        self.busy_s += self._now_s() - begin_s
-        return outcome
 
 
 def outcome_of(subsystem: Subsystem, sensed: tuple[str, ...]) -> Outcome:

@@ -1,10 +1,17 @@
-"""From a built system to its tracks: every connection, sensor and actuator becomes a setter."""
+"""From a built system to what the executor goes through: the timeline and the tracks.
+
+The timeline is static: who steps and what is sampled at each base tick of the hyperperiod. Every
+connection, sensor and actuator becomes a setter.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from specc_runtime.buffers import Put, lower_flags, sender, setter
@@ -14,9 +21,86 @@ from specc_runtime.plant import Plant
 from specc_runtime.safety import Commands
 from specc_runtime.sampling import Port, Sensor
 from specc_runtime.subsystem import Subsystem
-from specc_runtime.system import PlantOutput, System
+from specc_runtime.system import PlantOutput, System, whole_ticks
 from specc_runtime.track import InlineRunner, Runner, Track, WorkerRunner
 from specc_runtime.workers import Workers
+
+LONGEST = 1_000_000
+"""Ticks of the longest table that is worth its memory (about 8 MB)."""
+
+
+@dataclass(frozen=True, slots=True)
+class SensorRate:
+    """A sensor with a new sample every `ticks`, or whenever one of its readers is due if 0."""
+
+    ticks: int
+    readers: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """Names of the subsystems that are due, sorted, and of the sensors to sample for them."""
+
+    subsystems: tuple[str, ...]
+    sensors: tuple[str, ...] = ()
+
+
+def timeline(
+    ticks: Mapping[str, int], sensors: Mapping[str, SensorRate] | None = None
+) -> tuple[Slot, ...]:
+    """The slots of one hyperperiod, for subsystems that are due every so many ticks from tick 0 on.
+
+    Sensors stay in the order given. Raises ValueError when the rates have no common period that is
+    worth a table.
+    """
+    sensors = sensors or {}
+    length = hyperperiod([*ticks.values(), *(s.ticks for s in sensors.values() if s.ticks)])
+    names = sorted(ticks)
+    sampled = {name: _sample_ticks(rate, ticks, length) for name, rate in sensors.items()}
+    known: dict[Slot, Slot] = {}
+    table = []
+    for tick in range(length):
+        slot = Slot(
+            tuple([name for name in names if tick % ticks[name] == 0]),
+            tuple([name for name in sensors if tick in sampled[name]]),
+        )
+        table.append(known.setdefault(slot, slot))
+    return tuple(table)
+
+
+def hyperperiod(ticks: Iterable[int]) -> int:
+    """Least common multiple of the periods; raises ValueError above `LONGEST`."""
+    length = math.lcm(*ticks)
+    if length > LONGEST:
+        raise ValueError(f"the rates meet again only after {length} base ticks")
+    return length
+
+
+def _sample_ticks(rate: SensorRate, ticks: Mapping[str, int], length: int) -> frozenset[int]:
+    """A sample is worth taking if somebody is due before the next one."""
+    readers = [ticks[name] for name in rate.readers]
+    window = rate.ticks or 1
+    return frozenset(
+        tick for tick in range(0, length, window) if any(-tick % r < window for r in readers)
+    )
+
+
+def sensor_rates(system: System) -> dict[str, SensorRate]:
+    """The sensors that somebody reads, in the order in which the plant lists them.
+
+    Raises ValueError for a rate that is no whole number of base ticks.
+    """
+    if system.plant is None:
+        return {}
+    rates = {}
+    for binding in system.plant.sensors:
+        readers = [i.subsystem for i in system.plant.inputs if i.sensor == binding.name]
+        if readers:
+            rate_hz = binding.rate_hz
+            ticks = 0 if rate_hz is None else whole_ticks(1.0 / rate_hz, system.tick_s)
+            rates[binding.name] = SensorRate(ticks, tuple(readers))
+    return rates
+
 
 WORKER_PERIOD_S = 0.05
 """Subsystems from this period on may compute in a worker thread."""

@@ -108,16 +108,21 @@ def test_signals_after_the_first_change_nothing(tmp_path: Path) -> None:
     assert report(package)["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
 
 
+def interrupted_twice(process: subprocess.Popen[str]) -> None:
+    """Ends a run whose operator `drive` hangs."""
+    until(process, "operator drive (hinge_parts:drive) in arm.j")
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.2)  # two pending signals of one kind are one
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+
+
 def test_a_second_interrupt_waits_for_nothing(tmp_path: Path) -> None:
     package = hinge(tmp_path, drive=HANGS.format("True"))
     patient = SHORT.replace("GRACE_S = 0.5", "GRACE_S = 1000.0")
     with begun(package, *ENDLESS, start=patient) as process:
-        until(process, "operator drive (hinge_parts:drive) in arm.j")
-        process.send_signal(signal.SIGINT)
-        time.sleep(0.2)  # two pending signals of one kind are one
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=60)
-    assert process.returncode == 130
+        interrupted_twice(process)
     data = report(package)
     (fault,) = data["faults"]
     assert (fault["culprit"], data["interrupted"]) == ("operator drive (hinge_parts:drive)", True)
@@ -213,12 +218,7 @@ def test_a_second_interrupt_of_specc_run_names_the_step(tmp_path: Path) -> None:
         "from specc_runtime.main import main", "from specc.cli.main import main"
     )
     with begun(package, *ENDLESS, start=start, command=["run", "hinge.yaml"]) as process:
-        until(process, "operator drive (hinge_parts:drive) in arm.j")
-        process.send_signal(signal.SIGINT)
-        time.sleep(0.2)  # two pending signals of one kind are one
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=60)
-    assert process.returncode == 130
+        interrupted_twice(process)
     data = report(package)
     (fault,) = data["faults"]
     assert (fault["fault"], data["interrupted"]) == ("StepAbandoned", True)

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from specc_runtime.encoding import encode
-from specc_runtime.records import RecordDigest, StepRecord
+from specc_runtime.records import RecordDigest, StepRecord, encode
 
 
 @dataclass(frozen=True, slots=True)

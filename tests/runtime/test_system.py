@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.system import Connection, PlantInput, PlantSpec, Scheduled, System, Task
-from specc_runtime.timeline import SensorRate, timeline
+from specc_runtime.wiring import SensorRate, timeline
 
 from tests.runtime.tiny import Node, Run, system
 
