@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+import time
 from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
@@ -18,8 +20,51 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 """What ends a run."""
 
 
+_HEARD_S = 0.05
+"""Wall time in which a signal is heard, unless something blocks that did not notice it."""
+
+
 class Abandoned(BaseException):
     """Raised in whatever the main thread still does when its time is over."""
+
+
+class _Reminder:
+    """Repeats a signal until the main thread has heard it.
+
+    Python calls handlers between two instructions. A signal that comes after the last one before a
+    call that blocks is heard when that returns, which may be never; the next one interrupts it.
+    """
+
+    def __init__(self, is_heard: Callable[[], bool]) -> None:
+        self._is_heard = is_heard
+        self._main = threading.get_ident()
+        reader, self._writer = os.pipe()
+        os.set_blocking(self._writer, False)
+        self._previous = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        os.register_at_fork(after_in_child=self._forget)
+        threading.Thread(
+            target=self._remind, args=(reader,), name="specc-signals", daemon=True
+        ).start()
+
+    def close(self) -> None:
+        """End the thread."""
+        signal.set_wakeup_fd(self._previous)
+        writer, self._writer = self._writer, -1
+        os.close(writer)
+
+    def _forget(self) -> None:
+        """What a child process hears is no concern of its parent."""
+        if self._writer >= 0:
+            signal.set_wakeup_fd(-1)
+
+    def _remind(self, reader: int) -> None:
+        # A signal that this thread gets does not wake the main one, which alone handles it.
+        signal.pthread_sigmask(signal.SIG_BLOCK, (*SIGNALS, signal.SIGALRM))
+        with open(reader, "rb", buffering=0) as numbers:
+            while number := numbers.read(1):
+                time.sleep(_HEARD_S)
+                if number[0] in SIGNALS and self._writer >= 0 and not self._is_heard():
+                    signal.pthread_kill(self._main, number[0])
 
 
 class Interruption:
@@ -39,6 +84,7 @@ class Interruption:
         self._previous: dict[int, Any] = {}
         self._alarm: Any = None
         self._is_heard = False
+        self._reminder: _Reminder | None = None
         self._raised = 0
         self._limit_s, self._since = GRACE_S, " after the run was interrupted"
         self.last_resort: Callable[[], None] | None = None
@@ -53,6 +99,7 @@ class Interruption:
             heard = [n for n in SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
             self._previous = {n: signal.signal(n, self._on_signal) for n in heard}
             self._alarm = signal.signal(signal.SIGALRM, self.on_alarm)
+            self._reminder = _Reminder(lambda: self._is_heard)
         return self
 
     def __exit__(
@@ -61,6 +108,8 @@ class Interruption:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        if self._reminder is not None:
+            self._reminder.close()
         self._restore()
         if self._alarm is not None:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -98,6 +147,8 @@ class Interruption:
         if self._alarm is not None:
             limit_s = SAFE_S if always or self.requested else 0.0
             signal.setitimer(signal.ITIMER_REAL, limit_s, limit_s)
+            if self.requested and not limit_s:  # a signal came between the two lines above
+                signal.setitimer(signal.ITIMER_REAL, SAFE_S, SAFE_S)
 
     def _restore(self) -> None:
         for number, handler in self._previous.items():

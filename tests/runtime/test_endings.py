@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from specc_runtime.interruption import Interruption
 from specc_runtime.plants.errors import PlantError
 
 from tests.runtime.hinge import SPEC, hinge, run
@@ -444,3 +445,44 @@ def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
         _, err = process.communicate(timeout=60)
     assert process.returncode == 2
     assert "cannot write" in err and "Traceback" not in err
+
+
+UNHEARD = """
+import ctypes, operator, os, signal, time
+from collections import deque
+from functools import partial
+from specc_runtime.interruption import Abandoned, Interruption
+os_kill = ctypes.PyDLL(None).kill
+calls = [partial(os_kill, os.getpid(), int(signal.SIGTERM)), partial(time.sleep, 1000)]
+try:
+    with Interruption():
+        deque(map(operator.call, calls))  # without an instruction in between
+except Abandoned as abandoned:
+    print(abandoned)
+"""
+
+
+def test_a_signal_just_before_a_call_that_blocks_is_heard() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", UNHEARD], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout == "still computing 2 s after the run was interrupted\n"
+
+
+class HeardLate(Interruption):
+    """A signal comes as soon as somebody has looked whether one came."""
+
+    @property
+    def requested(self) -> bool:
+        seen, self._asked = self._asked, True
+        return seen
+
+    @requested.setter
+    def requested(self, value: bool) -> None:
+        self._asked = value
+
+
+def test_a_signal_while_the_time_that_is_left_is_set_is_not_lost() -> None:
+    with HeardLate() as interruption:
+        interruption.allow(always=False)
+        assert signal.getitimer(signal.ITIMER_REAL)[0] > 0.0
