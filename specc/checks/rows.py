@@ -346,6 +346,15 @@ def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
     end = behaviour.terminal if decided.cause == "terminal" else behaviour.error
     if machine.settled(end) is False or (not occurs and machine.settled(behaviour.error)):
         return
+    if occurs and row.remainder:
+        yield Diagnostic(
+            "W0605",
+            f"the other rows of state `{state.name}` leave nothing to `otherwise`",
+            row.place,
+            "never taken",
+            help="delete the row, or give another row a stricter condition",
+        )
+        return
     if occurs and machine.settled(row.condition) is not None:
         return
     code, about, named = "W0604", behaviour.place, f"behaviour `{behaviour.name}`"

@@ -94,7 +94,10 @@ class State:
 
 @frozen
 class Transition:
-    """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`."""
+    """A row of the transition table: `source`, ended by `cause`, under `condition`, to `target`.
+
+    The condition of a `remainder` is `otherwise`: no other row of that state and cause applies.
+    """
 
     source: str
     cause: Cause
@@ -102,6 +105,7 @@ class Transition:
     target: str
     trace: Trace
     place: Place
+    remainder: bool = False
 
 
 @frozen

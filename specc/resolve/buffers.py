@@ -169,7 +169,8 @@ class _Lets:
             if depths[name] > DEEPEST_LET:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
-            value = self.expressions.value(at.scalar("is"), item.value, self.scope, None)
+            wanted = self.expressions.type(at["type"], item.type) if item.type else None
+            value = self.expressions.value(at.scalar("is"), item.value, self.scope, wanted)
             if value is None:
                 self.expressions.broken.add(name)
             else:

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from specc.lang import Declared, Scope
-from specc.model.expr import FALSE, TRUE, Call, Expr, FileRef, MemoryRef, constants_in, walk
+from specc.model.expr import (
+    FALSE,
+    TRUE,
+    Call,
+    Expr,
+    FileRef,
+    Logic,
+    MemoryRef,
+    Unary,
+    constants_in,
+    walk,
+)
 from specc.model.fsm import (
     Assignment,
     Axiom,
     Behaviour,
+    Cause,
     Condition,
     ConditionKind,
     Function,
@@ -26,7 +38,14 @@ from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
-from specc.schema.subsystem import AssignmentDef, ConditionDef, SafeDef, SubsystemDef
+from specc.schema.subsystem import (
+    AssignmentDef,
+    ConditionDef,
+    FunctionDef,
+    SafeDef,
+    SubsystemDef,
+    UsedFunctionDef,
+)
 
 # What a device gets when a run ends: an expression over what the device reported last.
 
@@ -94,6 +113,10 @@ def _may_fail(value: Expr, expressions: Expressions) -> bool:
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
 
 
+OTHERWISE = "otherwise"
+"""As the initial condition of a row: none of the other rows of its state and cause applies."""
+
+
 @dataclass(slots=True)
 class MachineResolver:
     """Resolves one subsystem's machine in the scope that its buffers make."""
@@ -159,6 +182,8 @@ class MachineResolver:
 
     def _condition(self, kind: ConditionKind, name: str, where: Where) -> Condition:
         fixed: dict[str, Expr] = {"always": TRUE, "never": FALSE}
+        if kind == "initial":
+            fixed[OTHERWISE] = TRUE  # of the other rows, once they are known
         if (kind, name) in self._conditions:
             return self._conditions[kind, name]
         if name in fixed:
@@ -175,19 +200,20 @@ class MachineResolver:
 
     def _resolve_functions(self) -> None:
         for name, item in self.definition.functions.items():
-            at = self.where["functions"][name]
-            targets = item.targets
-            found = [
-                assignment
-                for target, value in targets.items()
-                if (assignment := self._assignment(target, value, at[target]))
-            ]
-            if not targets:
-                message = f"function `{name}` assigns nothing yet"
-                self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
-            whole = bool(found) and len(found) == len(targets)
-            trace = trace_of(item)
-            self._functions[name] = Function(name, tuple(found), item.title, trace, at.key, whole)
+            self._functions[name] = self._function(name, item, self.where["functions"][name])
+
+    def _function(self, name: str, item: FunctionDef, at: Where) -> Function:
+        targets = item.targets
+        found = tuple(
+            assignment
+            for target, value in targets.items()
+            if (assignment := self._assignment(target, value, at[target]))
+        )
+        if not targets:
+            message = f"function `{name}` assigns nothing yet"
+            self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
+        whole = bool(found) and len(found) == len(targets)
+        return Function(name, found, item.title, trace_of(item), at.key, whole)
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
         peer, name, found = self._target(target, at)
@@ -203,7 +229,6 @@ class MachineResolver:
     def _target(self, target: str, at: Where) -> tuple[str, str, Element | Memory | None]:
         """Peer and name of `y.peer.element` or, with the peer "", of memory; and what they name."""
         parts = target.split(".")
-        outputs = [f"y.{peer}.{name}" for peer, name in self._sent]
         if len(parts) == 3 and parts[0] == "y":
             sent = self._sent.get((parts[1], parts[2]))
             if sent is None and target.rpartition(".")[0] in self.expressions.meant:
@@ -211,7 +236,7 @@ class MachineResolver:
             elif sent is None and parts[2] not in self.expressions.broken:
                 lacks = self.expressions.element(*parts)
                 self.expressions.findings.unknown(
-                    "E0214", "output target", target, outputs, at.key, lacks
+                    "E0214", "output target", target, self._outputs(), at.key, lacks
                 )
             return parts[1], parts[2], sent
         if target.startswith("x."):
@@ -221,28 +246,45 @@ class MachineResolver:
             return "", target, None
         kept = self._memory.get(target)
         if kept is None and target not in self.expressions.broken:
-            known = [*self._memory, *outputs]
+            known = [*self._memory, *self._outputs()]
             self.expressions.findings.unknown("E0214", "memory target", target, known, at.key)
         return "", target, kept
+
+    def _outputs(self) -> list[str]:
+        return [f"y.{peer}.{name}" for peer, name in self._sent]
 
     def _resolve_behaviours(self) -> None:
         for name, item in self.definition.behaviours.items():
             at = self.where["behaviours"][name]
-            functions = []
-            for index, used in enumerate(item.functions):
-                if used in self._functions:
-                    functions.append(self._functions[used])
-                else:
-                    place = at["functions"][index].place
-                    self.expressions.findings.unknown(
-                        "E0215", "function", used, self._functions, place
-                    )
+            functions = [
+                function
+                for index, used in enumerate(item.functions)
+                if (function := self._used(name, index, used, at["functions"][index]))
+            ]
             terminal = self._terminal(name, item.terminal, at)
             error = self._condition("error", item.error, at["error"])
             whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
             self._behaviours[name] = Behaviour(
                 name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
             )
+
+    def _used(
+        self, behaviour: str, index: int, used: UsedFunctionDef, at: Where
+    ) -> Function | None:
+        """A function of a behaviour: one that is declared, or one that stands there."""
+        if used.function is None:
+            name = f"{behaviour}.functions[{index}]"
+            self._functions[name] = self._function(name, used, at)
+            return self._functions[name]
+        if used.targets:
+            message = f"`{used.function}` is declared, so it has its targets there"
+            hint = "make two items of the list: the name, and the function that stands in place"
+            self.expressions.findings.report("E0104", message, at.place, help=hint)
+        known = self.definition.functions
+        if used.function not in known:
+            place = at.scalar("function").place
+            self.expressions.findings.unknown("E0215", "function", used.function, known, place)
+        return self._functions.get(used.function)
 
     def _terminal(self, behaviour: str, name: str | None, at: Where) -> Condition:
         if name is not None:
@@ -281,24 +323,26 @@ class MachineResolver:
         rows = []
         for index, item in enumerate(self.definition.transitions):
             at = self.where["transitions"][index]
-            known = self._is_state(item.source, at, "from", 0)
-            known &= self._is_state(item.target, at, "to", 3)
+            sources = self._sources(item.sources, at.cell("from", 0))
+            known = self._is_state(item.target, at.cell("to", 3))
             condition = self._condition("initial", item.when, at.cell("when", 2))
-            if known:
-                trace = trace_of(item)
-                rows.append(
-                    Transition(item.source, item.cause, condition, item.target, trace, at.place)
-                )
-        return tuple(rows)
+            remainder = item.when == OTHERWISE and ("initial", OTHERWISE) not in self._conditions
+            row = Transition(
+                "", item.cause, condition, item.target, trace_of(item), at.place, remainder
+            )
+            rows += [replace(row, source=source) for source in sources if known]
+        return tuple(_spelled_out(rows))
 
-    def _is_state(self, name: str, row: Where, key: str, index: int) -> bool:
-        if name in self.definition.states:
-            return True
-        if not self.definition.states:
-            return False
+    def _sources(self, written: list[str], at: Where) -> list[str]:
+        """The states that a row is for."""
+        places = [at[index] if isinstance(at.raw, list) else at for index in range(len(written))]
+        return [n for n, place in zip(written, places, strict=True) if self._is_state(n, place)]
+
+    def _is_state(self, name: str, at: Where) -> bool:
         known = self.definition.states
-        self.expressions.findings.unknown("E0217", "state", name, known, row.cell(key, index).place)
-        return False
+        if known and name not in known:
+            self.expressions.findings.unknown("E0217", "state", name, known, at.place)
+        return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:
         axioms = []
@@ -309,6 +353,31 @@ class MachineResolver:
             if that:
                 axioms.append(Axiom(that, item.because, at["that"].place))
         return tuple(axioms)
+
+
+def _spelled_out(rows: Sequence[Transition]) -> Iterator[Transition]:
+    """The rows, with what `otherwise` stands for: no other row of the state and cause applies."""
+    others: dict[tuple[str, Cause], list[Condition]] = {}
+    for row in rows:
+        if not row.remainder:
+            others.setdefault((row.source, row.cause), []).append(row.condition)
+    for row in rows:
+        if row.remainder:
+            found = others.get((row.source, row.cause), [])
+            title = " or ".join(f"`{other.name}`" for other in found)
+            when = none_of([other.when for other in found])
+            condition = replace(row.condition, when=when, title=f"not {title}" if title else "")
+            yield replace(row, condition=condition)
+        else:
+            yield row
+
+
+def none_of(conditions: Sequence[Expr]) -> Expr:
+    """The condition that none of some holds."""
+    if not conditions:
+        return TRUE
+    some = conditions[0] if len(conditions) == 1 else Logic("or", tuple(conditions), type=Bool())
+    return Unary("not", some, type=Bool())
 
 
 def _article(kind: str) -> str:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from specc.schema.keys import Listed, Part, Role, Text, key
+from specc.schema.keys import Choice, Listed, Part, Role, Text, key
 from specc.schema.subsystem import CommandDef, ElementDef, SubsystemDef
 from specc.schema.texts import (
     ArgumentText,
@@ -146,7 +146,7 @@ class SpecFile(Traced, first="specc system title eq table fig use parameters fra
     definitions that other files use.
     """
 
-    specc: Literal[1] = key(about="Version of the language.")
+    specc: Annotated[float, Choice((1, 1.1))] = key(about="Version of the language.")
     system: ReadableName | None = key(
         None, "Name of the system and of its generated code.", step="structure"
     )

@@ -95,18 +95,25 @@ class Choice:
 
     values: tuple[object, ...]
 
+    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
+        """The JSON Schema; where pydantic is asked for one, it asks."""
+        return {"enum": list(self.values)}
+
 
 @frozen
 class Listed:
-    """How a list is written: an item of these types `alone`, at `most` so many items."""
+    """How a list is written: an item of these types `alone`, at `least` and at `most` so many."""
 
     alone: tuple[type, ...] = ()
+    least: int = 0
     most: int | None = None
     help: str = ""
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], Any]) -> Any:
         """The JSON Schema; where pydantic is asked for one, it asks."""
         form = handler(core)
+        if self.least:
+            form["minItems"] = self.least
         if self.most is not None:
             form["maxItems"] = self.most
         return {"anyOf": [form["items"], form]} if self.alone else form
@@ -146,7 +153,7 @@ def _kind(annotation: Any, how: Any = None) -> Kind:
     found: Kind = _PLAIN.get(annotation, annotation)
     if origin is Annotated:
         how = arguments[1]
-        found = how if isinstance(how, Text) else _kind(arguments[0], how)
+        found = how if isinstance(how, (Text, Choice)) else _kind(arguments[0], how)
     elif origin in (list, tuple):
         found = Several(_kind(arguments[0]), origin, how or Listed())
     elif origin is dict:

@@ -124,6 +124,9 @@ class _Check:
         if kind.how.most is not None and len(value) > kind.how.most:
             words = f"{_name(route)}a list must have at most {kind.how.most} items"
             return self._refuse(words, "", route)
+        if len(value) < kind.how.least:
+            words = f"{_name(route)}the list is empty"
+            return self._refuse(words, "write at least one item", route)
         items = [self.value(kind.item, one, (*route, n)) for n, one in enumerate(value)]
         return kind.made(items)
 

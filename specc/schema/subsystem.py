@@ -62,6 +62,7 @@ class MemoryDef(Traced):
 class LetDef(Traced, short="is"):
     """A named subexpression, computed at most once a period."""
 
+    type: TypeText | None = key(None, "What the expression must be a value of.")
     value: ExprText = key(about="The expression that the name stands for.", spelled="is")
 
 
@@ -81,6 +82,14 @@ class FunctionDef(Traced):
     """A transition function: targets (`y.peer.element` or a memory element) and their values."""
 
     targets: dict[str, AssignmentDef] = key({}, spelled=OTHERS)
+
+
+class UsedFunctionDef(FunctionDef, short="function"):
+    """A function of a behaviour: the name of one that is declared, or one that stands in place."""
+
+    function: Annotated[str, Text(Role("name", "function"))] | None = key(
+        None, "Name of a function that is declared."
+    )
 
 
 class ConditionsDef(Part):
@@ -103,8 +112,8 @@ class ConditionsDef(Part):
 class BehaviourDef(Traced, first="eq table fig title"):
     """Transition functions, repeated every period until a condition holds."""
 
-    functions: list[Annotated[str, Text(Role("name", "function"))]] = key(
-        [], "Transition functions that are executed in every period."
+    functions: list[UsedFunctionDef] = key(
+        [], "Transition functions that are executed in every period, by name or in place."
     )
     terminal: Annotated[str, Text(Role("name", "terminal condition"))] | None = key(
         None, "A terminal condition, `always` or `never`.", step="ends"
@@ -122,13 +131,19 @@ class StateDef(Traced, short="behaviour", first="behaviour title"):
     )
 
 
+StateNames = Annotated[list[StateName], Listed(alone=(str,), least=1)]
+
+
 class TransitionDef(Traced, row="from cause when to"):
     """A row of the transition table."""
 
-    source: StateName = key(about="State whose behaviour ended.", spelled="from")
+    sources: StateNames = key(
+        about="State whose behaviour ended, or a list of states that each have the row.",
+        spelled="from",
+    )
     cause: Cause = key(about="Which condition ended it: `terminal` or `error`.")
     when: Annotated[str, Text(Role("name", "initial condition"))] = key(
-        about="An initial condition, or `always`."
+        about="An initial condition, `always` or `otherwise`."
     )
     target: StateName = key(about="State that is entered.", spelled="to")
 

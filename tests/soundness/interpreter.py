@@ -154,11 +154,13 @@ class Machine:
             cause = "terminal"
         else:
             return -1
-        enabled = [
-            index
+        rows = [
+            (index, row)
             for index, row in enumerate(self.subsystem.transitions)
-            if row.source == self.state and row.cause == cause and value(row.condition.when, now)
+            if row.source == self.state and row.cause == cause
         ]
+        enabled = [i for i, row in rows if not row.remainder and value(row.condition.when, now)]
+        enabled = enabled or [i for i, row in rows if row.remainder]
         if len(enabled) != 1:
             raise Undecided(cause, *enabled)
         return enabled[0]
