@@ -218,7 +218,7 @@ def _type_of(index: Index, path: str, owner: Route, text: str) -> Type | None:
 
 _WORD = re.compile(r"[\w.]*$")
 _FIXED = {
-    "initial condition": ("always",),
+    "initial condition": ("always", "otherwise"),
     "terminal condition": ("always", "never"),
     "error condition": ("never",),
 }
