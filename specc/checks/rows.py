@@ -347,13 +347,9 @@ def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
     if machine.settled(end) is False or (not occurs and machine.settled(behaviour.error)):
         return
     if occurs and row.remainder:
-        yield Diagnostic(
-            "W0605",
-            f"the other rows of state `{state.name}` leave nothing to `otherwise`",
-            row.place,
-            "never taken",
-            help="delete the row, or give another row a stricter condition",
-        )
+        words = f"the other rows of state `{state.name}` leave nothing to `otherwise`"
+        hint = "delete the row, or give another row a stricter condition"
+        yield Diagnostic("W0605", words, row.place, "never taken", help=hint)
         return
     if occurs and machine.settled(row.condition) is not None:
         return
