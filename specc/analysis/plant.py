@@ -84,7 +84,7 @@ _UNITS: dict[str, Unit] = {
     )
     for tag in tags.split()
 }
-"""Of sensors whose tag says it."""
+"""Of sensors whose tag says it; how many numbers they give is in `specc.mjcf.model`."""
 _ABOUT_JOINTS = {
     "pos": "jointpos jointlimitpos actuatorpos position",
     "vel": "jointvel jointlimitvel actuatorvel velocity intvelocity",

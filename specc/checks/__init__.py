@@ -29,8 +29,8 @@ Check = Callable[[Facts], Iterator[Diagnostic]]
 SUBJECTS: tuple[ModuleType, ...] = (
     structure,
     timing,
-    bindings,
     plant,
+    bindings,
     expressions,
     rows,
     constancy,

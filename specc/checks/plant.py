@@ -1,386 +1,252 @@
-"""Kinds, names, units, noise and rates of bindings agree with the model of the plant."""
+"""The plant is there, and something stands behind each element of the devices, of its size."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Iterator, Sequence
 
 from specc.analysis import Facts
-from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_of
-from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
+from specc.analysis.plant import BoundElement, raw_numbers, units_of
+from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import listed
+from specc.lang import or_else
 from specc.mjcf import Model, ModelError
-from specc.model.system import Binding
-from specc.model.types import Image, Real, Spatial, Type, Vector
-from specc.model.units import Unit
+from specc.model.system import Binding, System
+from specc.model.types import Image, Record, Type, inner_types
+from specc.reachable import reachable
 from specc.source import Place
 
-# A commanded element moves actuators; a reported one comes from joints, sensors or a camera.
+# The model of the plant is there and is MJCF.
 
 
-def bindings_fit(facts: Facts) -> Iterator[Diagnostic]:
-    """E0505."""
-    for bound in facts.bindings:
-        complaint = _wrong_kind(bound)
-        if complaint:
-            message, help_text = complaint
-            related = (Related(bound.element.place, f"`{bound.element.type}`"),)
-            yield Diagnostic("E0505", message, bound.binding.place, "", related, help_text)
-
-
-_OF_A_MODEL = (
-    "joints", "sensors", "actuators", "camera", "image", "noise", "depth_noise", "through",
-)  # fmt: skip
-
-_OF_SAMPLES = ("rate_hz", "sporadic", "max_gap_s")
-
-
-def _wrong_kind(bound: BoundElement) -> tuple[str, str] | None:
-    """What is wrong with the kind of a binding, and a way out; None if nothing is."""
-    if not bound.plant:
-        return None
-    if not bound.commanded and (complaint := _sampled(bound.binding)):
-        return complaint
-    if bound.plant == "python":
-        return _in_python(bound)
-    return _moving(bound) if bound.commanded else _reporting(bound)
-
-
-def _sampled(binding: Binding) -> tuple[str, str] | None:
-    """Of samples it is said when they come, or that this is not known."""
-    if binding.sporadic and binding.rate_hz is not None:
-        return (
-            "a sporadic device has no rate: its readers look for a sample in each of their periods",
-            "delete `rate`; `max_gap` says for how long there may be no new sample",
+def model_readable(facts: Facts) -> Iterator[Diagnostic]:
+    """E0501."""
+    system = facts.system
+    if system.plant is not None and isinstance(facts.model, ModelError):
+        why, _, way_out = str(facts.model).partition("; ")
+        yield Diagnostic(
+            "E0501",
+            f"the model of the plant cannot be used: {why}",
+            system.plant.place,
+            help=way_out
+            or "a model is an MJCF file; its path is relative to the file that names it",
         )
-    if binding.max_gap_s is not None and not binding.sporadic:
-        return "`max_gap` is for sporadic devices", "add `sporadic: true`, or delete `max_gap`"
-    return None
 
 
-def _in_python(bound: BoundElement) -> tuple[str, str] | None:
-    """A plant in Python gives and takes the elements themselves."""
-    name = bound.element.name
-    modelled = _key(bound.binding, _OF_A_MODEL)
-    if modelled:
-        return (
-            f"`{modelled}` is for MuJoCo models; the plant in Python "
-            f"{'takes' if bound.commanded else 'gives'} `{name}` itself",
-            f"delete `{modelled}`",
-        )
-    return _command_measured(bound, _OF_SAMPLES)
+# What the plant binds are elements of devices.
 
 
-def _moving(bound: BoundElement) -> tuple[str, str] | None:
-    binding, name = bound.binding, bound.element.name
-    if not binding.actuators:
-        return f"`{name}` is commanded, but moves no actuator", "add `actuators: [...]`"
-    kinds = ("sensors", "camera", "image", "noise", "depth_noise")
-    return _command_measured(bound, (*kinds, *_OF_SAMPLES)) or _type_without_through(bound)
+_LISTED = 8
 
 
-def _command_measured(bound: BoundElement, kinds: tuple[str, ...]) -> tuple[str, str] | None:
-    measured = _key(bound.binding, kinds) if bound.commanded else ""
-    if not measured:
-        return None
-    return (
-        f"`{bound.element.name}` is commanded: `{measured}` is for what a device reports",
-        f"delete `{measured}`",
-    )
-
-
-def _reporting(bound: BoundElement) -> tuple[str, str] | None:
-    binding, name = bound.binding, bound.element.name
-    numbers = _key(binding, ("joints", "sensors", "actuators"))
-    if binding.camera:
-        return _from_camera(bound, numbers)
-    if not numbers:
-        return (
-            f"`{name}` is reported, but nothing measures it",
-            "add `joints:`, `sensors:` or `camera:`",
-        )
-    if binding.image:
-        return f"`image` of `{name}` needs a camera", "add `camera:`"
-    return _type_without_through(bound)
-
-
-def _from_camera(bound: BoundElement, numbers: str) -> tuple[str, str] | None:
-    binding, type_ = bound.binding, bound.element.type
-    if numbers:
-        return f"a camera cannot be combined with `{numbers}`", f"delete `{numbers}` or `camera`"
-    if not binding.image:
-        return "a camera gives two images", "add `image: rgb` or `image: depth`"
-    if binding.through:
-        return None
-    channels = 3 if binding.image == "rgb" else 1
-    if not isinstance(type_, Image):
-        return f"a camera gives an image, not {type_}", "add `through:` a function that makes one"
-    if type_.channels != channels:
-        fitting = f"image[{type_.height}, {type_.width}, {channels}]"
-        given = "1 channel" if channels == 1 else f"{channels} channels"
-        message = f"an image of kind {binding.image} has {given}, not {type_.channels}"
-        return message, f'choose the other kind of image, or make the type "{fitting}"'
-    return None
-
-
-def _type_without_through(bound: BoundElement) -> tuple[str, str] | None:
-    if bound.binding.through or _is_numbers(bound.element.type):
-        return None
-    message = f"the plant works with real numbers, not with {bound.element.type}"
-    return message, "name a function under `through:` that converts"
-
-
-def _is_numbers(type_: Type) -> bool:
-    if isinstance(type_, Vector):
-        return isinstance(type_.element, Real)
-    return isinstance(type_, (Real, Spatial))
-
-
-def _key(binding: Binding, names: tuple[str, ...]) -> str:
-    """The first of these keys that the binding has, as the file spells it."""
-    found = (name for name in names if getattr(binding, name))
-    spelt = {"rate_hz": "rate", "depth_noise": "noise", "max_gap_s": "max_gap"}
-    return spelt.get(name := next(found, ""), name)
-
-
-# The joints, sensors, actuators and cameras that bindings name are in the model.
-
-
-def model_names_known(facts: Facts) -> Iterator[Diagnostic]:
-    """E0502; names in a binding of the wrong kind are `bindings_fit`'s matter."""
-    model = facts.model
+def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
+    """E0503, and O0205 for what may still come."""
+    elements = {d.qualified_name: [e.name for e in (*d.x, *d.y)] for d in facts.system.devices}
     plant = facts.system.plant
-    if plant is None or not isinstance(model, Model) or not model.complete:
-        return
-    unfit = [bound.binding for bound in facts.bindings if _wrong_kind(bound)]
-    for binding in plant.bindings:
-        for kind, names, known in _names_of(binding, model):
-            for index, name in enumerate(names):
-                if name not in known and binding not in unfit:
-                    yield _unknown_name(_place_of(binding, kind, index), kind, name, known)
-
-
-def _names_of(
-    binding: Binding, model: Model
-) -> Iterator[tuple[str, tuple[str, ...], Mapping[str, object]]]:
-    yield "joint", binding.joints, model.joints
-    yield "sensor", binding.sensors, model.sensors
-    yield "actuator", binding.actuators, model.actuators
-    yield "camera", (binding.camera,) if binding.camera else (), model.cameras
-
-
-def _place_of(binding: Binding, kind: str, index: int) -> Place:
-    if kind == "camera":
-        return binding.place.below(kind)
-    return binding.place.below(f"{kind}s", index)
-
-
-def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object]) -> Diagnostic:
-    close = nearest(name, known)
-    if close:
-        hint = "did you mean " + " or ".join(f"`{n}`" for n in close) + "?"
-    else:
-        hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
-    meant = surely_meant(name, close)
-    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
-    return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
-
-
-# A binding names what measures or takes the element's quantity, each once and in one order.
-
-
-_LISTS = ("joints", "sensors", "actuators")
-
-
-def bindings_agree(facts: Facts) -> Iterator[Diagnostic]:
-    """E0511, E0512, W0513; a binding of the wrong kind is `bindings_fit`'s matter."""
-    model = facts.model
-    for bound in facts.bindings:
-        if _wrong_kind(bound):
+    for binding in plant.bindings if plant else ():
+        known = elements.get(binding.device)
+        if binding.device in facts.broken:
             continue
-        yield from _named_twice(bound)
-        if isinstance(model, Model):
-            yield from _units_differ(bound, model)
-            yield from _disordered(bound, model)
+        if known is None:
+            message = f"there is no device `{binding.device}`"
+            yield _unknown_element(binding, message, binding.device, list(elements))
+        elif binding.element not in known:
+            message = f"`{binding.device}` has no element `{binding.element}`"
+            yield _unknown_element(binding, message, binding.element, known)
 
 
-def _named_twice(bound: BoundElement) -> Iterator[Diagnostic]:
-    """An actuator that is commanded twice is `actuators_driven_once`'s matter."""
-    for kind in _LISTS[:2] if bound.commanded else _LISTS:
-        names = getattr(bound.binding, kind)
-        for index, name in enumerate(names):
-            if name in names[:index]:
-                first = bound.binding.place.below(kind, names.index(name))
+def _unknown_element(binding: Binding, message: str, name: str, known: list[str]) -> Diagnostic:
+    hint = _suggestion(name, known)
+    # A real effector called a real receptor, or vice versa, is still the same device.
+    if is_slip(name, known) or name.split(".")[-1] in {other.split(".")[-1] for other in known}:
+        return Diagnostic("E0503", message, binding.place, help=hint)
+    absent = f"`{binding.device}.{binding.element}` is not there yet"
+    help = or_else("add it to the agent", hint)
+    return Diagnostic("O0205", absent, binding.place, message, help=help)
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    if close := nearest(name, known):
+        return f"did you mean {listed(_quoted(close), 'or')}?"
+    if known:
+        return f"known: {', '.join(_quoted(known[:_LISTED]))}"
+    return "an element is named `agent.E.device.element`"
+
+
+def _quoted(names: list[str]) -> list[str]:
+    return [f"`{name}`" for name in names]
+
+
+# Records that Python code makes have a class that it can import.
+
+
+def records_made(facts: Facts) -> Iterator[Diagnostic]:
+    """O0206, once for each record."""
+    makers: dict[str, list[Related]] = {}
+    for type_, given, maker in _made(facts):
+        for name in _classless(type_) - {name for one in given for name in _classless(one)}:
+            makers.setdefault(name, []).append(maker)
+    for name, (first, *others) in makers.items():
+        yield Diagnostic(
+            "O0206",
+            f"record `{name}` has no Python class, but Python code has to create its values",
+            first.place,
+            first.message,
+            related=tuple(others[:_LISTED]),
+            help="add `python: package.module:Class`, a frozen dataclass or a `NamedTuple` with "
+            "these fields",
+        )
+
+
+def _made(facts: Facts) -> Iterator[tuple[Type, Sequence[Type], Related]]:
+    """Types of what Python code gives, beside those that it is given and may pass on."""
+    for operator in facts.system.operators:
+        given = [type_ for _, type_ in operator.parameters]
+        if operator.python:
+            yield operator.result, given, Related(operator.place, f"gives `{operator.result}`")
+    for bound in facts.bindings:
+        if not bound.commanded:
+            type_ = bound.element.type
+            yield type_, (), Related(bound.binding.place, f"gives `{type_}`")
+
+
+def _classless(type_: Type) -> set[str]:
+    found = reachable([type_], inner_types)
+    return {part.name for part in found if isinstance(part, Record) and not part.python}
+
+
+# What is to be simulated has a plant behind its devices and a task to count.
+
+
+def devices_simulated(facts: Facts) -> Iterator[Diagnostic]:
+    """O0501 and O0503; a specification with neither plant nor task is not meant to be simulated."""
+    system = facts.system
+    if system.plant is None and system.task is not None:
+        yield from without_plant(system, system.task.place)
+    if system.plant is not None and system.task is None and system.devices:
+        yield Diagnostic(
+            "O0503",
+            "nothing says what a run counts: there is no task",
+            system.plant.place,
+            help="add `task:` with the transition that ends a cycle",
+        )
+
+
+def without_plant(system: System, place: Place) -> Iterator[Diagnostic]:
+    """O0501 at a place, if there are devices."""
+    if system.devices:
+        names = ", ".join(f"`{device.qualified_name}`" for device in system.devices)
+        yield Diagnostic(
+            "O0501",
+            "there is no plant behind the devices",
+            place,
+            f"nothing stands behind {names}",
+            help="add `plant:` with what makes it, `model` or `python`, and what it binds",
+        )
+
+
+# If there is a plant, something stands behind every element of every device.
+
+
+def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
+    """O0502; not for an element that an unknown one is nearest to, which `bindings_known` tells."""
+    system = facts.system
+    if system.plant is None:
+        return
+    bound = {(b.device, b.element) for b in system.plant.bindings}
+    elements = {
+        (d.qualified_name, e.name): f"{d.qualified_name}.{e.name}"
+        for d in system.devices
+        for e in (*d.x, *d.y)
+    }
+    open_ = {name for key, name in elements.items() if key not in bound}
+    strange = [f"{device}.{element}" for device, element in bound - elements.keys()]
+    meant = {name for other in strange for name in nearest(other, open_)[:1]}
+    for device in system.devices:
+        for element in (*device.x, *device.y):
+            if elements[device.qualified_name, element.name] in open_ - meant:
                 yield Diagnostic(
-                    "E0512",
-                    f"{kind.removesuffix('s')} `{name}` is listed twice",
-                    bound.binding.place.below(kind, index),
-                    related=(Related(first, "listed here already"),),
-                    help="name another one, or delete it",
+                    "O0502",
+                    f"nothing in the plant stands behind `{device.qualified_name}.{element.name}`",
+                    element.place,
+                    related=(Related(system.plant.place, "the plant"),),
+                    help=f"add `{device.qualified_name}.{element.name}: {{...}}` under `bind:`",
                 )
 
 
-def _units_differ(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
-    wanted = units_of(bound.element.type)
-    if bound.binding.through or wanted is None:
+# Without a function in between, an element has as many numbers as what stands behind it.
+
+
+_DEFAULT_CAMERA = (640, 480)
+"""Width and height of images of a camera whose resolution the model does not say."""
+
+
+def sizes_match(facts: Facts) -> Iterator[Diagnostic]:
+    """E0507."""
+    model = facts.model
+    if not isinstance(model, Model):
         return
-    start = 0
-    for raw in raw_numbers(bound, model):
-        if raw.units is None:
-            return
-        for unit, other in zip(wanted[start:], raw.units, strict=False):
-            if other is not None and differs(raw, other, unit):
-                yield _another_unit(bound, raw, unit, other)
-                break
-        start += len(raw.units)
-
-
-def _another_unit(bound: BoundElement, raw: Raw, unit: Unit, other: Unit) -> Diagnostic:
-    verb = "takes" if bound.commanded else "gives"
-    kind = raw.kind.removesuffix("s")
-    return Diagnostic(
-        "E0511",
-        f"`{bound.element.name}` is in {unit}, and {kind} `{raw.name}` {verb} {other}",
-        bound.binding.place.below(raw.kind, raw.place),
-        related=(Related(bound.element.place, f"`{bound.element.type}`"),),
-        help="name another one, or a function under `through:` that converts",
-    )
-
-
-def _disordered(bound: BoundElement, model: Model) -> Iterator[Diagnostic]:
-    """W0513, of the joints that are listed and driven too."""
-    listed = bound.binding.joints
-    driven = [model.driven(name) for name in bound.binding.actuators]
-    both = [name for name in driven if name in listed]
-    wanted, found = iter(both), [name for name in listed if name in driven]
-    if len(set(both)) < len(both) or len(set(found)) < len(found):
-        return
-    for name in found:
-        if name != (other := next(wanted)):
-            place = bound.binding.place
-            actuator = bound.binding.actuators[driven.index(other)]
-            yield Diagnostic(
-                "W0513",
-                f"joint `{name}` is listed where actuator `{actuator}` drives `{other}`",
-                place.below("joints", listed.index(name)),
-                related=(
-                    Related(place.below("actuators", driven.index(other)), f"drives `{other}`"),
-                ),
-                help=f"list both in the same order: `joints: [{', '.join(both)}]`",
-            )
-            return
-
-
-# Noise has one standard deviation per sensor, in its unit; that of the Kinect is for depth images.
-#
-# Noise is added to what a sensor gives, before any function of `through`.
-
-
-DEPTH_NOISES = ("kinect",)
-
-
-def noise_fits(facts: Facts) -> Iterator[Diagnostic]:
-    """E0510; a binding of the wrong kind is `bindings_fit`'s matter."""
     for bound in facts.bindings:
-        binding = bound.binding
-        if bound.commanded or _wrong_kind(bound):
+        if bound.binding.through:
             continue
-        complaint = _depth(binding) or _deviations(binding)
-        if complaint:
-            message, help_text = complaint
-            yield Diagnostic("E0510", message, binding.place.below("noise"), help=help_text)
-        else:
-            yield from _units(bound, facts.model)
-
-
-def _depth(binding: Binding) -> tuple[str, str] | None:
-    if not binding.depth_noise:
-        return None
-    if binding.depth_noise not in DEPTH_NOISES:
-        return f"there is no noise called `{binding.depth_noise}`", "write `noise: kinect`"
-    if binding.image != "depth":
-        return f"noise `{binding.depth_noise}` is for depth images", "delete it"
-    return None
-
-
-def _deviations(binding: Binding) -> tuple[str, str] | None:
-    given, sensors = len(binding.noise), len(binding.sensors)
-    if not given or given == sensors:
-        return None
-    deviations = "1 standard deviation" if given == 1 else f"{given} standard deviations"
-    message = f"{deviations} for {sensors} {'sensor' if sensors == 1 else 'sensors'}"
-    return message, "give one for each of `sensors:`; joints and actuators have no noise"
-
-
-def _units(bound: BoundElement, model: Model | ModelError | None) -> Iterator[Diagnostic]:
-    binding = bound.binding
-    several = len(binding.noise) > 1
-    for index, unit in enumerate(binding.noise_units):
-        measured = _measured(bound, model, index)
-        if measured and unit not in measured:
-            said = listed(dict.fromkeys(map(str, measured)), "and")
+        sizes = _image_sizes(bound, model) or _number_sizes(bound, model)
+        if sizes and sizes[0] != sizes[1]:
             yield Diagnostic(
-                "E0510",
-                (
-                    f"noise of sensor `{binding.sensors[index]}` is in {unit}, but "
-                    f"the sensor gives {said}"
-                ),
-                binding.place.below("noise", *((index,) if several else ())),
-                related=() if binding.through else (_type(bound),),
-                help="write the standard deviation in the unit of what is measured",
+                "E0507",
+                f"`{bound.element.name}` has {sizes[0]}, the plant has {sizes[1]}",
+                bound.binding.place,
+                related=(Related(bound.element.place, f"`{bound.element.type}`"),),
+                help="make both the same, or name a function under `through:` that converts",
             )
 
 
-def _type(bound: BoundElement) -> Related:
-    return Related(bound.element.place, f"`{bound.element.type}`")
+def _number_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
+    """Numbers of the element and of the plant, in words; None where one is not known."""
+    wanted, parts = units_of(bound.element.type), list(raw_numbers(bound, model))
+    sizes = [len(part.units) for part in parts if part.units is not None]
+    known = len(sizes) == len(parts) and model.actuators.keys() >= set(bound.binding.actuators)
+    if wanted is None or not parts or not known:
+        return None
+    return _numbers(len(wanted)), _numbers(sum(sizes))
 
 
-def _measured(bound: BoundElement, model: Model | ModelError | None, sensor: int) -> list[Unit]:
-    """Units of what a sensor gives, and of what the element has there; none if not known.
-
-    Where the two differ, that is `bindings_agree`'s matter.
-    """
-    wanted = () if bound.binding.through else units_of(bound.element.type) or ()
-    start: int | None = 0
-    for raw in raw_numbers(bound, model) if isinstance(model, Model) else ():
-        if raw.kind == "sensors" and raw.place == sensor:
-            units = raw.units or ()
-            there = () if start is None else wanted[start : start + len(units)]
-            return [unit for unit in (*units, *(there or _only(wanted))) if unit is not None]
-        start = None if start is None or raw.units is None else start + len(raw.units)
-    return _only(wanted)
+def _image_sizes(bound: BoundElement, model: Model) -> tuple[str, str] | None:
+    camera, type_ = bound.binding.camera, bound.element.type
+    if camera not in model.cameras or not isinstance(type_, Image):
+        return None
+    width, height = model.cameras[camera] or _DEFAULT_CAMERA
+    return f"{type_.width} x {type_.height} pixels", f"{width} x {height} pixels"
 
 
-def _only(units: Sequence[Unit]) -> list[Unit]:
-    """The unit of numbers that all have one."""
-    return list(units[:1]) if len(set(units)) == 1 else []
+def _numbers(count: int) -> str:
+    return "1 number" if count == 1 else f"{count} numbers"
 
 
-# The rate of a sensor goes with the timeline and with the rates of its readers.
+# An actuator of the plant obeys one element.
 
 
-def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
-    """E0509."""
-    for misfit in facts.rates.misfits:
-        rate, tick = misfit.rate_hz, misfit.tick_s
-        place = misfit.bound.binding.place.below("rate")
-        if not misfit.readers and tick is not None:
-            message = f"its period is not a whole number of base ticks of {float(tick):g} s"
-            yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
-        for reader in misfit.readers:
-            yield Diagnostic(
-                "E0509",
-                f"{float(rate):g} Hz does not fit the {float(reader.rate_hz):g} Hz of "
-                f"`{reader.qualified_name}`",
-                place,
-                related=(Related(reader.place.below("rate"), "reads it at this rate"),),
-                help="make one rate a whole multiple of the other",
-            )
+def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
+    """E0508."""
+    first: dict[str, Place] = {}
+    for bound in facts.bindings:
+        for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
+            place = bound.binding.place.below("actuators", index)
+            if name in first:
+                yield Diagnostic(
+                    "E0508",
+                    f"actuator `{name}` is driven twice",
+                    place,
+                    related=(Related(first[name], "driven by this already"),),
+                    help="let one element of a device command it",
+                )
+            first.setdefault(name, place)
 
 
-def _fitting(tick: Fraction, rate: Fraction) -> str:
-    ticks = max(1, round(1 / rate / tick))
-    return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
-
-
-CHECKS = (bindings_fit, model_names_known, bindings_agree, noise_fits, sensors_in_time)
+CHECKS = (
+    model_readable,
+    bindings_known,
+    records_made,
+    devices_simulated,
+    devices_bound,
+    sizes_match,
+    actuators_driven_once,
+)

@@ -258,5 +258,32 @@ def _silence(held: Held, node: Node) -> Iterator[Related]:
         yield Related(source.silent.place, f"`{sender}` does not send {whose} in this state")
 
 
-CHECKS = (rates_meet, readers_fast_enough, ages_bounded)
+# The rate of a sensor goes with the timeline and with the rates of its readers.
+
+
+def sensors_in_time(facts: Facts) -> Iterator[Diagnostic]:
+    """E0509."""
+    for misfit in facts.rates.misfits:
+        rate, tick = misfit.rate_hz, misfit.tick_s
+        place = misfit.bound.binding.place.below("rate")
+        if not misfit.readers and tick is not None:
+            message = f"its period is not a whole number of base ticks of {float(tick):g} s"
+            yield Diagnostic("E0509", message, place, help=_fitting(tick, rate))
+        for reader in misfit.readers:
+            yield Diagnostic(
+                "E0509",
+                f"{float(rate):g} Hz does not fit the {float(reader.rate_hz):g} Hz of "
+                f"`{reader.qualified_name}`",
+                place,
+                related=(Related(reader.place.below("rate"), "reads it at this rate"),),
+                help="make one rate a whole multiple of the other",
+            )
+
+
+def _fitting(tick: Fraction, rate: Fraction) -> str:
+    ticks = max(1, round(1 / rate / tick))
+    return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
+
+
+CHECKS = (rates_meet, readers_fast_enough, ages_bounded, sensors_in_time)
 USES = (ages_known, ages_held, rates_divide)

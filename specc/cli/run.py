@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from specc import output
-from specc.checks.bindings import without_plant
+from specc.checks.plant import without_plant
 from specc.cli.inspect import judged, overrides_of
 from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic

@@ -23,6 +23,7 @@ _DEEPEST = 200
 # Elements that make further named things when MuJoCo compiles the model.
 _GENERATING = frozenset(("attach", "composite", "flexcomp", "replicate"))
 _JOINT_SIZES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
+# Numbers that a sensor gives; in which units is in `specc.analysis.plant`.
 _SENSOR_SIZES = {
     1: (
         "touch rangefinder jointpos jointvel tendonpos tendonvel actuatorpos actuatorvel "
@@ -59,6 +60,8 @@ class Part:
     actuator: str = ""
     geared: bool | None = None
     """Whether an actuator has another gear than 1."""
+    cutoff: bool = False
+    """Whether a sensor gives no more than a largest value."""
 
 
 @dataclass(slots=True)
@@ -202,12 +205,13 @@ class _Reader:
         model = self._model
         if section == "actuator":
             model.actuators[name] = 1
-            geared = _is_geared(attributes["gear"]) if "gear" in attributes else None
+            geared = _is_other(attributes["gear"], 1.0) if "gear" in attributes else None
             model.parts[section, name] = Part(tag, attributes.get("joint", ""), "", geared)
         elif section == "sensor":
             model.sensors[name] = _sensor_size(tag, attributes)
             joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
-            model.parts[section, name] = Part(tag, joint, actuator)
+            cutoff = _is_other(attributes.get("cutoff", ""), 0.0)
+            model.parts[section, name] = Part(tag, joint, actuator, cutoff=cutoff)
         elif section == "worldbody" and tag in ("joint", "freejoint"):
             kind = "free" if tag == "freejoint" else attributes.get("type", "")
             model.joints[name] = _JOINT_SIZES.get(kind or "hinge")
@@ -241,9 +245,10 @@ def _sensor_size(tag: str, attributes: dict[str, str]) -> int | None:
     return _SIZE_OF_SENSOR.get(tag)
 
 
-def _is_geared(text: str) -> bool:
+def _is_other(text: str, usual: float) -> bool:
+    """Whether an attribute begins with another number than the usual one."""
     try:
-        return float((text.split() or ["1"])[0]) != 1.0
+        return float((text.split() or [str(usual)])[0]) != usual
     except ValueError:
         return True
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from specc_runtime.plants.mujoco.noise import grain, kinect_depth, standard_deviations, stream
+from specc_runtime.plants.mujoco.noise import grain, kinect_depth, stream
 
 
 @pytest.mark.parametrize("z", [0.6, 1.1, 2.0])
@@ -29,10 +29,6 @@ def test_the_image_is_not_changed():
     depth.flags.writeable = False
     kinect_depth(depth, grain(np.random.default_rng(0), depth.shape))
     assert np.all(depth == 1)
-
-
-def test_one_deviation_per_number():
-    assert standard_deviations((0.3, 0.01), (3, 2)).tolist() == [0.3, 0.3, 0.3, 0.01, 0.01]
 
 
 def test_streams_differ_by_seed_and_by_name():

@@ -22,7 +22,7 @@ class SensorBinding:
     Attributes:
         name: of the binding, e.g. "irp.E.m.m_m"; unique among the sensors of a plant.
         joints: names of joints; hinges and slides give one number each, in rad and m.
-        sensors: names of sensors of the model.
+        sensors: names of sensors of the model; what range finders give is in `mujoco.ranging`.
         actuators: names of actuators; each gives the force it exerts now, N or Nm.
         camera: name of a camera, exclusive with the three above.
         image: "rgb" (h, w, 3) uint8, or "depth" (h, w) float32 in metres along the optical axis,

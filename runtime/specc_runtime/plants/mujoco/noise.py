@@ -1,7 +1,7 @@
 """Noise of sensors. Every binding, and every image of a camera, has a random stream of its own."""
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,6 @@ def stream(seed: int, name: str, *sample: int) -> np.random.Generator:
     """
     entropy = [seed, zlib.crc32(name.encode())]
     return np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=sample))
-
-
-def standard_deviations(noise: Sequence[float], sizes: Sequence[int]) -> Array:
-    """One standard deviation per number: noise[i] for the sizes[i] numbers of sensor i."""
-    return np.repeat(np.asarray(noise, dtype=float), sizes)
 
 
 def gaussian(rng: np.random.Generator, sigma: Array) -> Iterator[Array]:

@@ -1,6 +1,6 @@
 """Sensors: from a binding to its value at the present time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import floor
 from typing import Any
@@ -16,6 +16,7 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import noise
 from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.model import find, position_indices
+from specc_runtime.plants.mujoco.ranging import Ranges, reach_m
 from specc_runtime.plants.mujoco.view import Camera
 
 _TICK_TOLERANCE = 1e-6  # of a period; times are sums of floating-point time steps
@@ -35,6 +36,7 @@ class Sensor:
             self._take = self._take_image
         else:
             self._read = _number_reader(model, data, binding)
+            self._ranges = Ranges(binding, _reach(model, binding))
             self._take = self._take_numbers
         self._sigma = _sigma(model, binding)
         self.reset(0)
@@ -62,7 +64,8 @@ class Sensor:
 
     def _take_numbers(self) -> Any:
         raw = self._read()
-        return self._value_of(raw if self._noise is None else raw + next(self._noise))
+        noisy = raw if self._noise is None else raw + next(self._noise)
+        return self._value_of(self._ranges.read(raw, noisy) if self._ranges else noisy)
 
     def _take_image(self) -> Deferred:
         camera, cameras, shot = self._camera, self._cameras, self._cameras.shot()
@@ -146,7 +149,18 @@ def _sigma(model: Any, binding: SensorBinding) -> Array | None:
             f"sensor '{binding.name}': {len(binding.noise)} noise values for "
             f"{len(binding.sensors)} sensors"
         )
+    return _spread(model, binding, binding.noise)
+
+
+def _reach(model: Any, binding: SensorBinding) -> Array:
+    """How far each raw number can reach, m; 0 of all that are not from range finders."""
+    sensors = [find(model, "sensor", name) for name in binding.sensors]
+    return _spread(model, binding, [reach_m(model, sensor) for sensor in sensors])
+
+
+def _spread(model: Any, binding: SensorBinding, of_sensors: Sequence[float]) -> Array:
+    """One for each raw number: that of its sensor, 0 for those of joints and actuators."""
     sizes = [int(model.sensor_dim[find(model, "sensor", name)]) for name in binding.sensors]
     before = position_indices(model, binding.joints).size
-    sigma = noise.standard_deviations(binding.noise, sizes)
-    return np.concatenate((np.zeros(before), sigma, np.zeros(len(binding.actuators))))
+    sensors = np.repeat(np.asarray(of_sensors, dtype=float), sizes)
+    return np.concatenate((np.zeros(before), sensors, np.zeros(len(binding.actuators))))
