@@ -178,8 +178,16 @@ def _is_row(value: Value, columns: int) -> bool:
         and not value.anchor
         and (value.flow or not value.entries)
         and len(value.entries) == columns
-        and all(not isinstance(entry.value, Collection) for entry in value.entries)
+        and all(_is_cell(entry.value) for entry in value.entries)
     )
+
+
+def _is_cell(value: Value) -> bool:
+    """Whether it is one value, or a list of some on one line, as the states of a row are."""
+    if not isinstance(value, Collection):
+        return True
+    plain = all(not isinstance(entry.value, Collection) for entry in value.entries)
+    return plain and value.flow and not value.is_mapping and not value.broken
 
 
 def _keeps_block(value: Scalar) -> bool:

@@ -107,6 +107,14 @@ def test_tables_are_aligned_with_their_headers() -> None:
     )
 
 
+def test_rows_of_several_states_are_cells_of_the_table() -> None:
+    rows = "  - [[S0, S1], error, lost, S2]\n  - [S2, terminal, otherwise, S0]\n"
+    text = formatted(f"specc: 1.1\nsubsystem:\n  transitions:\n{rows}")
+    assert "- [[S0, S1], error,    lost,      S2]\n" in text
+    assert "- [S2,       terminal, otherwise, S0]\n" in text
+    assert formatted(text) == text
+
+
 def test_aliases_stay_behind_their_anchors() -> None:
     text = "title: &t demo\nsystem: *t\nspecc: 1\n"
     assert formatted(text).index("&t") < formatted(text).index("*t")
