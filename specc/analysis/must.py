@@ -105,8 +105,14 @@ class Presence:
     @cached_property
     def is_sure(self) -> bool:
         """Whether all that is read has a value from the first period on, or is tested for one."""
+        # The texts of lets are among them, so that none needs to be followed from its users.
+        alone = Guards((), self.behind, frozenset.intersection)
         first, every = self.in_first_period, texts(self._subsystem)
-        return not any(reading for text in every for reading in self.unguarded(text.expr, first))
+        read = (part for text in every for part in alone.parts(text.expr, first))
+        return not any(
+            isinstance(part.expr, Input) and (part.expr.peer, part.expr.element) not in part.known
+            for part in read
+        )
 
     def unguarded(self, expr: Expr, present: Inputs) -> Iterator[Reading]:
         """What `expr` may read without a value where only `present` is sure; tests in it count."""
