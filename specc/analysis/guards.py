@@ -52,13 +52,15 @@ class Guards(Generic[K]):
         lets: Sequence[Let],
         learn: Callable[[K, Expr, bool], K],
         meet: Callable[[K, K], K],
+        outside: Callable[[K], K] = lambda known: known,
     ) -> None:
         """`lets` are in order of dependence.
 
-        `learn` gives what is known behind a test that held, or did not, and `meet` what is known in
-        a let that is named at two points.
+        `learn` gives what is known behind a test that held, or did not, `meet` what is known in
+        a let that is named at two points, and `outside` what is known of it without the variables
+        of quantifiers: a let has its own, perhaps of the same names.
         """
-        self.learn, self.meet = learn, meet
+        self.learn, self.meet, self.outside = learn, meet, outside
         self._lets = {let.name: let for let in lets}
         self.ranks = {let.name: rank for rank, let in enumerate(lets)}
 
@@ -90,6 +92,7 @@ class _Walk(Generic[K]):
             case Fresh() | Present():
                 pass
             case LetRef(name=name) if name in self.guards.ranks:
+                known = self.guards.outside(known)
                 met = name in self.named
                 self.named[name] = self.guards.meet(self.named[name], known) if met else known
             case Logic(op=op, operands=operands):

@@ -29,6 +29,7 @@ from specc.model.expr import (
     Sure,
     Unary,
     Unknown,
+    has_free_variable,
     has_unknown,
 )
 from specc.model.fsm import Axiom, Condition, Function, State, Transition
@@ -199,7 +200,7 @@ class Values:
         self._rows = rows
         self._prover = prover
         self._dependences = dependences
-        self._guards = Guards(subsystem.lets, _behind, _either)
+        self._guards = Guards(subsystem.lets, _behind, _either, _outside)
 
     @cached_property
     def needed(self) -> bool:
@@ -317,6 +318,10 @@ def _either(one: tuple[Context, ...], other: tuple[Context, ...]) -> tuple[Conte
         common = frozenset.intersection(*(tests for _, tests in found))
         return (tuple(test for test in found[0][0] if test in common),)
     return tuple(way for way, _ in found)
+
+
+def _outside(ways: tuple[Context, ...]) -> tuple[Context, ...]:
+    return tuple(tuple(test for test in way if not has_free_variable(test)) for way in ways)
 
 
 def _in_order(known: Known) -> Context:

@@ -15,7 +15,6 @@ from specc.lang import show
 from specc.model.expr import (
     Among,
     Binary,
-    BoundVariable,
     Choice,
     Compare,
     Expr,
@@ -24,10 +23,10 @@ from specc.model.expr import (
     Member,
     MemoryRef,
     Number,
-    Quantifier,
     Truth,
     Unary,
     children,
+    has_free_variable,
     walk,
 )
 from specc.model.fsm import Condition
@@ -103,7 +102,7 @@ class Constancy:
         In the text of a let, which functions may name too, it has it at any moment.
         """
         on = self._dependences.of(part)
-        if on.literal or on.constants & self._parameters or _has_free_variable(part):
+        if on.literal or on.constants & self._parameters or has_free_variable(part):
             return None
         if not self._misfits.varies(part) or self._misfits.within(part):
             return None
@@ -133,13 +132,6 @@ class Constancy:
                 known = _one_of(memory, leaves) or _bound(memory, leaves[item.name])
                 found |= {item.name: known} if known else {}
         return found
-
-
-def _has_free_variable(expr: Expr) -> bool:
-    """Whether a part of what a quantifier says is about its variable."""
-    nodes = list(walk(expr))
-    own = {node.variable for node in nodes if isinstance(node, Quantifier)}
-    return any(isinstance(node, BoundVariable) and node.name not in own for node in nodes)
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:

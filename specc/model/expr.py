@@ -300,6 +300,13 @@ def instance(body: Expr, variable: str, item: Expr) -> Expr:
     return mapped(body, lambda part: instance(part, variable, item))
 
 
+def has_free_variable(expr: Expr) -> bool:
+    """Whether an expression is about the variable of a quantifier around it."""
+    nodes = list(walk(expr))
+    own = {node.variable for node in nodes if isinstance(node, Quantifier)}
+    return any(isinstance(node, BoundVariable) and node.name not in own for node in nodes)
+
+
 def has_unknown(expr: Expr) -> bool:
     """Whether a part of an expression is unknown."""
     return any(isinstance(node, Unknown) for node in walk(expr))
