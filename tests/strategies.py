@@ -229,6 +229,9 @@ class _Maker:
         test = self.make(Bool(), depth - 1)
         then = self.make(type, depth - 1, rooted)
         otherwise = self.make(type, depth - 1, rooted)
+        if isinstance(then.type, ListOf) and isinstance(otherwise.type, ListOf):
+            nonempty = then.type.nonempty and otherwise.type.nonempty
+            type = ListOf(then.type.element, nonempty=nonempty)
         return m.Choice(test, then, otherwise, type=type)
 
     def composite(self, type: Type, depth: int, rooted: bool) -> m.Expr:
