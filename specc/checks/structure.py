@@ -9,7 +9,7 @@ from typing import NamedTuple
 from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
-from specc.model.system import Agent, Device, Element, Port, Subsystem, System
+from specc.model.system import Agent, Device, Element, Port, Shared, Subsystem, System
 from specc.source import Place
 
 # The subsystems of an agent have different names; `c` is the control subsystem.
@@ -47,7 +47,7 @@ def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
             if device is not None:
                 elements = facts.connections.device_elements(port)
                 there = _side(device, "y" if port.direction == "x" else "x")
-                yield from _compare(port.place, port.elements, there, elements)
+                yield from _compare(_end(port), _End(there, elements))
             else:
                 yield from _between_subsystems(subsystem, port, facts)
     for device in facts.system.devices:
@@ -82,7 +82,7 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
             lacks=(lacks,),
         )
     elif port.direction == "x":
-        yield from _compare(port.place, port.elements, end.place, end.elements)
+        yield from _compare(_end(port), _end(end))
 
 
 def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
@@ -94,35 +94,65 @@ def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
     return Place(file, (*route, direction, peer))
 
 
-def _compare(
-    here: Place, own: tuple[Element, ...], there: Place, others: tuple[Element, ...]
-) -> Iterator[Diagnostic]:
-    """Two ends of a connection; `here` and `there` are their places."""
-    mine, theirs = {e.name: e for e in own}, {e.name: e for e in others}
+class _End(NamedTuple):
+    """An end of a connection, at its place, and the interface that it names."""
+
+    place: Place
+    elements: tuple[Element, ...]
+    port: Port | None = None
+
+    @property
+    def interface(self) -> Shared | None:
+        return self.port.interface if self.port else None
+
+    def place_of(self, element: Element) -> Place:
+        return self.port.place_of(element) if self.port else element.place
+
+    def declared(self, element: Element) -> tuple[Related, ...]:
+        """Where an element of its interface is declared."""
+        if self.interface is None or self.place_of(element) == element.place:
+            return ()
+        return (Related(element.place, f"in `{self.interface.text}`"),)
+
+
+def _end(port: Port) -> _End:
+    return _End(port.place, port.elements, port)
+
+
+def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
+    """Two ends of a connection."""
+    mine, theirs = ({e.name: e for e in end.elements} for end in (here, there))
     for name, one in mine.items():
         other = theirs.get(name)
         if other and one.type != other.type:
+            connected = Related(there.place_of(other), f"connected to this one: `{other.type}`")
+            declared = here.declared(one) or there.declared(other)
             yield Diagnostic(
                 "E0405",
                 f"`{name}` is `{one.type}` at one end and `{other.type}` at the other",
-                one.place,
+                here.place_of(one),
                 f"`{one.type}`",
-                (Related(other.place, f"connected to this one: `{other.type}`"),),
+                (connected, *declared),
                 "both ends of a connection must have exactly the same type",
             )
-    only_here = [e for e in own if e.name not in theirs]
-    only_there = [e for e in others if e.name not in mine]
+    only_here = [e for e in here.elements if e.name not in theirs]
+    only_there = [e for e in there.elements if e.name not in mine]
     if only_here and only_there:
         yield _two_lists(_Lack(here, only_there), _Lack(there, only_here))
     elif only_here or only_there:
-        yield _missing(_Lack(here, only_there) if only_there else _Lack(there, only_here))
+        ends = (here, there) if only_there else (there, here)
+        yield _missing(_Lack(ends[0], only_there or only_here), ends[1])
 
 
 class _Lack(NamedTuple):
     """An end of a connection, and what only the other one has."""
 
-    place: Place
+    end: _End
     elements: list[Element]
+
+    @property
+    def place(self) -> Place:
+        return self.end.place
 
     @property
     def names(self) -> str:
@@ -138,7 +168,9 @@ class _Lack(NamedTuple):
 
     @property
     def places(self) -> tuple[Place, ...]:
-        """Where it would be declared."""
+        """Where it would be declared; an interface has other users, too."""
+        if self.end.interface:
+            return ()
         route = self.place.route
         return tuple(
             replace(self.place, route=(*route, element.name), part="value")
@@ -146,16 +178,21 @@ class _Lack(NamedTuple):
         )
 
 
-def _missing(lack: _Lack) -> Diagnostic:
+def _missing(lack: _Lack, other: _End) -> Diagnostic:
     added = listed([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
     it = "it" if len(lack.elements) == 1 else "them"
+    interface = lack.end.interface
+    to = f" to interface `{interface.text}`" if interface else ""
+    if interface and other.interface and interface.text != other.interface.text:
+        to += f", name `{other.interface.text}` at both ends"
+    related = (Related(interface.place, "has the elements of this end"),) if interface else ()
     return Diagnostic(
         "E0404",
         f"the buffer lacks {lack.names}, which the other end has",
         lack.place,
         f"lacks {it}",
-        lack.others,
-        f"add {added}, or delete {it} at the other end",
+        (*lack.others, *related),
+        f"add {added}{to}, or delete {it} at the other end",
         lacks=lack.places,
     )
 

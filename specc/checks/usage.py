@@ -151,16 +151,23 @@ def _needed_by_agents(system: System) -> set[str]:
 def elements_read(facts: Facts) -> Iterator[Diagnostic]:
     """W0412, at the end that receives the element.
 
-    What devices and reused descriptions send is not for the reader to choose.
+    What devices and reused descriptions send is not for the reader to choose; of an interface, one
+    of its readers reads each element.
     """
+    found = {s.qualified_name: inputs_read(s) for s in facts.subsystems}
+    anywhere = {
+        s.inputs[name].place
+        for s in facts.subsystems
+        for name in found[s.qualified_name] & s.inputs.keys()
+    }
     for subsystem in facts.subsystems:
-        read = inputs_read(subsystem)
+        read = found[subsystem.qualified_name]
         for port in subsystem.ports:
             sender = facts.connections.subsystems.get(port.other_end)
             if port.direction == "y" or sender is None or _is_given(sender, subsystem):
                 continue
             for element in port.elements:
-                if (port.peer, element.name) not in read:
+                if (port.peer, element.name) not in read and element.place not in anywhere:
                     yield Diagnostic(
                         "W0412",
                         f"`{subsystem.qualified_name}` never reads `x.{port.peer}.{element.name}`",
@@ -191,7 +198,7 @@ def elements_written(facts: Facts) -> Iterator[Diagnostic]:
                     "W0413",
                     f"no behaviour of `{subsystem.qualified_name}` writes "
                     f"`y.{port.peer}.{element.name}`",
-                    element.place,
+                    port.place_of(element),
                     "never sent",
                     (Related(reader.place, "waits for it forever"),) if reader else (),
                     "write it in a function of a behaviour, or delete it at both ends",

@@ -30,6 +30,7 @@ _SECTIONS: dict[str, tuple[str, ...]] = {
     "E0217": ("states",),
     "E0233": ("types",),
     "E0234": ("fields",),
+    "E0236": ("interfaces",),
 }
 """Where names are defined: the key above the definition, or above the peer of an element."""
 

@@ -16,9 +16,16 @@ from specc.lang.errors import (
     or_else,
 )
 from specc.lang.evaluate import Environment, evaluate
+from specc.lang.interfaces import parse_interface
 from specc.lang.parse import CUT_SHORT, parse
 from specc.lang.show import show
-from specc.lang.types import TYPE_WORDS, Signature, TypeNames, parse_signature, parse_type
+from specc.lang.types import (
+    TYPE_WORDS,
+    Signature,
+    TypeNames,
+    parse_signature,
+    parse_type,
+)
 from specc.lang.typing import check, expression
 
 __all__ = [
@@ -40,6 +47,7 @@ __all__ = [
     "of_types",
     "or_else",
     "parse",
+    "parse_interface",
     "parse_signature",
     "parse_type",
     "show",

@@ -78,7 +78,7 @@ def parse_type(text: str, names: TypeNames) -> t.Type:
         tree = parse_syntax(text)
     except ExprError as error:
         raise _about_types(error) from None
-    return _Reader(names).type(tree)
+    return TypeReader(names).type(tree)
 
 
 def _about_types(error: ExprError) -> ExprError:
@@ -92,7 +92,9 @@ def _about_types(error: ExprError) -> ExprError:
 
 
 @frozen
-class _Reader:
+class TypeReader:
+    """Reads the trees of types."""
+
     names: TypeNames
 
     def type(self, node: ast.expr) -> t.Type:
@@ -111,7 +113,7 @@ class _Reader:
         make = self.names.types.get(name)
         if make is None:
             raise self._unknown(node, name)
-        frames = tuple(self._frame(arg) for arg in args)
+        frames = tuple(self.frame(arg) for arg in args)
         try:
             return make(frames)
         except ExprError as error:
@@ -132,16 +134,16 @@ class _Reader:
         return t.Vector(self._size(size), t.Real() if element is None else self._element(element))
 
     def _pose(self, parent: ast.expr, child: ast.expr) -> t.Pose:
-        return t.Pose(self._frame(parent), self._frame(child))
+        return t.Pose(self.frame(parent), self.frame(child))
 
     def _wrench(self, frame: ast.expr) -> t.Spatial:
-        return t.Spatial(self._frame(frame), *t.SPATIAL_KINDS["wrench"])
+        return t.Spatial(self.frame(frame), *t.SPATIAL_KINDS["wrench"])
 
     def _twist(self, frame: ast.expr) -> t.Spatial:
-        return t.Spatial(self._frame(frame), *t.SPATIAL_KINDS["twist"])
+        return t.Spatial(self.frame(frame), *t.SPATIAL_KINDS["twist"])
 
     def _spatial(self, frame: ast.expr, linear: ast.expr, angular: ast.expr) -> t.Spatial:
-        return t.Spatial(self._frame(frame), self._unit(linear), self._unit(angular))
+        return t.Spatial(self.frame(frame), self._unit(linear), self._unit(angular))
 
     def _image(
         self, height: ast.expr, width: ast.expr, channels: ast.expr | None = None
@@ -190,7 +192,8 @@ class _Reader:
         message = "a type has SI units; only literals have others"
         raise ExprError(message, *span(node), f"write `{unit}`", "E0305")
 
-    def _frame(self, node: ast.expr) -> t.Frame:
+    def frame(self, node: ast.expr) -> t.Frame:
+        """The frame that a tree names."""
         if not isinstance(node, ast.Name):
             raise self._error(node, "a frame is a name", "declare it under `frames:`")
         known = self.names.frames
@@ -254,16 +257,16 @@ _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
     ("real", 1): lambda reader, unit: t.Real(reader._unit(unit)),
     ("list", 1): lambda reader, element: t.ListOf(reader.type(element)),
     ("nonempty", 1): lambda reader, element: t.ListOf(reader.type(element), nonempty=True),
-    ("optional", 1): _Reader._optional,
-    ("partial", 1): _Reader._partial,
-    ("vector", 1): _Reader._vector,
-    ("vector", 2): _Reader._vector,
-    ("pose", 2): _Reader._pose,
-    ("wrench", 1): _Reader._wrench,
-    ("twist", 1): _Reader._twist,
-    ("spatial", 3): _Reader._spatial,
-    ("image", 2): _Reader._image,
-    ("image", 3): _Reader._image,
+    ("optional", 1): TypeReader._optional,
+    ("partial", 1): TypeReader._partial,
+    ("vector", 1): TypeReader._vector,
+    ("vector", 2): TypeReader._vector,
+    ("pose", 2): TypeReader._pose,
+    ("wrench", 1): TypeReader._wrench,
+    ("twist", 1): TypeReader._twist,
+    ("spatial", 3): TypeReader._spatial,
+    ("image", 2): TypeReader._image,
+    ("image", 3): TypeReader._image,
 }
 """Name and number of things in brackets -> how to read them."""
 

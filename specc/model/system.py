@@ -71,6 +71,14 @@ class Element:
 
 
 @frozen
+class Shared:
+    """The interface whose elements a buffer has, as the buffer names it."""
+
+    text: str
+    place: Place
+
+
+@frozen
 class Port:
     """The part of a buffer that is connected to one peer."""
 
@@ -80,9 +88,16 @@ class Port:
     other_end: str
     """Qualified name of the subsystem or device at the other end: `irp.c`, `irp.E.m`."""
     place: Place
+    interface: Shared | None = None
 
     def element(self, name: str) -> Element | None:
         return next((e for e in self.elements if e.name == name), None)
+
+    def place_of(self, element: Element) -> Place:
+        """Where this end has an element: there, or where it names the interface that has it."""
+        here, place = self.place, element.place
+        inside = place.file == here.file and place.route[: len(here.route)] == here.route
+        return place if inside else here
 
 
 @frozen

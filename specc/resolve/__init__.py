@@ -14,6 +14,7 @@ from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.ends import definitions_of, named_in_agents
+from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.plant import resolve_plant, resolve_task
 from specc.resolve.reuse import Setting
@@ -72,6 +73,7 @@ def resolve(
             spec.task, top["task"], agents, findings, resolver.broken | resolver.faulty
         )
     known = [definitions, *resolver.instances]
+    check_interfaces(known, findings)
     system = System(
         spec.system or "",
         spec.title,

@@ -9,9 +9,10 @@ from fractions import Fraction
 from specc.diagnostics import Diagnostic
 from specc.limits import left
 from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
-from specc.resolve.buffers import resolve_buffers, resolve_elements
+from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, Meaning, Where, trace_of
 from specc.resolve.definitions import Definitions
+from specc.resolve.elements import resolve_elements
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
@@ -19,7 +20,7 @@ from specc.resolve.machine import MachineResolver, with_safe
 from specc.resolve.reuse import Setting, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
-from specc.source import Route
+from specc.source import Place
 
 
 @dataclass(slots=True)
@@ -276,14 +277,15 @@ def _only_inside(finding: Diagnostic, subsystem: Where) -> bool:
     if place.file != subsystem.file or place.route[:depth] != subsystem.route:
         return False
     part = place.route[depth] if len(place.route) > depth else ""
-    if finding.code == "O0205" and (part == "uses" or _is_buffer(place.route[depth:])):
+    if finding.code == "O0205" and (part == "uses" or _is_buffer(place, depth)):
         return True
     return part in _INNER or (part == "transitions" and place.route[-1] in (2, "when"))
 
 
-def _is_buffer(route: Route) -> bool:
-    """Whether a route inside a subsystem leads to a whole buffer, so that its peer is meant."""
-    return len(route) == 2 and route[0] in ("x", "y")
+def _is_buffer(place: Place, depth: int) -> bool:
+    """Whether a place in a subsystem, which is `depth` steps down, is the peer of a buffer."""
+    route = place.route[depth:]
+    return len(route) == 2 and route[0] in ("x", "y") and place.part == "key"
 
 
 def _unstarted(definition: SubsystemDef) -> tuple[str, str, str]:

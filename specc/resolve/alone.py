@@ -19,6 +19,7 @@ from specc.read import Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings
 from specc.resolve.definitions import Definitions
+from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.reuse import Setting
 from specc.schema.files import AgentDef
@@ -41,6 +42,7 @@ def resolve_alone(
     given = _parameters(file, scratch, findings)
     setting = Setting(file, library.definitions(file, frames, given), given)
     agent, resolver = _described(file, library, setting, findings)
+    check_interfaces((setting.definitions, *resolver.instances), findings)
     found = findings.diagnostics
     found[:] = [d for d in found if not d.code.startswith(_NEEDS_USER)]
     return _system(agent, setting.definitions), resolver

@@ -5,17 +5,18 @@ from __future__ import annotations
 import ast
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
-from specc.diagnostics import nearest
+from specc.diagnostics import Related, nearest
 from specc.lang import RESERVED, Declared, Scope
-from specc.model.system import Element, Let, Memory, Port
-from specc.resolve.context import Where, duration_of, nobody_knows, trace_of
+from specc.model.system import Element, Let, Memory, Port, Shared
+from specc.resolve.context import Where, nobody_knows, trace_of
+from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions
+from specc.resolve.interfaces import elements_of
 from specc.resolve.library import constant_scope
-from specc.schema.subsystem import ElementDef, InputDef, SubsystemDef
+from specc.schema.subsystem import BufferDef, SubsystemDef
 
 DEEPEST_LET = 100
 """Longest chain of lets that depend on each other; nobody reads more, and passes recurse."""
@@ -78,47 +79,56 @@ def _ports(
     definition: SubsystemDef, where: Where, ends: Mapping[str, str], expressions: Expressions
 ) -> tuple[Port, ...]:
     ports = []
-    directions: tuple[tuple[Literal["x", "y"], Mapping[str, Mapping[str, ElementDef]]], ...] = (
+    directions: tuple[tuple[Literal["x", "y"], Mapping[str, BufferDef]], ...] = (
         ("x", definition.x),
         ("y", definition.y),
     )
     for direction, buffers in directions:
-        for peer, elements in buffers.items():
+        for peer, buffer in buffers.items():
             at = where[direction][peer]
-            found = resolve_elements(elements, at, expressions)
-            if elements and not found:
-                expressions.broken.add(peer)
+            own = _port(peer, direction, buffer, at, expressions)
             if peer not in ends:
                 expressions.meant |= {f"{direction}.{end}" for end in nearest(peer, ends)}
-            ports.append(Port(peer, direction, found, ends.get(peer, ""), at.key))
+            ports.append(replace(own, other_end=ends.get(peer, "")))
     return tuple(ports)
 
 
-def resolve_elements(
-    elements: Mapping[str, ElementDef], where: Where, expressions: Expressions
-) -> tuple[Element, ...]:
-    """The elements of one buffer; one whose type is wrong is left out and marked as broken."""
-    found = []
-    for name, definition in elements.items():
-        at = where[name]
-        type_ = expressions.type(at.scalar("type"), definition.type)
-        if type_ is None:
-            expressions.broken.add(name)
-            continue
-        init = None
-        if definition.init is not None:
-            scope = replace(constant_scope(expressions.definitions), later=expressions.later)
-            init = expressions.value(at["init"], definition.init, scope, type_, at.key)
-        trace = trace_of(definition)
-        age = _max_age(definition, at, expressions)
-        found.append(Element(name, type_, init, definition.title, trace, at.key, age))
-    return tuple(found)
+def _port(
+    peer: str, direction: Literal["x", "y"], buffer: BufferDef, at: Where, expressions: Expressions
+) -> Port:
+    """A port that has the elements of an interface, if the buffer names one, and its own."""
+    found = resolve_elements(buffer.elements, at, expressions)
+    if buffer.elements and not found:
+        expressions.broken.add(peer)
+    port = Port(peer, direction, found, "", at.key)
+    if buffer.interface is None:
+        return port
+    used = elements_of(buffer.interface, at.scalar("is"), expressions)
+    if used is None:
+        expressions.broken.add(peer)
+        expressions.meant.add(f"{direction}.{peer}")
+        return port
+    interface, shared = used
+    if direction == "y":
+        shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
+    _report_twice(found, shared, expressions)
+    known = Shared(buffer.interface, interface.where.key)
+    return replace(port, elements=(*shared, *found), interface=known)
 
 
-def _max_age(definition: ElementDef, at: Where, expressions: Expressions) -> Fraction | None:
-    if not isinstance(definition, InputDef) or definition.max_age is None:
-        return None
-    return duration_of(definition.max_age, at["max_age"], expressions.findings)
+def _report_twice(
+    own: tuple[Element, ...], shared: tuple[Element, ...], expressions: Expressions
+) -> None:
+    """Elements of a buffer that its interface has already."""
+    first = {element.name: element.place for element in shared}
+    for element in own:
+        if element.name in first:
+            message = f"the interface has an element `{element.name}` already"
+            related = (Related(first[element.name], "first defined here"),)
+            help_text = "delete or rename one of the two"
+            expressions.findings.report(
+                "E0205", message, element.place, related=related, help=help_text
+            )
 
 
 def _memory(

@@ -221,7 +221,7 @@ def _part(finding: Diagnostic) -> object:
     return place.file, message, of
 
 
-_OF_A_FILE = ("frame ", "type ", "field ", "member ", "operator ")
+_OF_A_FILE = ("frame ", "type ", "interface ", "field ", "member ", "operator ")
 """How findings begin that miss what is one for a whole file."""
 
 

@@ -15,7 +15,8 @@ from specc.model.expr import ConstantRef, Expr, mapped
 from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Type
-from specc.resolve.context import Findings
+from specc.resolve.context import Findings, Where
+from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
 
 # Constants of a described file stand for their values: only those of the main file are shared.
@@ -63,6 +64,18 @@ class _Inlining:
             raise ExprError(message, *expr.span, "compute the value in an operator", "E0017")
 
 
+# Named sets of elements of buffers.
+
+
+@frozen
+class Interface:
+    """An interface at its place, with what the texts of its elements may name."""
+
+    definition: InterfaceDef
+    where: Where
+    definitions: Definitions
+
+
 # What the expressions of one file may name: frames, types, constants, files and operators.
 
 
@@ -99,6 +112,7 @@ class Definitions:
     frame_titles: dict[Frame, str] = field(default_factory=dict)
     types: dict[str, MakeType] = field(default_factory=dict)
     type_traces: dict[str, Trace] = field(default_factory=dict)
+    interfaces: dict[str, Interface] = field(default_factory=dict)
     constants: dict[str, Constant] = field(default_factory=dict)
     files: dict[str, str] = field(default_factory=dict)
     operators: dict[str, Operator] = field(default_factory=dict)

@@ -11,8 +11,9 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
 from specc.schema import SubsystemDef
 from specc.schema.files import AgentDef, SpecFile, TypeDef
+from specc.schema.subsystem import InterfaceDef
 
-# Which types the definitions and agents of the main file name in their texts.
+# Which types and interfaces the definitions and agents of the main file name in their texts.
 #
 # Frames are left out: section 3 of the paper has them described before anything is given in them.
 
@@ -25,6 +26,7 @@ def definitions_of(file: Loaded) -> tuple[Definition, ...]:
     spec, top = file.spec, file.top
     groups: tuple[tuple[str, dict[str, Iterable[str]]], ...] = (
         ("type", {name: _of_type(item) for name, item in spec.types.items()}),
+        ("interface", {name: _of_interface(item) for name, item in spec.interfaces.items()}),
         ("file", dict.fromkeys(spec.files, ())),
         ("constant", dict.fromkeys(spec.constants, ())),
         ("operator", {n: _words(o.signature) for n, o in spec.operators.items()}),
@@ -37,18 +39,24 @@ def definitions_of(file: Loaded) -> tuple[Definition, ...]:
 
 
 def named_in_agents(spec: SpecFile) -> frozenset[str]:
-    """The types that buffers and memory name, e.g. `type Mode`."""
+    """The types and interfaces that buffers and memory name, e.g. `type Mode`."""
     texts = [text for agent in spec.agents.values() for text in _of_agent(agent)]
     return _labels((word for text in texts for word in _words(text)), spec)
 
 
 def _labels(words: Iterable[str], spec: SpecFile) -> frozenset[str]:
-    return frozenset(f"type {name}" for name in spec.types.keys() & set(words))
+    found = set(words)
+    known = {"type": spec.types.keys(), "interface": spec.interfaces.keys()}
+    return frozenset(f"{kind} {n}" for kind, names in known.items() for n in names & found)
 
 
 def _of_type(definition: TypeDef) -> set[str]:
     texts = [definition.type or "", *(definition.fields or {}).values()]
     return {word for text in texts for word in _words(text)}
+
+
+def _of_interface(definition: InterfaceDef) -> set[str]:
+    return {word for item in definition.elements.values() for word in _words(item.type)}
 
 
 def _of_agent(agent: AgentDef) -> Iterator[str]:
@@ -64,7 +72,9 @@ def _of_agent(agent: AgentDef) -> Iterator[str]:
 def _of_subsystem(subsystem: SubsystemDef) -> Iterator[str]:
     yield from (item.type for item in subsystem.memory.values())
     for buffers in (subsystem.x, subsystem.y):
-        yield from (item.type for elements in buffers.values() for item in elements.values())
+        for buffer in buffers.values():
+            yield buffer.interface or ""
+            yield from (item.type for item in buffer.elements.values())
 
 
 def _words(text: str) -> list[str]:
@@ -149,9 +159,10 @@ class Neighbours:
         letter = self.kind.removeprefix("virtual_")[0].upper()
         reported = {*devices, *(letter for _ in devices)}
         for direction, buffers in (("x", definition.x), ("y", definition.y)):
-            for peer, elements in buffers.items():
+            for peer, buffer in buffers.items():
                 if peer not in peers and (
-                    peer in reported or self._may_come(peer, elements, where[direction], peers)
+                    peer in reported
+                    or self._may_come(peer, buffer.elements, where[direction], peers)
                 ):
                     yield peer
 
@@ -172,7 +183,8 @@ class Neighbours:
 def _is_configured(name: str, around: AgentDef) -> bool:
     """Whether a buffer of that name in the control subsystem is one to the real receptor."""
     device, control = around.real_receptors[name], around.control
-    own = {*control.x.get(name, ()), *control.y.get(name, ())} if control else set()
+    ends = (control.x.get(name), control.y.get(name)) if control else ()
+    own = {element for end in ends if end for element in end.elements}
     return not own or not own.isdisjoint({*device.x, *device.y})
 
 

@@ -57,7 +57,8 @@ class Expressions:
     """Reads texts in one scope. `broken` holds names whose own definition has an error.
 
     An error that only says that such a name is unknown would be a follow-up, and is dropped.
-    `meant` holds the buffers, `x.peer` and `y.peer`, that are declared with a misspelt peer.
+    `meant` holds the buffers, `x.peer` and `y.peer`, that are declared with a misspelt peer, or
+    with an interface that is not known.
     `home` is the subsystem whose buffers the texts speak of.
     """
 
@@ -149,7 +150,8 @@ class Expressions:
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
         buffer = _ELEMENT.search(text[: error.end])
-        known |= buffer is not None and re.sub(r"\s", "", buffer[0]) in self.meant
+        named_buffer = re.sub(r"\s", "", buffer[0]) if buffer else ""
+        known |= not self.meant.isdisjoint((named_buffer, named_buffer.rpartition(".")[0]))
         if error.code.startswith(("E02", "O02")) and known:
             self.findings.withheld += 1
             return

@@ -24,7 +24,7 @@ from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
 from specc.read import ANYWHERE, Reach
 from specc.resolve.context import FOLLOW_UP, Findings, Where, trace_of
-from specc.resolve.definitions import Definitions, MakeType
+from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.expressions import Expressions
 from specc.schema import SpecFile
 from specc.schema.files import TypeDef
@@ -81,6 +81,7 @@ class Library:
         self._files(file, own)
         self._operators(file, own)
         self._constants(file, own)
+        self._interfaces(file, own)
         return own
 
     def beside(self, file: Loaded, relative: str) -> str:
@@ -179,6 +180,12 @@ class Library:
                 where.key,
             )
 
+    def _interfaces(self, file: Loaded, own: Definitions) -> None:
+        for name, definition in file.spec.interfaces.items():
+            where = file.top["interfaces"][name]
+            if own.claim("interface", name, where.key, self.findings):
+                own.interfaces[name] = Interface(definition, where, own)
+
     def _constants(self, file: Loaded, own: Definitions) -> None:
         expressions = Expressions(self.findings, own)
         around = constant_scope(own)
@@ -198,7 +205,16 @@ class Library:
                 own.add(Constant(name, value, definition.title, place))
 
 
-_SECTIONS = ("use", "frames", "types", "files", "operators", "constants", "parameters")
+_SECTIONS = (
+    "use",
+    "frames",
+    "types",
+    "interfaces",
+    "files",
+    "operators",
+    "constants",
+    "parameters",
+)
 
 
 def _defined_in(file: Loaded) -> list[object]:

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from specc.schema.keys import Choice, Listed, Part, Role, Text, key
-from specc.schema.subsystem import CommandDef, ElementDef, SubsystemDef
+from specc.schema.subsystem import CommandDef, ElementDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
     ArgumentText,
     ConstantText,
@@ -141,7 +141,9 @@ _OF_SYSTEMS = frozenset(("system", "agents", "plant", "task"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
 
 
-class SpecFile(Traced, first="specc system title eq table fig use parameters frames types files"):
+class SpecFile(
+    Traced, first="specc system title eq table fig use parameters frames types interfaces files"
+):
     """A specification (`system:`), a description to reuse (`subsystem:` or `agent:`), or
     definitions that other files use.
     """
@@ -160,6 +162,9 @@ class SpecFile(Traced, first="specc system title eq table fig use parameters fra
         {}, "Coordinate frames, each with a short description.", defines="frame"
     )
     types: dict[ReadableName, TypeDef] = key({}, "Names for types.", defines="type")
+    interfaces: dict[ReadableName, InterfaceDef] = key(
+        {}, "Named sets of elements, each for both ends of connections.", defines="interface"
+    )
     constants: dict[ReadableName, ConstantDef] = key(
         {}, "Values that never change.", defines="constant"
     )

@@ -24,12 +24,21 @@ from specc.frozen import frozen
 
 SymbolKind = Literal[
     "frame", "type", "field", "member", "constant", "file", "operator", "parameter", "agent",
-    "subsystem", "device", "element", "memory", "let", "initial condition", "terminal condition",
-    "error condition", "function", "behaviour", "state", "variable",
+    "interface", "subsystem", "device", "element", "memory", "let", "initial condition",
+    "terminal condition", "error condition", "function", "behaviour", "state", "variable",
 ]  # fmt: skip
 """What a name can be the name of."""
 Form = Literal[
-    "constant", "initial", "full", "type", "signature", "name", "task", "argument", "path"
+    "constant",
+    "initial",
+    "full",
+    "type",
+    "interface",
+    "signature",
+    "name",
+    "task",
+    "argument",
+    "path",
 ]
 """Expressions (over constants, over inputs too, over everything), types, and sorts of names."""
 SCALARS = [{"type": name} for name in ("string", "integer", "number", "boolean")]

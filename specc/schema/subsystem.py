@@ -11,6 +11,7 @@ from specc.schema.texts import (
     ExprText,
     FilePath,
     InitialText,
+    InterfaceText,
     Name,
     RateText,
     ReadableName,
@@ -34,6 +35,31 @@ class InputDef(ElementDef):
     """An element of an input buffer."""
 
     max_age: DurationText | None = None
+
+
+class BufferDef(Part, short="is", first="is"):
+    """The elements of an output buffer: those of an interface, and further ones."""
+
+    interface: InterfaceText | None = key(
+        None, "Interface that names the elements, e.g. `Report[W]`.", spelled="is"
+    )
+    elements: dict[ReadableName, ElementDef] = key({}, spelled=OTHERS, defines="element")
+
+
+class InputBufferDef(BufferDef, first="is"):
+    """The elements of an input buffer: those of an interface, and further ones."""
+
+    elements: dict[ReadableName, InputDef] = key(  # type: ignore[assignment]  # is never written to
+        {}, spelled=OTHERS, defines="element"
+    )
+
+
+class InterfaceDef(Traced, first="frames types"):
+    """A named set of elements, which one end of a connection has as input, the other as output."""
+
+    frames: list[ReadableName] = key([], "Frame parameters.")
+    types: list[ReadableName] = key([], "Type parameters.")
+    elements: dict[ReadableName, InputDef] = key({}, spelled=OTHERS, defines="element")
 
 
 class SafeDef(Part, short="is"):
@@ -170,11 +196,11 @@ class SubsystemDef(Traced, first="use title rate with uses eq table fig"):
     uses: list[Annotated[str, Text(Role("name", "device"))]] | None = key(
         None, "Real effectors or receptors it works with.", step="buffers"
     )
-    x: dict[str, dict[ReadableName, InputDef]] = key(
-        {}, "Input buffers, by the peer at the other end.", defines="element", step="buffers"
+    x: dict[str, InputBufferDef] = key(
+        {}, "Input buffers, by the peer at the other end.", step="buffers"
     )
-    y: dict[str, dict[ReadableName, ElementDef]] = key(
-        {}, "Output buffers, by the peer at the other end.", defines="element", step="buffers"
+    y: dict[str, BufferDef] = key(
+        {}, "Output buffers, by the peer at the other end.", step="buffers"
     )
     memory: dict[ReadableName, MemoryDef] = key(
         {}, "Values kept from period to period.", defines="memory", step="buffers"

@@ -73,6 +73,14 @@ TypeText = Annotated[
         ),
     ),
 ]
+InterfaceText = Annotated[
+    str,
+    Text(
+        Role("interface"),
+        "An interface, with its frames and types: `Report` or `Report[W]`.",
+        examples=("Report", "Report[W]"),
+    ),
+]
 RateText = Annotated[
     str,
     Text(

@@ -141,7 +141,7 @@ def definition(project: Project, path: str, offset: int) -> list[Stretch]:
         return []
     if here.occurrence is None:
         return _file_named(here)
-    places = [end.place for end in here.occurrence.symbol.declarations]
+    places = dict.fromkeys(end.place for end in here.occurrence.symbol.declarations)
     stretches = (here.now(*here.index.offsets(place), place.file) for place in places)
     return [stretch for stretch in stretches if stretch]
 

@@ -269,6 +269,10 @@ def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Ite
     owner = split(cursor.route)[0]
     if role.form in ("type", "signature"):
         yield from complete_type(index, path, cursor.before)
+    elif role.form == "interface":
+        inside = "[" in cursor.before
+        kinds: tuple[SymbolKind, ...] = ("frame", "type") if inside else ("interface",)
+        yield from _symbols(index, index.visible(path, ()), kinds)
     elif role.form == "name":
         for word in _FIXED.get(role.kind or "", ()):
             yield Item(word, "value")

@@ -132,7 +132,7 @@ def _meaning(symbol: Symbol, node: Node | None) -> Iterator[str]:
             keys = ("when",)
         case "behaviour":
             keys = ("functions", "terminal", "error")
-        case "function":
+        case "function" | "interface":
             keys = tuple(str(key) for key in node.values if key not in ("title", "eq", "fig"))
         case "state":
             keys = ("behaviour",)
@@ -149,15 +149,16 @@ def _meaning(symbol: Symbol, node: Node | None) -> Iterator[str]:
 def _written(node: Node) -> str:
     if node.scalar is not None:
         return node.scalar
-    if "is" in node.values:
-        return _written(node.values["is"])
+    for key in ("is", "type"):
+        if key in node.values:
+            return _written(node.values[key])
     return ", ".join(_written(item) for item in node.values.values())
 
 
 def _ends(symbol: Symbol) -> list[str]:
     """Who sends an element to whom: subsystems and devices send what is in their y."""
     ends: dict[str, list[str]] = {"y": [], "x": []}
-    for end in symbol.ends:
+    for end in (end for end in symbol.ends if end.owner):  # others stand in an interface
         ends[end.qualified[0]].append(owner_name(end.owner, end.place.file))
     if not (ends["x"] and ends["y"]):
         return []

@@ -13,6 +13,7 @@ from specc.frozen import frozen
 from specc.model.expr import Expr, walk
 from specc.model.system import System
 from specc.resolve.context import Meaning
+from specc.schema.places import split
 from specc.source import Node, Place, Route, SourceFile, Sources
 from specc.tools.lsp.references import Links, Reference, links_of, references_of
 from specc.tools.lsp.symbols import FileSymbols, Key, Symbol, collect, in_force, node_at, values
@@ -147,12 +148,30 @@ def _attach(files: Mapping[str, FileSymbols], links: Links) -> None:
     for key, type_ in links.types.items():
         if symbol := symbol_at(files, key):
             symbol.type = type_
+    for here, there in links.shared.items():
+        _share(files, here, symbol_at(files, there))
     for one, other in links.ends:
         a, b = symbol_at(files, one), symbol_at(files, other)
         if a and b:
-            joined = tuple(dict.fromkeys((*a.declarations, *b.declarations)))
-            for end in joined:
-                end.ends = joined
+            _join(a, b)
+
+
+def _join(one: Symbol, other: Symbol) -> None:
+    """Make two symbols declarations of one element."""
+    joined = tuple(dict.fromkeys((*one.declarations, *other.declarations)))
+    for end in joined:
+        end.ends = joined
+
+
+def _share(files: Mapping[str, FileSymbols], key: Key, element: Symbol | None) -> None:
+    """Let a buffer have an element of its interface, as if it stood there."""
+    path, route = key
+    owner, rest = split(route)
+    if element is not None and path in files:
+        name = ".".join(map(str, rest))
+        own = Symbol("element", element.name, element.place, owner, name, element.type)
+        files[path].inside.setdefault(owner, {}).setdefault(("element", name), own)
+        _join(element, own)
 
 
 def _tie(file: FileSymbols, source: SourceFile) -> None:

@@ -16,6 +16,7 @@ from specc.source import Node, Place, Route, SourceFile
 from specc.tools.lsp.structure import (
     Mention,
     guesses,
+    interface_mentions,
     mentions,
     signature_mentions,
     type_mentions,
@@ -75,6 +76,8 @@ class Links:
     named: dict[Key, Key] = field(default_factory=dict)
     """Key of a buffer -> what has the name of its peer: an agent, not its control subsystem."""
     agents: dict[str, Key] = field(default_factory=dict)
+    shared: dict[Key, Key] = field(default_factory=dict)
+    """Element of a buffer that names an interface -> the element of the interface."""
     bindings: dict[Key, Key] = field(default_factory=dict)
     subsystems: dict[str, Key] = field(default_factory=dict)
     states: dict[str, Key] = field(default_factory=dict)
@@ -117,6 +120,9 @@ def _types(links: Links, subsystem: Subsystem) -> None:
     for port in subsystem.ports:
         for element in port.elements:
             links.types[key_of(element.place)] = element.type
+            if port.interface and port.place_of(element) == port.place:
+                here = port.place.below(element.name)
+                links.shared[key_of(here)] = key_of(element.place)
 
 
 def _connections(links: Links, subsystem: Subsystem, parts: dict[str, Subsystem | Device]) -> None:
@@ -129,7 +135,7 @@ def _connections(links: Links, subsystem: Subsystem, parts: dict[str, Subsystem 
         links.named.setdefault(key_of(port.place), agent or key_of(other.place))
         far = {e.name: e for e in _elements(other, subsystem.qualified_name, port.direction)}
         for element in port.elements:
-            if element.name in far:
+            if element.name in far and element.place != far[element.name].place:
                 links.ends.append((key_of(element.place), key_of(far[element.name].place)))
 
 
@@ -248,6 +254,8 @@ class _Reader:
             yield from self._name(route, owner, role, text)
         elif role.form == "type":
             yield from self._types(route, type_mentions(text, self._type_names()))
+        elif role.form == "interface":
+            yield from self._types(route, interface_mentions(text, self._type_names()))
         elif role.form == "signature":
             yield from self._types(route, signature_mentions(text, self._type_names()))
         else:
@@ -358,8 +366,8 @@ class _Reader:
                 yield from self._named(place, (), mention.kinds, mention.name)
 
     def _frame_parameters(self, route: Route) -> set[str]:
-        types = self.top.values.get("types")
-        definition = types.values.get(route[1]) if types and route[0] == "types" else None
+        section = self.top.values.get(route[0]) if route[0] in ("types", "interfaces") else None
+        definition = section.values.get(route[1]) if section else None
         listed = definition.values.get("frames") if definition else None
         return {node.scalar or "" for node in listed.values.values()} if listed else set()
 

@@ -138,6 +138,20 @@ def type_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
         yield from _in_type(tree, types)
 
 
+def interface_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
+    """The interface that a buffer names, and the frames and types that it is given."""
+    match _tree(text):
+        case ast.Name() as head:
+            yield _mention("interface", head)
+        case ast.Subscript(value=ast.Name() as head, slice=inner):
+            yield _mention("interface", head)
+            for item in _items(inner):
+                if isinstance(item, ast.Name):
+                    yield Mention(("frame", "type"), item.id, *span(item))
+                else:
+                    yield from _in_type(item, types)
+
+
 def signature_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
     """Types and frames in a signature, whose parts are annotations of Python."""
     for node in _annotations(text):

@@ -1,0 +1,97 @@
+"""Elements that buffers have through an interface are known to the editor like any others."""
+
+from pathlib import Path
+
+import pytest
+
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
+from tests.tools.lsp.workspace import place
+
+SYSTEM = """\
+specc: 1.1
+system: pair
+frames: {W: world}
+types: {Mode: "enum[slow, fast]"}
+interfaces:
+  Report: {frames: [F], X: "pose[F, W]", mode: {type: Mode, title: how it drives}}
+agents:
+  rover:
+    control:
+      rate: 10 Hz
+      y: {base: "Report[W]"}
+      functions: {tell: {y.base.mode: slow, y.base.X: identity()}}
+      behaviours: {tell: {functions: [tell], terminal: never}}
+      states: {S0: tell}
+      initial_state: S0
+  base:
+    control:
+      rate: 10 Hz
+      x: {rover: "Report[W]"}
+      memory: {last: {type: Mode, init: slow}}
+      functions: {hear: {last: x.rover.mode if present(x.rover.mode) else last}}
+      behaviours: {hear: {functions: [hear], terminal: never}}
+      states: {S0: hear}
+      initial_state: S0
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> tuple[Project, str]:
+    path = tmp_path / "pair.yaml"
+    path.write_text(SYSTEM)
+    project = Project((str(tmp_path),))
+    project.put(str(path), SYSTEM)
+    project.analyse(str(path))
+    return project, str(path)
+
+
+@pytest.mark.parametrize(
+    ("marked", "definition"),
+    [
+        ("last: x.rover.mo|de if", "|mode: {type"),
+        ("y.base.mo|de: slow", "|mode: {type"),
+        ('x: {rover: "Rep|ort[W]"}', "|Report: {frames"),
+        ('x: {rover: "Report[|W]"}', "|W: world"),
+    ],
+)
+def test_names_lead_to_the_interface(
+    project: tuple[Project, str], marked: str, definition: str
+) -> None:
+    analysed, path = project
+    index = analysed.analyse(path).index
+    found = index.at(path, place(SYSTEM, marked))
+    assert found is not None
+    assert index.offsets(found.symbol.place)[0] == place(SYSTEM, definition)
+
+
+def test_hover_tells_of_an_element(project: tuple[Project, str]) -> None:
+    found = answers.hover(*project, place(SYSTEM, "last: x.rover.mo|de if"))
+    assert found is not None
+    assert "how it drives" in found.text
+    assert "from rover.c to base.c" in found.text
+
+
+def test_an_interface_and_its_elements_are_proposed(project: tuple[Project, str]) -> None:
+    analysed, path = project
+    for old, new, label in (
+        ("if present(x.rover.mode)", "if present(x.rover.|)", "mode"),
+        ('x: {rover: "Report[W]"}', "x: {rover: |}", "Report"),
+        ('x: {rover: "Report[W]"}', 'x: {rover: "Report[|"}', "W"),
+        ("{tell: {y.base.mode: slow,", "{tell: {|,", "y.base.mode"),
+    ):
+        before, after = new.split("|")
+        start = SYSTEM.index(old)
+        analysed.put(path, SYSTEM[:start] + before + after + SYSTEM[start + len(old) :])
+        proposed = answers.completions(analysed, path, start + len(before))
+        analysed.put(path, SYSTEM)
+        assert label in {completion.item.label for completion in proposed}, new
+
+
+def test_renaming_an_element_renames_it_wherever_it_is_used(project: tuple[Project, str]) -> None:
+    analysed, path = project
+    index = analysed.analyse(path).index
+    found = index.at(path, place(SYSTEM, "last: x.rover.mo|de if"))
+    assert found is not None
+    places = {o.start for _, o in index.references(found.symbol)}
+    assert len(places) == 4
