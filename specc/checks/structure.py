@@ -63,6 +63,15 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
     other = facts.connections.subsystems.get(port.other_end)
     if other is None:
         return
+    if other is subsystem:
+        yield Diagnostic(
+            "E0401",
+            f"`{port.peer}` is `{subsystem.agent}` itself, and an agent does not talk to itself",
+            port.place,
+            related=_user(subsystem, port, facts),
+            help="give the parameter another agent; what a subsystem keeps for itself is memory",
+        )
+        return
     end = facts.connections.other_port(subsystem, port)
     if end is None:
         verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
@@ -77,12 +86,47 @@ def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Itera
                 Related(
                     replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
                 ),
+                *_user(subsystem, port, facts),
             ),
-            f"add `{name}: {{...}}` under its `{key}:`, with the same elements",
+            f"add `{name}: {{...}}` under its `{key}:`, with the same elements"
+            + (_OR_GIVEN if lacks.file != other.place.file else ""),
             lacks=(lacks,),
         )
     elif port.direction == "x":
         yield from _compare(_end(port), _end(end))
+
+
+_OR_GIVEN = ", or make it one of the agents that it is given"
+
+
+def _user(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
+    """Where a subsystem, or its agent, stands that is described in another file."""
+    agents = (agent.place for agent in facts.system.agents if agent.name == subsystem.agent)
+    users = (place for place in (subsystem.place, *agents) if place.file != port.place.file)
+    return tuple(Related(place, f"this is `{subsystem.qualified_name}`") for place in users)[:1]
+
+
+# What one subsystem sends to another goes through one buffer.
+
+
+def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
+    """E0413; two parameters of a description may stand for one agent."""
+    for subsystem in facts.subsystems:
+        first: dict[tuple[str, str], Port] = {}
+        for port in subsystem.ports:
+            earlier = first.setdefault((port.direction, port.other_end), port)
+            if earlier is not port and port.other_end in facts.connections.subsystems:
+                yield Diagnostic(
+                    "E0413",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{port.other_end}`",
+                    port.place,
+                    related=(
+                        Related(earlier.place, "the other one"),
+                        *_user(subsystem, port, facts),
+                    ),
+                    help="one buffer leads from one subsystem to another: give the parameters "
+                    "different agents, or put all elements into one buffer",
+                )
 
 
 def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
@@ -358,4 +402,11 @@ def _agent(qualified_name: str) -> str:
     return qualified_name.partition(".")[0]
 
 
-CHECKS = (subsystems_distinct, buffers_match, devices_owned, devices_used, agent_kind)
+CHECKS = (
+    subsystems_distinct,
+    buffers_match,
+    one_buffer_each,
+    devices_owned,
+    devices_used,
+    agent_kind,
+)

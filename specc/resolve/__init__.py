@@ -62,6 +62,7 @@ def resolve(
             "O0401", "the system has no agents yet", top["system"].key, help="add `agents:`"
         )
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
+    library.agents = tuple(spec.agents)
     definitions = _definitions(library, file, instead or {})
     agents, resolver = _agents(file, library, definitions, findings)
     plant = task = None

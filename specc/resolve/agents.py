@@ -118,10 +118,13 @@ class AgentResolver:
             levels.append((used.file.spec.subsystem, used.file.top["subsystem"]))
             inside = used
         described, here = levels[-1]
-        neighbours = Neighbours(name, kind, around, self.names, self.findings)
+        named = inside.definitions.agents
+        neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings)
         device_user, at_uses = _first(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
             peers = peers_of_virtual(agent, name, kind, device_user, around)
+        if kind == "control":
+            peers = {**peers, **{local: f"{other}.c" for local, other in named.items()}}
         devices = neighbours.missing_devices(device_user, at_uses)
         missing = neighbours.missing_peers(described, here, peers, devices)
         # An end that is not there yet may be anything, as one with errors may.

@@ -21,7 +21,7 @@ from specc.resolve.context import Findings
 from specc.resolve.definitions import Definitions
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
-from specc.resolve.reuse import Setting
+from specc.resolve.reuse import Setting, is_agent
 from specc.schema.files import AgentDef
 
 _NEEDS_USER = ("E04", "E05", "O04", "O05", "O06", "W04", "W05")
@@ -58,7 +58,7 @@ def _parameters(file: Loaded, known: Definitions, findings: Findings) -> tuple[C
     given = []
     for name, text in file.spec.parameters.items():
         where = file.top["parameters"][name]
-        if text == "frame":
+        if text == "frame" or is_agent(text, known):
             continue
         try:
             type_ = parse_type(text, known.names())

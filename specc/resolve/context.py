@@ -192,6 +192,7 @@ class Findings:
 _TARGETS = ("memory target", "output target")
 _MAY_COME = {
     "frame": "declare it under `frames:`",
+    "agent": "add it under `agents:`",
     "subsystem": "add it under `agents:`",
     "real effector": "add it under `real_effectors:`",
     "real receptor": "add it under `real_receptors:`",

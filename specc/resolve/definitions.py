@@ -120,6 +120,8 @@ class Definitions:
     """Kind and name (`type Mode`) -> where it is defined."""
     broken: set[str] = field(default_factory=set)
     """Names whose own definition has an error."""
+    agents: dict[str, str] = field(default_factory=dict)
+    """Parameters that stand for agents, each with the name of the agent."""
     given: dict[str, Constant] | None = None
     """The parameters of a described file with their values; None for any other file."""
     made_from: str = ""

@@ -57,6 +57,8 @@ class Library:
     findings: Findings
     reach: Reach = ANYWHERE
     instead: Mapping[str, Where] = field(default_factory=dict)
+    agents: tuple[str, ...] = ()
+    """Names of all agents of the system."""
     _using: tuple[str, ...] = ()
     _known: dict[str, Definitions] = field(default_factory=dict)
     """Of files that others use, by path: what two use is built once."""

@@ -56,9 +56,17 @@ def reuse(
     scratch = replace(library, findings=Findings())
     types = scratch.definitions(file, frames)
     given = binder.values(file, types)
+    agents = binder.agents(file, types, library.agents)
     if not binder.complete:
         return None
-    return Setting(file, library.definitions(file, frames, given), given, (*using, file.path))
+    definitions = library.definitions(file, frames, given)
+    definitions.agents = agents
+    return Setting(file, definitions, given, (*using, file.path))
+
+
+def is_agent(kind: str, known: Definitions) -> bool:
+    """Whether a parameter of a kind stands for an agent, and not for a value of some type."""
+    return kind == "agent" and kind not in known.types
 
 
 _APART = "describe the part here, or use another file"
@@ -94,7 +102,7 @@ class _Binder:
         constants = []
         scope = constant_scope(self.outer)
         for name, text in file.spec.parameters.items():
-            if text == "frame" or name not in self.arguments:
+            if text == "frame" or is_agent(text, inner) or name not in self.arguments:
                 continue
             expected = self._type(file.top["parameters"][name], text, inner)
             if expected is None:
@@ -113,6 +121,20 @@ class _Binder:
                     continue
                 constants.append(Constant(name, value, "", where.key))
         return tuple(constants)
+
+    def agents(self, file: Loaded, inner: Definitions, others: tuple[str, ...]) -> dict[str, str]:
+        """Parameter that stands for an agent -> name of the agent."""
+        known = {name: name for name in others} | self.outer.agents
+        bound = {}
+        for name, kind in file.spec.parameters.items():
+            if is_agent(kind, inner) and name in self.arguments:
+                actual = self.arguments[name]
+                if actual in known:
+                    bound[name] = known[actual]
+                else:
+                    self._fail()
+                    self.findings.unknown("E0218", "agent", actual, known, self.where[name].place)
+        return bound
 
     def _names(self, parameters: Mapping[str, str]) -> None:
         meant = set()

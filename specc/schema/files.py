@@ -155,7 +155,7 @@ class SpecFile(
     use: list[FilePath] = key([], "Files whose definitions are merged in.")
     parameters: dict[ReadableName, TypeText] = key(
         {},
-        "Parameters of a reusable description; each is a type or `frame`.",
+        "Parameters of a reusable description; each is a type, `frame` or `agent`.",
         defines="parameter",
     )
     frames: dict[ReadableName, str] = key(

@@ -63,6 +63,7 @@ TYPE_WORDS = {
     "enum": "enum[open, closed]",
     "list": "list[pose[B, E]]",
     "frame": "",
+    "agent": "",
 }
 """The types of the language, with how those that take something are spelt."""
 
@@ -282,7 +283,7 @@ def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Ite
     elif role.form != "path":
         yield from complete_expression(index, path, owner, role.form, cursor.before)
         if role.form == "argument":
-            yield from _symbols(index, index.visible(path, ()), ("frame",))
+            yield from _symbols(index, index.visible(path, ()), ("frame", "agent"))
 
 
 def _task(index: Index, role: Role) -> Iterator[Item]:

@@ -260,7 +260,9 @@ class _Reader:
             yield from self._types(route, signature_mentions(text, self._type_names()))
         else:
             if role.form == "argument":
-                yield from self._named(Place(self.path, route), (), ("frame",), text.strip())
+                yield from self._named(
+                    Place(self.path, route), (), ("frame", "agent"), text.strip()
+                )
             yield from self._all(route, owner, guesses(text), guess=True)
 
     def _target(self, route: Route, owner: Route, target: str) -> Iterator[Reference]:
