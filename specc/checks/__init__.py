@@ -10,6 +10,7 @@ from specc.checks import (
     assumptions,
     bindings,
     constancy,
+    ends,
     expressions,
     plant,
     presence,
@@ -28,6 +29,7 @@ Check = Callable[[Facts], Iterator[Diagnostic]]
 
 SUBJECTS: tuple[ModuleType, ...] = (
     structure,
+    ends,
     timing,
     plant,
     bindings,

@@ -1,0 +1,265 @@
+"""The two ends of every connection between subsystems and devices (section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+from specc.analysis import Facts
+from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
+from specc.model.system import Device, Element, Port, Shared, Subsystem
+from specc.source import Place
+
+# Connected buffers have exactly the same structure at both ends.
+
+
+_MOST_SHOWN = 4
+
+
+def buffers_match(facts: Facts) -> Iterator[Diagnostic]:
+    """O0403, E0404 and E0405, for connections with subsystems and with devices."""
+    for subsystem in facts.subsystems:
+        for port in subsystem.ports:
+            device = facts.connections.devices.get(port.other_end)
+            if port.other_end in facts.broken | facts.connections.contested:
+                continue
+            if device is not None:
+                elements = facts.connections.device_elements(port)
+                there = _side(device, "y" if port.direction == "x" else "x")
+                yield from _compare(_end(port), _End(there, elements))
+            else:
+                yield from _between_subsystems(subsystem, port, facts)
+    for device in facts.system.devices:
+        yield from _unconnected(device, facts)
+
+
+def _side(device: Device, side: str) -> Place:
+    """Where a device declares what it accepts or reports, or the device if it declares nothing."""
+    return replace(device.place, route=(*device.place.route, side))
+
+
+def _between_subsystems(subsystem: Subsystem, port: Port, facts: Facts) -> Iterator[Diagnostic]:
+    other = facts.connections.subsystems.get(port.other_end)
+    if other is None:
+        return
+    if other is subsystem:
+        yield Diagnostic(
+            "E0401",
+            f"`{port.peer}` is `{subsystem.agent}` itself, and an agent does not talk to itself",
+            port.place,
+            related=_user(subsystem, port, facts),
+            help="give the parameter another agent; what a subsystem keeps for itself is memory",
+        )
+        return
+    end = facts.connections.other_port(subsystem, port)
+    if end is None:
+        verb, key = ("sends to", "y") if port.direction == "x" else ("receives from", "x")
+        name = subsystem.name if other.agent == subsystem.agent else subsystem.agent
+        lacks = _buffer(other, key, name)
+        yield Diagnostic(
+            "O0403",
+            f"`{other.qualified_name}` has no buffer that {verb} `{subsystem.qualified_name}`",
+            port.place,
+            "nothing is connected to this end",
+            (
+                Related(
+                    replace(lacks, part="key"), f"`{other.qualified_name}` has its buffers here"
+                ),
+                *_user(subsystem, port, facts),
+            ),
+            f"add `{name}: {{...}}` under its `{key}:`, with the same elements"
+            + (_OR_GIVEN if lacks.file != other.place.file else ""),
+            lacks=(lacks,),
+        )
+    elif port.direction == "x":
+        yield from _compare(_end(port), _end(end))
+
+
+_OR_GIVEN = ", or make it one of the agents that it is given"
+
+
+def _user(subsystem: Subsystem, port: Port, facts: Facts) -> tuple[Related, ...]:
+    """Where a subsystem, or its agent, stands that is described in another file."""
+    agents = (agent.place for agent in facts.system.agents if agent.name == subsystem.agent)
+    users = (place for place in (subsystem.place, *agents) if place.file != port.place.file)
+    return tuple(Related(place, f"this is `{subsystem.qualified_name}`") for place in users)[:1]
+
+
+# What one subsystem sends to another goes through one buffer.
+
+
+def one_buffer_each(facts: Facts) -> Iterator[Diagnostic]:
+    """E0413; two parameters of a description may stand for one agent."""
+    for subsystem in facts.subsystems:
+        first: dict[tuple[str, str], Port] = {}
+        for port in subsystem.ports:
+            earlier = first.setdefault((port.direction, port.other_end), port)
+            if earlier is not port and port.other_end in facts.connections.subsystems:
+                yield Diagnostic(
+                    "E0413",
+                    f"`{port.peer}` and `{earlier.peer}` are both `{port.other_end}`",
+                    port.place,
+                    related=(
+                        Related(earlier.place, "the other one"),
+                        *_user(subsystem, port, facts),
+                    ),
+                    help="one buffer leads from one subsystem to another: give the parameters "
+                    "different agents, or put all elements into one buffer",
+                )
+
+
+def _buffer(subsystem: Subsystem, direction: str, peer: str) -> Place:
+    """Where a buffer of a subsystem would be declared, beside its others if it has any."""
+    here = subsystem.place
+    others = [port.place for port in subsystem.ports]
+    route = others[0].route[:-2] if others else here.route
+    file = others[0].file if others else here.file
+    return Place(file, (*route, direction, peer))
+
+
+class _End(NamedTuple):
+    """An end of a connection, at its place, and the interface that it names."""
+
+    place: Place
+    elements: tuple[Element, ...]
+    port: Port | None = None
+
+    @property
+    def interface(self) -> Shared | None:
+        return self.port.interface if self.port else None
+
+    def place_of(self, element: Element) -> Place:
+        return self.port.place_of(element) if self.port else element.place
+
+    def declared(self, element: Element) -> tuple[Related, ...]:
+        """Where an element of its interface is declared."""
+        if self.interface is None or self.place_of(element) == element.place:
+            return ()
+        return (Related(element.place, f"in `{self.interface.text}`"),)
+
+
+def _end(port: Port) -> _End:
+    return _End(port.place, port.elements, port)
+
+
+def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
+    """Two ends of a connection."""
+    mine, theirs = ({e.name: e for e in end.elements} for end in (here, there))
+    for name, one in mine.items():
+        other = theirs.get(name)
+        if other and one.type != other.type:
+            connected = Related(there.place_of(other), f"connected to this one: `{other.type}`")
+            declared = here.declared(one) or there.declared(other)
+            yield Diagnostic(
+                "E0405",
+                f"`{name}` is `{one.type}` at one end and `{other.type}` at the other",
+                here.place_of(one),
+                f"`{one.type}`",
+                (connected, *declared),
+                "both ends of a connection must have exactly the same type",
+            )
+    only_here = [e for e in here.elements if e.name not in theirs]
+    only_there = [e for e in there.elements if e.name not in mine]
+    if only_here and only_there:
+        yield _two_lists(_Lack(here, only_there), _Lack(there, only_here))
+    elif only_here or only_there:
+        ends = (here, there) if only_there else (there, here)
+        yield _missing(_Lack(ends[0], only_there or only_here), ends[1])
+
+
+class _Lack(NamedTuple):
+    """An end of a connection, and what only the other one has."""
+
+    end: _End
+    elements: list[Element]
+
+    @property
+    def place(self) -> Place:
+        return self.end.place
+
+    @property
+    def names(self) -> str:
+        return listed([f"`{element.name}`" for element in self.elements], "and")
+
+    @property
+    def others(self) -> tuple[Related, ...]:
+        """Where the other end has it; the first of many."""
+        return tuple(
+            Related(element.place, f"`{element.type}`, missing at the other end")
+            for element in self.elements[:_MOST_SHOWN]
+        )
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Where it would be declared; an interface has other users, too."""
+        if self.end.interface:
+            return ()
+        route = self.place.route
+        return tuple(
+            replace(self.place, route=(*route, element.name), part="value")
+            for element in self.elements
+        )
+
+
+def _missing(lack: _Lack, other: _End) -> Diagnostic:
+    added = listed([f'`{element.name}: "{element.type}"`' for element in lack.elements], "and")
+    it = "it" if len(lack.elements) == 1 else "them"
+    interface = lack.end.interface
+    to = f" to interface `{interface.text}`" if interface else ""
+    if interface and other.interface and interface.text != other.interface.text:
+        to += f", name `{other.interface.text}` at both ends"
+    related = (Related(interface.place, "has the elements of this end"),) if interface else ()
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {lack.names}, which the other end has",
+        lack.place,
+        f"lacks {it}",
+        (*lack.others, *related),
+        f"add {added}{to}, or delete {it} at the other end",
+        lacks=lack.places,
+    )
+
+
+def _two_lists(here: _Lack, there: _Lack) -> Diagnostic:
+    """Each end has what the other lacks: a different name, or the elements of another buffer."""
+    return Diagnostic(
+        "E0404",
+        f"the buffer lacks {here.names}, and its other end lacks {there.names}",
+        here.place,
+        f"has {there.names} instead",
+        (*here.others, Related(there.place, "the other end")),
+        "give both ends the same elements; perhaps one end has those of another buffer",
+        lacks=here.places + there.places,
+    )
+
+
+def _unconnected(device: Device, facts: Facts) -> Iterator[Diagnostic]:
+    """A device of which only one side is connected; one without any is `devices_used`'s matter."""
+    ends = facts.connections.ends_at(device.qualified_name)
+    contested = device.qualified_name in facts.connections.contested
+    if not ends or contested or any(s.qualified_name in facts.broken for s, _ in ends):
+        return
+    subsystem, port = ends[0]
+    sides = (
+        (device.x, "x", "y", f"nothing commands `{device.qualified_name}`"),
+        (device.y, "y", "x", f"nothing reads what `{device.qualified_name}` reports"),
+    )
+    for elements, side, direction, message in sides:
+        if elements and not any(p.direction == direction for _, p in ends):
+            names = ", ".join(f"`{e.name}`" for e in elements)
+            lacks = _buffer(subsystem, direction, port.peer)
+            here = replace(lacks, part="key")
+            yield Diagnostic(
+                "O0403",
+                message,
+                _side(device, side),
+                f"{names}: missing at the other end",
+                (Related(here, f"`{subsystem.qualified_name}` works with it"),),
+                f"add `{port.peer}: {{...}}` under the `{direction}:` of `{subsystem.name}`",
+                lacks=(lacks,),
+            )
+
+
+CHECKS = (buffers_match, one_buffer_each)
