@@ -152,8 +152,6 @@ def _agent(qualified_name: str) -> str:
 
 CHECKS = (
     subsystems_distinct,
-    buffers_match,
-    one_buffer_each,
     devices_owned,
     devices_used,
     agent_kind,
