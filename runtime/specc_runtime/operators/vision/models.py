@@ -6,6 +6,7 @@ Models are made anew at every start, which is quick enough, so none can be stale
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,9 @@ def load_models(directory: str) -> tuple[ObjectModel, ...]:
     meshes = sorted(Path(directory).glob("*.obj"))
     if not meshes:
         raise OSError(f"no object (NAME.obj) in {directory}")
-    return tuple(make_model(mesh) for mesh in meshes)
+    # OpenCV lets other threads run; a start has nothing else to do meanwhile.
+    with ThreadPoolExecutor() as threads:
+        return tuple(threads.map(make_model, meshes))
 
 
 def make_model(mesh: Path) -> ObjectModel:

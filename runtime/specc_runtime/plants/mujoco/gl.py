@@ -1,7 +1,7 @@
 """Camera images by OpenGL: EGL, else OSMesa, else a hidden window."""
 
 import os
-from ctypes.util import find_library
+from ctypes import CDLL
 from typing import Any
 
 import numpy as np
@@ -114,7 +114,7 @@ def _open_context(width: int, height: int) -> Any:
     asked = os.environ.get(GL_VARIABLE, "").lower()
     problems = []
     for backend in (asked,) if asked in _NEEDS else _NEEDS:
-        missing = [name for name in _NEEDS[backend] if find_library(name) is None]
+        missing = [name for name in _NEEDS[backend] if not is_there(name)]
         if missing:
             problems.append(f"{backend} needs the library {', '.join(missing)}")
             continue
@@ -123,6 +123,20 @@ def _open_context(width: int, height: int) -> Any:
         except Exception as error:  # noqa: BLE001  whatever a graphics stack raises, it is not there
             problems.append(f"{backend}: {error}")
     raise GlUnavailableError("; ".join(problems))
+
+
+def is_there(library: str) -> bool:
+    """Whether a shared library loads, in any version.
+
+    `ctypes.util.find_library` would start other programs to look for it.
+    """
+    for version in ("", *(f".{number}" for number in reversed(range(10)))):
+        try:
+            CDLL(f"lib{library}.so{version}")
+        except OSError:
+            continue
+        return True
+    return False
 
 
 def _context_of(backend: str, width: int, height: int) -> Any:
