@@ -42,7 +42,7 @@ class Where:
         """The value at `key`, or this value itself where the short form is used."""
         return self[key] if isinstance(self.raw, dict) else self
 
-    def cell(self, key: str, index: int) -> Where:
+    def cell(self, key: str | int, index: int) -> Where:
         """The value at `key`, or at `index` where a row is written as a list."""
         return self[index] if isinstance(self.raw, list) else self[key]
 

@@ -323,25 +323,29 @@ class MachineResolver:
         rows = []
         for index, item in enumerate(self.definition.transitions):
             at = self.where["transitions"][index]
-            sources = self._sources(item.sources, at.cell("from", 0))
-            known = self._is_state(item.target, at.cell("to", 3))
-            condition = self._condition("initial", item.when, at.cell("when", 2))
-            remainder = item.when == OTHERWISE and ("initial", OTHERWISE) not in self._conditions
-            row = Transition(
-                "", item.cause, condition, item.target, trace_of(item), at.place, remainder
+            sources = self._sources(item.sources, at)
+            known = self._is_state(item.target, at, "to", 3)
+            condition = self._conditions.get(("initial", item.when)) or self._condition(
+                "initial", item.when, at.cell("when", 2)
             )
-            rows += [replace(row, source=source) for source in sources if known]
+            remainder = item.when == OTHERWISE and ("initial", OTHERWISE) not in self._conditions
+            told = condition, item.target, trace_of(item), at.place, remainder
+            rows += [Transition(source, item.cause, *told) for source in sources if known]
         return tuple(_spelled_out(rows))
 
-    def _sources(self, written: list[str], at: Where) -> list[str]:
+    def _sources(self, written: list[str], row: Where) -> list[str]:
         """The states that a row is for."""
-        places = [at[index] if isinstance(at.raw, list) else at for index in range(len(written))]
-        return [n for n, place in zip(written, places, strict=True) if self._is_state(n, place)]
+        at = row.cell("from", 0)
+        if not isinstance(at.raw, list):
+            return [name for name in written if self._is_state(name, row, "from", 0)]
+        return [name for n, name in enumerate(written) if self._is_state(name, at, n, n)]
 
-    def _is_state(self, name: str, at: Where) -> bool:
+    def _is_state(self, name: str, row: Where, key: str | int, index: int) -> bool:
+        """Whether there is a state of the name that stands in a row, or a list."""
         known = self.definition.states
         if known and name not in known:
-            self.expressions.findings.unknown("E0217", "state", name, known, at.place)
+            place = row.cell(key, index).place
+            self.expressions.findings.unknown("E0217", "state", name, known, place)
         return name in known
 
     def _axioms(self) -> tuple[Axiom, ...]:

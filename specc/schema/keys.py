@@ -225,15 +225,20 @@ class Part:
     """The keys that there are, by their names; inherited ones come first."""
     given: ClassVar[frozenset[str]] = frozenset()
     """The keys that the file gives."""
+    needed: ClassVar[frozenset[str]] = frozenset()
+    """The keys that it has to give."""
+    _makers: ClassVar[dict[str, Callable[[], object]]] = {}
 
     def __init__(self, **values: Any) -> None:
-        made = {one.attribute: one.make() for one in self.keys.values() if one.make}
-        self.__dict__.update(made | values)
+        made = {name: make() for name, make in self._makers.items() if name not in values}
+        self.__dict__.update(made, **values)
 
     def __init_subclass__(cls, short: str = "", row: str = "", first: str = "") -> None:
         cls.short, cls.row, cls.first = short or cls.short, tuple(row.split()), tuple(first.split())
         made: Any = dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
         cls.keys = {one.name: one for one in map(_key, dataclasses.fields(made))}
+        cls.needed = frozenset(one.name for one in cls.keys.values() if one.needed)
+        cls._makers = {one.attribute: one.make for one in cls.keys.values() if one.make}
 
 
 @frozen

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Any, Literal, TypeVar
 
 from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
@@ -77,22 +78,10 @@ class _Check:
 
     def value(self, kind: Kind, value: Any, route: Route) -> Any:
         """What is made of the value at a route, which should be of a kind."""
-        match kind:
-            case Text():
-                return self._text(kind, value, route)
-            case Optional():
-                return None if value is None else self.value(kind.value, value, route)
-            case Named():
-                return self._named(kind, value, route)
-            case Several():
-                return self._several(kind, value, route)
-            case Choice():
-                return self._choice(kind, value, route)
-            case Whole():
-                return self._whole(value, route)
-            case Truth():
-                return self._truth(value, route)
-        return self._part(kind, value, route)
+        return _MAKERS.get(type(kind), _Check._part)(self, kind, value, route)
+
+    def _optional(self, kind: Optional, value: Any, route: Route) -> Any:
+        return None if value is None else self.value(kind.value, value, route)
 
     def _text(self, kind: Text, value: Any, route: Route) -> Any:
         if (kind.scalars or kind.quantity) and isinstance(value, (bool, int, float)):
@@ -143,7 +132,7 @@ class _Check:
         hint = f"did you mean `{close[0]}`?" if close else "write one of them"
         return self._refuse(f"{_name(route)}{_shown(value)} is not one of {listed}", hint, route)
 
-    def _whole(self, value: Any, route: Route) -> Any:
+    def _whole(self, _: Whole, value: Any, route: Route) -> Any:
         if isinstance(value, str) and len(value) <= _MOST_DIGITS:
             digits = _DIGITS.fullmatch(value)
             value = int(digits[1]) if digits else value
@@ -154,7 +143,7 @@ class _Check:
             return int(value)
         return self._misfit("a whole number", value, route)
 
-    def _truth(self, value: Any, route: Route) -> Any:
+    def _truth(self, _: Truth, value: Any, route: Route) -> Any:
         meant = value.lower() if isinstance(value, str) else value
         if isinstance(value, (str, int, float)) and meant in _TRUTHS:
             return _TRUTHS[meant]
@@ -172,13 +161,13 @@ class _Check:
             return self._misfit("a mapping", value, route, hint)
         if OTHERS in known:
             data = _others_apart(data, known)
-        else:
+        elif not part.needed <= data.keys() <= known.keys():
             self._check_names(known, data, route)
         made = {}
-        for name, key in known.items():
-            if name in data:
+        for name, one in data.items():
+            if name in known:
                 at = route if name == OTHERS else (*route, name)
-                made[key.attribute] = self.value(key.kind, data[name], at)
+                made[known[name].attribute] = self.value(known[name].kind, one, at)
         return part(given=frozenset(data), **made)
 
     def _check_names(self, known: dict[str, Key], data: dict[str, Any], route: Route) -> None:
@@ -218,6 +207,17 @@ class _Check:
     ) -> None:
         place = Place(self._file, route, part)
         self.findings.append(Diagnostic(code, words, place, help=help))
+
+
+_MAKERS: dict[type, Callable[..., Any]] = {
+    Text: _Check._text,
+    Optional: _Check._optional,
+    Named: _Check._named,
+    Several: _Check._several,
+    Choice: _Check._choice,
+    Whole: _Check._whole,
+    Truth: _Check._truth,
+}
 
 
 def _written_out(part: type[Part], value: Any) -> Any:
