@@ -101,8 +101,6 @@ class Numbering:
 
     def number(self, expr: Expr, bound: Depths | None = None) -> int:
         """The number of `expr`; `bound` says how deep each quantifier variable was bound."""
-        while isinstance(expr, Sure):
-            expr = expr.value
         if bound:
             return self._number(expr, bound)
         known = self._seen.get(id(expr))
@@ -111,6 +109,8 @@ class Numbering:
         return known[1]
 
     def _number(self, expr: Expr, inside: Depths) -> int:
+        while isinstance(expr, Sure):
+            expr = expr.value
         match expr:
             case LetRef(name=name) | ConstantRef(name=name) if name in self._named(expr):
                 return self._named(expr)[name]

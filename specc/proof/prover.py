@@ -54,6 +54,7 @@ class Prover:
         self._assumed = tuple(axiom.that for axiom in subsystem.axioms)
         self._axioms = tuple(map(self._formula, self._assumed))
         self._questions: dict[object, Question] = {}
+        self._asked: dict[tuple[str, Cause, int | None], Question] = {}
         self._decisions: dict[object, Decision] = {}
         self._possible: dict[tuple[Formula, ...], bool | None] = {}
 
@@ -77,13 +78,7 @@ class Prover:
         state, or a new one; `without` leaves an axiom out, by its index.
         """
         rows = self._rows.get((state, cause), ())
-        conditions = tuple(self._formula(row.condition.when) for row in rows)
-        context = self._context(state, cause)
-        key: object = (conditions, context, without)
-        if key not in self._questions:
-            axioms = [a for index, a in enumerate(self._axioms) if index != without]
-            self._questions[key] = Question(conditions, context, axioms, self._solver)
-        question = self._questions[key]
+        question = self._question(state, cause, without)
         known = question.arrivals.intersection(present) - self._always_present
         new = question.arrivals.intersection(fresh)
         key = (question, known, new)
@@ -92,6 +87,20 @@ class Prover:
             facts += [self._translator.fresh(*name) for name in sorted(new)]
             self._decisions[key] = _where_fresh(question.decide(facts), sorted(new))
         return RowVerdict(rows, _with_repairs(self._decisions[key], rows))
+
+    def _question(self, state: str, cause: Cause, without: int | None) -> Question:
+        """What is asked about a state and cause; states whose conditions are the same share it."""
+        place = state, cause, without
+        if place not in self._asked:
+            rows = self._rows.get((state, cause), ())
+            conditions = tuple(self._formula(row.condition.when) for row in rows)
+            context = self._context(state, cause)
+            key = conditions, context, without
+            if key not in self._questions:
+                axioms = [a for index, a in enumerate(self._axioms) if index != without]
+                self._questions[key] = Question(conditions, context, axioms, self._solver)
+            self._asked[place] = self._questions[key]
+        return self._asked[place]
 
     def is_related(self, state: str, cause: Cause, axiom: int) -> bool:
         """Whether an axiom, by its index, has to do with the rows of a state and cause."""

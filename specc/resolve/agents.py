@@ -140,7 +140,7 @@ class AgentResolver:
 
         given = kind, title, where.key, here.place, tuple(peers.items()), rate
         resolved = self._kept(
-            f"{agent}.{name}", (*given, repr(here.raw), inside.definitions.made_from), made
+            f"{agent}.{name}", (*given, inside.definitions.made_from), here.raw, made
         )
         if found := self.findings.diagnostics[before:]:
             inner = all(_only_inside(finding, here) for finding in found)
@@ -150,12 +150,13 @@ class AgentResolver:
         return resolved
 
     def _kept(
-        self, name: str, given: tuple[object, ...], made: Callable[[], Subsystem]
+        self, name: str, given: tuple[object, ...], raw: object, made: Callable[[], Subsystem]
     ) -> Subsystem:
         """A subsystem as an earlier analysis has it, if that found nothing wrong with it."""
         findings, kept = self.findings, self.findings.kept
         if kept is None:
             return made()
+        given = (*given, repr(raw))
         known: tuple[Subsystem, list[Meaning]] | None = kept.answer(name, given)
         if known is not None:
             findings.meanings += known[1]

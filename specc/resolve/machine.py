@@ -254,8 +254,9 @@ class MachineResolver:
         return [f"y.{peer}.{name}" for peer, name in self._sent]
 
     def _resolve_behaviours(self) -> None:
+        where = self.where["behaviours"]
         for name, item in self.definition.behaviours.items():
-            at = self.where["behaviours"][name]
+            at = where[name]
             functions = [
                 function
                 for index, used in enumerate(item.functions)
@@ -294,12 +295,12 @@ class MachineResolver:
         return _vague(behaviour, "terminal", at["terminal"], at)
 
     def _states(self) -> tuple[State, ...]:
-        states = []
+        states, where = [], self.where["states"]
         if self.definition.states and not self.definition.behaviours:
             message = "the subsystem has no behaviours yet"
-            self._open("O0603", message, self.where["states"], "add `behaviours:`")
+            self._open("O0603", message, where, "add `behaviours:`")
         for name, item in self.definition.states.items():
-            at = self.where["states"][name]
+            at = where[name]
             behaviour = self._behaviours.get(item.behaviour or "")
             if behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
@@ -320,9 +321,9 @@ class MachineResolver:
         return Behaviour(called, (), terminal, error, "", Trace(), at.place, whole=False)
 
     def _transitions(self) -> tuple[Transition, ...]:
-        rows = []
+        rows, table = [], self.where["transitions"]
         for index, item in enumerate(self.definition.transitions):
-            at = self.where["transitions"][index]
+            at = table[index]
             sources = self._sources(item.sources, at)
             known = self._is_state(item.target, at, "to", 3)
             condition = self._conditions.get(("initial", item.when)) or self._condition(
@@ -335,6 +336,8 @@ class MachineResolver:
 
     def _sources(self, written: list[str], row: Where) -> list[str]:
         """The states that a row is for."""
+        if all(name in self.definition.states for name in written):
+            return written
         at = row.cell("from", 0)
         if not isinstance(at.raw, list):
             return [name for name in written if self._is_state(name, row, "from", 0)]

@@ -78,7 +78,8 @@ class _Check:
 
     def value(self, kind: Kind, value: Any, route: Route) -> Any:
         """What is made of the value at a route, which should be of a kind."""
-        return _MAKERS.get(type(kind), _Check._part)(self, kind, value, route)
+        make: Callable[..., Any] = _MAKERS.get(type(kind), _Check._part)
+        return make(self, kind, value, route)
 
     def _optional(self, kind: Optional, value: Any, route: Route) -> Any:
         return None if value is None else self.value(kind.value, value, route)
