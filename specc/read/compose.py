@@ -93,6 +93,8 @@ def _in_range(number: int | float, text: str) -> int | float:
 
 _ANCHOR = re.compile(r"&[^\s,\[\]{}]+(?:\s+(?:#[^\r\n]*)?)*")
 """An anchor with the white space and comments behind it."""
+_NO_PARTS: dict[str | int, Node] = {}
+"""Of all scalars; nothing is put into it."""
 _VALUES = frozenset((ScalarEvent, AliasEvent, MappingStartEvent, SequenceStartEvent))
 
 
@@ -108,7 +110,8 @@ class Built:
     def take_in(self, part: Built) -> None:
         """Count a part of a collection."""
         self.size += part.size
-        self.height = max(self.height, part.height + 1)
+        if part.height >= self.height:
+            self.height = part.height + 1
 
 
 def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]:
@@ -167,7 +170,8 @@ class _Composer:
         if type(event) is AliasEvent:
             return self._alias(event, depth)
         self._count(1, event)
-        self._refuse_tag(event)
+        if event.ctag is not None:
+            self._refuse_tag(event)
         if type(event) is ScalarEvent:
             value = self._scalar(event, key)
         else:
@@ -190,9 +194,8 @@ class _Composer:
         return Built(data, node)
 
     def _node(self, event: Any) -> Node:
-        return Node(
-            self._without_anchor(event), event.end_mark.index, event.value, event.style or ""
-        )
+        start, end = self._without_anchor(event), event.end_mark.index
+        return Node(start, end, event.value, event.style or "", _NO_PARTS, _NO_PARTS)
 
     def _collection(self, event: Any, depth: int) -> Built:
         if depth >= MAX_DEPTH:
@@ -234,7 +237,8 @@ class _Composer:
     def _key(self, event: Any) -> Node:
         if type(event) is not AliasEvent:
             self._count(1, event)
-            self._refuse_tag(event)
+            if event.ctag is not None:
+                self._refuse_tag(event)
         if type(event) is not ScalarEvent:
             hint = "a key is a name or a text in quotes"
             self._stop("E0012", "this cannot be a key", event, hint)
@@ -290,10 +294,9 @@ class _Composer:
         self._stop("E0016", "this is nested too deep", event, hint)
 
     def _refuse_tag(self, event: Any) -> None:
-        if event.tag is not None:
-            hint = "delete it; a value in quotes is text, any other is what it looks like"
-            start = event.start_mark.index
-            self.report("E0014", "tags are not supported", start, event.end_mark.index, hint)
+        hint = "delete it; a value in quotes is text, any other is what it looks like"
+        start = event.start_mark.index
+        self.report("E0014", "tags are not supported", start, event.end_mark.index, hint)
 
     def _refuse_cut_text(self, event: Any, key: Node) -> None:
         """Refuse `b)`, which the braces of `{is: min(a, b)}` make a key without a value."""
@@ -311,7 +314,9 @@ class _Composer:
 
     def _without_anchor(self, event: Any) -> int:
         start: int = event.start_mark.index
-        anchor = _ANCHOR.match(self._text, start) if event.anchor is not None else None
+        if event.anchor is None:
+            return start
+        anchor = _ANCHOR.match(self._text, start)
         # An empty value ends with its anchor.
         return min(anchor.end(), max(start, event.end_mark.index)) if anchor else start
 
