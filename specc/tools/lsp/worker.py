@@ -7,6 +7,7 @@ takes too long, is ended with its process, and another process takes its place.
 from __future__ import annotations
 
 import asyncio
+import gc
 import multiprocessing
 import os
 import signal
@@ -26,6 +27,8 @@ LIMIT_S = 10.0
 LIMIT_GB = 2
 """Address space of the process; a job that needs more is given up."""
 _WATCH_S = 1.0
+_NEW_OBJECTS = 10_000
+"""Between two collections of garbage: a job makes many objects, and most of them stay."""
 
 Call = tuple[str, tuple[Any, ...]]
 """Name of a method and its arguments."""
@@ -181,6 +184,7 @@ def _work(
     """Do what comes through the pipe until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _limit_memory()
+    gc.set_threshold(_NEW_OBJECTS)
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     desk = make()
     while True:
