@@ -8,7 +8,7 @@ from specc import pipeline
 from tests.scenarios.runs import FLAGSHIP, run
 
 
-@pytest.mark.parametrize("seed", ["0", "1"])
+@pytest.mark.parametrize("seed", ["0", pytest.param("1", marks=pytest.mark.long)])
 def test_a_cycle_picks_an_object(seed: str) -> None:
     code, report = run(FLAGSHIP, "--seed", seed, "--cycles", "1")
     (cycle,) = report["cycles"]

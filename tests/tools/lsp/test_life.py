@@ -59,43 +59,40 @@ DEEP = "[" * 100_000
 HOVER = '{"jsonrpc": "2.0", "id": 5, "method": "textDocument/hover", "params": %s}'
 
 
-@pytest.mark.parametrize(
-    ("text", "answer"),
-    [
-        ('{"method": 5}', (None, -32600)),
-        ('{"jsonrpc": "2.0", "method": 5}', (None, -32600)),
-        ('{"jsonrpc": "2.0", "id": 71}', (71, -32600)),
-        ('{"id": 71, "method": "shutdown"}', (71, -32600)),
-        ('{"jsonrpc": "2.0", "id": [1], "method": "shutdown"}', (None, -32600)),
-        ("[1, 2]", (None, -32600)),
-        ("7", (None, -32600)),
-        ("{bad", (None, -32700)),
-        ('"\\ud800', (None, -32700)),
-        (DEEP, (None, -32700)),
-        (HOVER % "[]", (5, -32602)),
-        (HOVER % '{"textDocument": {"jsonrpc": "2.0"}}', (5, -32602)),
-        ('{"jsonrpc": "2.0", "id": 6, "method": "specc/nothing"}', (6, -32601)),
-        ('{"jsonrpc": "2.0", "id": 77, "result": null}', None),
-        ('{"jsonrpc": "2.0", "method": "specc/nothing"}', None),
-        ('{"jsonrpc": "2.0", "method": "textDocument/didOpen", "params": 3}', None),
-        (
-            '{"jsonrpc": "2.0", "method": "textDocument/didChange", '
-            f'"params": {{{OPEN}, "contentChanges": [{{"text": "a"}}]}}}}',
-            None,
-        ),
-    ],
-)
-def test_what_is_no_message_is_refused_as_json_rpc_says(
-    text: str, answer: tuple[int | None, int] | None, tmp_path: Path
-) -> None:
-    sent = b"".join([*map(framed, BEGIN), body(text), *map(framed, END)])
+NO_MESSAGES: list[tuple[str, tuple[int | None, int] | None]] = [
+    ('{"method": 5}', (None, -32600)),
+    ('{"jsonrpc": "2.0", "method": 5}', (None, -32600)),
+    ('{"jsonrpc": "2.0", "id": 71}', (71, -32600)),
+    ('{"id": 71, "method": "shutdown"}', (71, -32600)),
+    ('{"jsonrpc": "2.0", "id": [1], "method": "shutdown"}', (None, -32600)),
+    ("[1, 2]", (None, -32600)),
+    ("7", (None, -32600)),
+    ("{bad", (None, -32700)),
+    ('"\\ud800', (None, -32700)),
+    (DEEP, (None, -32700)),
+    (HOVER % "[]", (5, -32602)),
+    (HOVER % '{"textDocument": {"jsonrpc": "2.0"}}', (5, -32602)),
+    ('{"jsonrpc": "2.0", "id": 6, "method": "specc/nothing"}', (6, -32601)),
+    ('{"jsonrpc": "2.0", "id": 77, "result": null}', None),
+    ('{"jsonrpc": "2.0", "method": "specc/nothing"}', None),
+    ('{"jsonrpc": "2.0", "method": "textDocument/didOpen", "params": 3}', None),
+    (
+        '{"jsonrpc": "2.0", "method": "textDocument/didChange", '
+        f'"params": {{{OPEN}, "contentChanges": [{{"text": "a"}}]}}}}',
+        None,
+    ),
+]
+"""Texts, each with the number of the request and the code of the answer, if there is one."""
+
+
+def test_what_is_no_message_is_refused_as_json_rpc_says(tmp_path: Path) -> None:
+    texts = [body(text) for text, _ in NO_MESSAGES]
+    sent = b"".join([*map(framed, BEGIN), *texts, *map(framed, END)])
     ended = subprocess.run(SERVER, input=sent, capture_output=True, cwd=tmp_path, timeout=60)
     found = [json.loads(part) for part in re.findall(rb"\{.*?\}(?=Content|$)", ended.stdout)]
     told = [item for item in found if item.get("id") not in (1, 99)]
-    if answer is None:
-        assert told == []
-    else:
-        assert [(item["id"], item["error"]["code"]) for item in told] == [answer]
+    codes = [(item["id"], item["error"]["code"]) for item in told]
+    assert codes == [answer for _, answer in NO_MESSAGES if answer]
     assert (ended.returncode, ended.stderr) == (0, b"")
 
 

@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -29,30 +30,39 @@ def proposals(found: dict[str, Any], typed: str) -> list[str]:
     return [label for label in labels if label.lower().startswith(word.group().lower())]
 
 
-@pytest.mark.parametrize(("before", "line", "wanted"), SESSIONS)
-def test_what_is_wanted_is_among_the_first(before: str, line: str, wanted: dict[str, str]) -> None:
-    text = FLAGSHIP.read_text()
-    assert text.count(before) == 1
-    left = dict(wanted)
+@pytest.fixture(scope="module")
+def editor() -> Iterator[tuple[Client, str]]:
+    """A client in which the flagship is open."""
     with Client(SERVER, ROOT) as client:
         uri = client.open(FLAGSHIP)
         assert client.diagnostics(uri) == []
-        ends = {line.index(ending) + len(ending) for ending in wanted}
-        for size in sorted({*range(1, len(line) + 1, 5), *ends}):
-            now, cursor = typed(before, line, size)
-            client.change(uri, now)
-            client.diagnostics(uri)
-            at = position(now, cursor)
-            found = client.ask("completion", uri, *at)
-            client.ask("hover", uri, at[0], at[1] - 1)
-            client.ask("signatureHelp", uri, *at)
-            for ending in [ending for ending in left if line[:size].endswith(ending)]:
-                label = left.pop(ending)
-                assert label in proposals(found, line[:size])[:5], ending
-        client.change(uri, text)
-        assert client.diagnostics(uri) == []
-    assert left == {}
+        yield client, uri
     assert client.exit_code == 0
+
+
+@pytest.mark.parametrize(("before", "line", "wanted"), SESSIONS)
+def test_what_is_wanted_is_among_the_first(
+    editor: tuple[Client, str], before: str, line: str, wanted: dict[str, str]
+) -> None:
+    client, uri = editor
+    text = FLAGSHIP.read_text()
+    assert text.count(before) == 1
+    left = dict(wanted)
+    ends = {line.index(ending) + len(ending) for ending in wanted}
+    for size in sorted({*range(1, len(line) + 1, 5), *ends}):
+        now, cursor = typed(before, line, size)
+        client.change(uri, now)
+        client.diagnostics(uri)
+        at = position(now, cursor)
+        found = client.ask("completion", uri, *at)
+        client.ask("hover", uri, at[0], at[1] - 1)
+        client.ask("signatureHelp", uri, *at)
+        for ending in [ending for ending in left if line[:size].endswith(ending)]:
+            label = left.pop(ending)
+            assert label in proposals(found, line[:size])[:5], ending
+    client.change(uri, text)
+    assert client.diagnostics(uri) == []
+    assert left == {}
 
 
 COUNTING = """\
