@@ -19,7 +19,7 @@ from specc.lang.errors import CLOCK_NAMES
 from specc.lang.mismatch import scalar_unit
 from specc.model.expr import Fresh, Present
 from specc.model.types import Int, ListOf, Pose, Real, Type, Vector
-from specc.model.units import METRE
+from specc.model.units import DIMENSIONLESS, METRE, RADIAN
 
 # Types of results by the type of the argument; None for an argument that does not fit.
 
@@ -45,12 +45,17 @@ def _length(type: Type) -> Type | None:
     return Int() if isinstance(type, ListOf) else None
 
 
+def _ratio(type: Type) -> Type | None:
+    return Real() if type == Real(RADIAN) else None
+
+
 def _number(type: Type) -> Type | None:
     return None if scalar_unit(type) is None else type
 
 
-def _no_number(type: Type) -> str:
-    return "the length of a vector is `norm(v)`"
+def _no_angle(type: Type) -> str:
+    plain = scalar_unit(type) == DIMENSIONLESS
+    return "an angle has a unit: `30[deg]`; multiply a plain number by `1[rad]`" if plain else ""
 
 
 def _always(type: Type) -> str:
@@ -93,9 +98,25 @@ class BuiltinFunction:
     """Whether its result is a number that is never negative."""
     is_costly: bool = False
     """Whether calling it again costs more than keeping its result; arrays always do."""
+    gives_way: bool = False
+    """Whether an operator of that name takes its place; version 1 did not have it."""
 
 
 _exact = partial(BuiltinFunction, rounds=False, may_fail=False, overflows=False)
+
+
+def _of_angle(name: str, value: Callable[[float], float]) -> BuiltinFunction:
+    return BuiltinFunction(
+        f"angle -> real: the {'sine' if name == 'sin' else 'cosine'} of an angle",
+        rules.of_one(f"{name}(angle)", "takes an angle, `real[rad]`", _ratio, _no_angle),
+        value,
+        python="math",
+        may_fail=False,
+        overflows=False,
+        shows=True,
+        gives_way=True,
+    )
+
 
 FUNCTIONS: dict[str, BuiltinFunction] = {
     "fresh": _exact(
@@ -214,6 +235,17 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         shows=True,
         not_negative=True,
     ),
+    "sin": _of_angle("sin", math.sin),
+    "cos": _of_angle("cos", math.cos),
+    "atan2": BuiltinFunction(
+        "y, x -> real[rad]: the angle from the first axis to the point (x, y), from -pi to pi",
+        rules.of_numbers("y, x", 2, 2, result=Real(RADIAN)),
+        math.atan2,
+        python="math",
+        may_fail=False,
+        overflows=False,
+        gives_way=True,
+    ),
     "float": BuiltinFunction(
         "n -> real: what an integer in the place of a real becomes",
         None,
@@ -233,5 +265,6 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
 }
 
 BUILTIN_NAMES = tuple(sorted(name for name, function in FUNCTIONS.items() if function.rule))
-RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES})
+_LATER = {name for name, function in FUNCTIONS.items() if function.gives_way}
+RESERVED = frozenset({"True", "False", "x", "y", "_", *CLOCK_NAMES, *BUILTIN_NAMES}) - _LATER
 """Names of the language; a specification gives them to nothing of its own."""

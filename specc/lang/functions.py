@@ -66,16 +66,29 @@ def of_one(
     return rule
 
 
-def of_numbers(parameters: str, least: int, most: int | None, *, is_real: bool = False) -> Rule:
-    """A function of numbers of one unit, which its result has; `is_real` even for integers."""
+def of_numbers(
+    parameters: str,
+    least: int,
+    most: int | None,
+    *,
+    is_real: bool = False,
+    result: Type | None = None,
+) -> Rule:
+    """A function of numbers of one unit, which its result has; `is_real` even for integers.
+
+    With a `result` that is its type.
+    """
 
     def rule(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         _take(ctx, node, f"{ctx.quote(node.func)}({parameters})", least, most)
         numbers = infer_alike(ctx, node.args, hint)
         unit = scalar_unit(numbers[0].type)
+        verdict = "have no order" if result is None else "make no angle"
         for arg, number in zip(node.args, numbers, strict=True):
             if unit is None or scalar_unit(number.type) != unit:
-                raise unlike(ctx, (node.args[0], numbers[0]), (arg, number), "have no order")
+                raise unlike(ctx, (node.args[0], numbers[0]), (arg, number), verdict)
+        if result is not None:
+            return _built(node, result, *numbers)
         whole = not is_real and all(isinstance(number.type, Int) for number in numbers)
         return _built(node, Int() if whole else Real(unit or DIMENSIONLESS), *numbers)
 

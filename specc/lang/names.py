@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 from typing import Literal, cast
 
 from specc.diagnostics.nearest import nearest
@@ -22,6 +23,7 @@ from specc.model.expr import (
     LetRef,
     Member,
     MemoryRef,
+    Number,
 )
 from specc.model.types import (
     SPATIAL_COMPONENTS,
@@ -37,7 +39,7 @@ from specc.model.types import (
     Type,
     Vector,
 )
-from specc.model.units import SECOND, UNITS
+from specc.model.units import RADIAN, SECOND, UNITS
 
 # Typing rules of plain names: values, files, members of enums, the clock.
 
@@ -70,6 +72,8 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
     if node.id in CLOCK_NAMES and ctx.scope.allow_clock:
         which = cast(Literal["elapsed", "entered", "period"], node.id)
         return Clock(which, type=_CLOCK[which], span=span(node))
+    if node.id == "pi":
+        return Number(math.pi, type=Real(RADIAN), span=span(node))
     raise _unknown(ctx, node, hint)
 
 

@@ -43,10 +43,9 @@ def call(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
         message = "arguments are given by position"
         raise ctx.error(node.keywords[0], message, "leave the name out", "E0302")
     name = node.func.id
-    function = FUNCTIONS.get(name)
-    if function and function.rule:
+    function, operator = FUNCTIONS.get(name), ctx.scope.operators.get(name)
+    if function and function.rule and not (operator and function.gives_way):
         return function.rule(ctx, node, hint)
-    operator = ctx.scope.operators.get(name)
     if operator is None:
         raise _unknown(ctx, node.func)
     return _Application(ctx, node, operator, hint).typed()

@@ -1,6 +1,7 @@
 """What expressions mean: identities of logic and arithmetic, and values worked out by hand."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -147,3 +148,23 @@ def test_a_quaternion_is_normalised() -> None:
     X = pose((1.0, 2.0, 3.0), (0.0, 0.0, 3.0, 3.0))
     assert X[0] == pytest.approx((0.0, -1.0, 0.0, 1.0))
     assert X[1] == pytest.approx((1.0, 0.0, 0.0, 2.0))
+
+
+def test_functions_that_version_1_did_not_have_give_way_to_operators() -> None:
+    scope = replace(SCOPE, operators={**SCOPE.operators, "sin": SCOPE.operators["chain"]})
+    assert isinstance(expression("sin(X_KB, T_c)", scope), m.Call)
+    named = replace(SCOPE, constants={**SCOPE.constants, "pi": SCOPE.lets["ratio"]})
+    assert isinstance(expression("pi", named), m.ConstantRef)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("sin(pi / 6)", 0.5),
+        ("cos(60[deg])", 0.5),
+        ("atan2(1[m], -1[m]) / 1[rad]", 0.75 * math.pi),
+        ("atan2(0, -1) - pi", 0.0),
+    ],
+)
+def test_angles(text: str, value: float) -> None:
+    assert evaluate(expression(text, SCOPE), Environment()) == pytest.approx(value, abs=1e-15)

@@ -276,6 +276,9 @@ _BUILTINS: dict[str, Callable[..., Value]] = {
     "len": len,
     "abs": abs,
     "sqrt": math.sqrt,
+    "sin": math.sin,
+    "cos": math.cos,
+    "atan2": math.atan2,
     "min": min,
     "max": max,
 }

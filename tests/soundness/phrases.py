@@ -198,6 +198,7 @@ class Phrases:
         if self.chance(3):
             ways = [f"({a} / {self.rooted('real', 0)})", f"sqrt(1.0{unit} * {a})"] if unit else ways
         if type_ == "real":
+            ways += [f"sin({a} * 1[rad])", f"cos(atan2({a}, {b}) - pi / 2)"]
             ways += [f"({self.rooted('int', 0)} / 2)", f"({self.rooted('real[m]', 0)} / 0.5[m])"]
         if type_ == "real[s]":
             ways += ["period", "elapsed"] if self.scope.clock else []
