@@ -137,6 +137,15 @@ def position(X_AB: Pose) -> Vector:
     return read_only(X_AB[:3, 3].copy())
 
 
+def moved(X_AB: Pose, p_B: Vector) -> Vector:
+    """A point in A, (3,), metres, that is p in B."""
+    (a, b, c, u), (d, e, f, v), (g, h, i, w), _ = X_AB.tolist()
+    x, y, z = p_B.tolist()
+    return np.array(
+        (a * x + b * y + c * z + u, d * x + e * y + f * z + v, g * x + h * y + i * z + w)
+    )
+
+
 def translation(x_m: float, y_m: float, z_m: float) -> Pose:
     """X_AB with the axes of A and the origin of B at (x, y, z) in A."""
     rows = ((1.0, 0.0, 0.0, x_m), (0.0, 1.0, 0.0, y_m), (0.0, 0.0, 1.0, z_m), (0.0, 0.0, 0.0, 1.0))

@@ -37,10 +37,6 @@ def _root(type: Type) -> Type | None:
     return None if unit is None else Real(unit ** Fraction(1, 2))
 
 
-def _origin(type: Type) -> Type | None:
-    return _PLACE if isinstance(type, Pose) else None
-
-
 def _length(type: Type) -> Type | None:
     return Int() if isinstance(type, ListOf) else None
 
@@ -66,7 +62,6 @@ def _always(type: Type) -> str:
 
 
 RUNTIME = "specc_runtime.builtins"
-_PLACE = Vector(3, Real(METRE))
 
 
 @frozen
@@ -161,8 +156,8 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         shows=True,
     ),
     "position": _exact(
-        "X -> vector[3, m]",
-        rules.of_one("position(X)", "takes a pose", _origin),
+        "X -> point[A]: the origin of B in A, of a pose[A, B]",
+        rules.position,
         values.position,
         shows=True,
         no_larger=True,

@@ -13,7 +13,18 @@ from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, one_of, orig
 from specc.lang.mismatch import fits, scalar_unit, way_out
 from specc.lang.parse import span
 from specc.model.expr import Expr, Items, Nothing, Number, Sure, TextLiteral, Unknown
-from specc.model.types import Bool, Enum, ListOf, OptionalOf, PartialOf, Pose, Real, Spatial, Type
+from specc.model.types import (
+    Bool,
+    Enum,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Spatial,
+    Type,
+    Vector,
+)
 
 # What may not be there, optional values and items of lists, where there has to be one.
 
@@ -231,11 +242,25 @@ def unlike(ctx: Context, left: Side, right: Side, verdict: str) -> ExprError:
         help = _unit_help(ctx, left, b) or _unit_help(ctx, right, a)
     elif isinstance(a, (Spatial, Pose)) and type(a) is type(b):
         code, help = "E0312", "express both in the same frames first"
+    elif isinstance(a, Vector) and isinstance(b, Vector) and (a.frame or b.frame):
+        code, help = _of_points(a, b)
     else:
         help = _member_help(left[1], b) or _member_help(right[1], a)
     start, end = span(left[0])[0], span(right[0])[1]
     error = ExprError(f"{sides[0]} and {sides[1]}: they {verdict}", start, end, help, code)
     return error.because(ctx.origins(left[1], right[1]))
+
+
+def _of_points(a: Vector, b: Vector) -> tuple[str, str]:
+    """Code and way out for two vectors, one of them at least a point."""
+    if a.frame == b.frame:
+        return "E0313", "the point between them is `p + (q - p) / 2`"
+    if a.frame and b.frame:
+        return "E0312", f"`X @ p` is a `{a}` if `X` is a `{Pose(a.frame, b.frame)}`"
+    return (
+        "E0313",
+        f"a `{replace(a, frame='')}` has no frame; declare it as a `{a if a.frame else b}`",
+    )
 
 
 def _member_help(side: Expr, other: Type) -> str:

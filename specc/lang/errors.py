@@ -68,6 +68,8 @@ class Scope:
     later: Collection[str] = ()
     """Memory and lets, which have no value yet where the expression is evaluated."""
     allow_clock: bool = False
+    has_points: bool = True
+    """Whether `position(X)` is a point; before version 1.1 it was a vector."""
 
     def binding(self, name: str, type: Type) -> Scope:
         """The scope inside a quantifier over `name`."""

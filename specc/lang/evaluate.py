@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.values import compose
+from specc.lang.values import compose, moved
 from specc.model import expr as m
 from specc.model.types import ListOf, Real, Spatial, Vector
 
@@ -60,7 +60,9 @@ def _unary(e: m.Unary, env: Environment) -> Value:
 
 def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
-    return compose(left, right) if e.op == "@" else _apply(_ARITHMETIC[e.op], left, right)
+    if e.op == "@":
+        return moved(left, right) if isinstance(e.type, Vector) else compose(left, right)
+    return _apply(_ARITHMETIC[e.op], left, right)
 
 
 def _apply(operation: Callable[[Any, Any], Value], left: Value, right: Value) -> Value:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Literal, NoReturn
 
@@ -13,7 +14,7 @@ from specc.lang.mismatch import scalar_unit
 from specc.lang.names import input_element
 from specc.lang.parse import span
 from specc.model.expr import Builtin, Expr, Fresh, Present, Quantifier
-from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector
+from specc.model.types import Bool, Int, ListOf, Pose, Real, Spatial, Type, Vector, point
 from specc.model.units import DIMENSIONLESS, METRE, RADIAN
 
 # Typing rules, most of them made from how a function is called and what it takes.
@@ -102,7 +103,12 @@ def making_pose(usage: str, *parts: Type) -> Rule:
         _take(ctx, node, usage, len(parts))
         pairs = zip(node.args, parts, strict=True)
         given = ctx.each(*(partial(ctx.expect, arg, type) for arg, type in pairs))
-        return _built(node, _frames(ctx, node, hint), *given)
+        made = _frames(ctx, node, hint)
+        for arg, value in zip(node.args, given, strict=True):
+            if isinstance(value.type, Vector) and value.type.frame not in ("", made.parent):
+                message = f"`{ctx.quote(arg)}` is `{value.type}`; expected `{point(made.parent)}`"
+                raise ctx.error(arg, message, code="E0312").because(ctx.origins(value), made)
+        return _built(node, made, *given)
 
     return rule
 
@@ -115,6 +121,19 @@ def _frames(ctx: Context, node: ast.Call, hint: Type | None) -> Pose:
     help = "declare it as a memory element of a pose type, which gives its frames"
     message = f"the frames of `{ctx.quote(node)}` are not known here"
     raise ctx.error(node, message, help, "E0317")
+
+
+def position(ctx: Context, node: ast.Call, hint: Type | None) -> Expr:
+    """A point in the frame of the pose; version 1 had vectors for points."""
+    found = _origin(ctx, node, hint)
+    return found if ctx.scope.has_points else replace(found, type=point(""))
+
+
+_origin = of_one(
+    "position(X)",
+    "takes a pose",
+    lambda type: point(type.parent) if isinstance(type, Pose) else None,
+)
 
 
 def of_input(usage: str, kind: type[Fresh | Present]) -> Rule:

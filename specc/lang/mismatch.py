@@ -35,6 +35,8 @@ def unify(pattern: Type, actual: Type, bindings: Bindings) -> bool:
     """Whether `actual` is `pattern` for some frames; binds them. On False, nothing is bound."""
     if pattern == actual and not has_variables(pattern):
         return True
+    if isinstance(pattern, Vector) and isinstance(actual, Vector) and not pattern.frame:
+        return pattern == replace(actual, frame="")
     if isinstance(pattern, (OptionalOf, PartialOf)):
         there = actual.value if type(actual) is type(pattern) else actual
         return unify(pattern.value, there, bindings)
@@ -60,7 +62,7 @@ def substitute(type: Type, bindings: Mapping[Frame, Frame]) -> Type:
     match type:
         case Pose():
             return Pose(frame(type.parent), frame(type.child))
-        case Spatial():
+        case Spatial() | Vector():
             return replace(type, frame=frame(type.frame))
         case ListOf():
             return replace(type, element=substitute(type.element, bindings))
@@ -82,7 +84,7 @@ def frames_of(type: Type) -> Iterator[Frame]:
         case Pose():
             yield type.parent
             yield type.child
-        case Spatial():
+        case Spatial() | Vector() if type.frame:
             yield type.frame
         case ListOf(element=inner) | OptionalOf(value=inner) | PartialOf(value=inner):
             yield from frames_of(inner)
@@ -100,6 +102,8 @@ def _same_shape(pattern: Type, actual: Type) -> bool:
     match pattern, actual:
         case Pose(), Pose():
             return True
+        case Vector(), Vector():
+            return bool(actual.frame) and pattern == replace(actual, frame=pattern.frame)
         case Spatial(), Spatial():
             return (pattern.linear, pattern.angular) == (actual.linear, actual.angular)
         case ListOf(), ListOf():
@@ -124,6 +128,8 @@ def fits(actual: Type, expected: Type) -> bool:
         return fits(actual, expected.value)
     if isinstance(expected, ListOf) and actual == ListOf(expected.element, nonempty=True):
         return True
+    if isinstance(actual, Vector) and isinstance(expected, Vector) and not expected.frame:
+        return replace(actual, frame="") == expected
     return actual == expected or (isinstance(actual, Int) and expected == Real())
 
 

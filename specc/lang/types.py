@@ -39,6 +39,7 @@ _USAGE = {
     "wrench": "wrench[E]",
     "twist": "twist[E]",
     "pose": "pose[B, E]",
+    "point": "point[B]",
     "image": "image[480, 640, 3]",
     "enum": "enum[open, closed]",
     "list": "list[pose[B, E]]",
@@ -48,8 +49,11 @@ _USAGE = {
 }
 
 
-TYPE_WORDS = frozenset((*_PLAIN, *_USAGE))
-"""Names of the language; a specification gives them to no type of its own."""
+TYPE_WORDS = frozenset((*_PLAIN, *_USAGE)) - {"point"}
+"""Names of the language; a specification gives them to no type of its own.
+
+Version 1 had no points: a type of that name is the one that is meant.
+"""
 
 _FOREIGN = {
     **dict.fromkeys(("float", "double", "float32", "float64", "number"), "real"),
@@ -123,7 +127,7 @@ class TypeReader:
         if name == "enum":
             return self._enum(args)
         make = _SHAPES.get((name, len(args)))
-        if make is not None:
+        if make is not None and name not in self.names.types:
             return make(self, *args)
         if name in _USAGE or name in _PLAIN:
             usage = f"it is spelt like `{_USAGE[name]}`" if name in _USAGE else "it takes nothing"
@@ -166,7 +170,7 @@ class TypeReader:
     def _partial(self, node: ast.expr) -> t.PartialOf:
         value = self.type(node)
         match value:
-            case t.Spatial() | t.Vector(element=t.Real()):
+            case t.Spatial() | t.Vector(element=t.Real(), frame=""):
                 return t.PartialOf(value)
         help = "vectors of reals and spatial vectors have components that may be missing"
         raise self._error(node, f"a `{value}` is there as a whole or not at all", help)
@@ -262,6 +266,7 @@ _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
     ("vector", 1): TypeReader._vector,
     ("vector", 2): TypeReader._vector,
     ("pose", 2): TypeReader._pose,
+    ("point", 1): lambda reader, frame: t.point(reader.frame(frame)),
     ("wrench", 1): TypeReader._wrench,
     ("twist", 1): TypeReader._twist,
     ("spatial", 3): TypeReader._spatial,

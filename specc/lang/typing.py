@@ -6,7 +6,7 @@ import ast
 from typing import Any
 
 from specc.diagnostics.nearest import nearest
-from specc.lang import functions, literals, names, operations
+from specc.lang import arithmetic, functions, literals, logic, names
 from specc.lang.builtins import BUILTIN_NAMES, FUNCTIONS, RESERVED
 from specc.lang.context import Context, needs_context, served
 from specc.lang.errors import (
@@ -169,12 +169,12 @@ _RULES: dict[type[ast.expr], Any] = {
     ast.Name: names.name,
     ast.Attribute: names.attribute,
     ast.Subscript: names.subscript,
-    ast.BinOp: operations.binary,
-    ast.UnaryOp: operations.unary,
-    ast.BoolOp: operations.boolean,
-    ast.Compare: operations.comparison,
-    ast.IfExp: operations.choice,
-    ast.Set: operations.unexpected_set,
+    ast.BinOp: arithmetic.binary,
+    ast.UnaryOp: arithmetic.unary,
+    ast.BoolOp: logic.boolean,
+    ast.Compare: logic.comparison,
+    ast.IfExp: logic.choice,
+    ast.Set: logic.unexpected_set,
     ast.Call: call,
     ast.GeneratorExp: functions.stray_generator,
 }

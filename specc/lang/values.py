@@ -22,6 +22,11 @@ def _combination(row: Row, rows: PoseRows) -> Row:
     return w, x, y, z
 
 
+def moved(X_AB: PoseRows, p_B: Floats) -> Floats:
+    """The point p in A, metres."""
+    return tuple(sum(row[k] * p_B[k] for k in range(3)) + row[3] for row in X_AB[:3])
+
+
 def inverse(X_AB: PoseRows) -> PoseRows:
     """X_BA: the rotation transposed, the origin carried over."""
     p = position(X_AB)

@@ -276,6 +276,11 @@ class Nodes:
         times = f" * {rate.denominator}" if rate.denominator > 1 else ""
         return Spelled(f"{self.periods}{times} / {rate.numerator}", PRODUCT)
 
+    def _binary(self, node: e.Binary, args: list[Spelled]) -> Spelled:
+        if node.op == "@" and isinstance(node.type, Vector):
+            return call(self.module.builtin("moved"), *args)
+        return binary(node.op, *args)
+
     def _builtin(self, name: str, args: list[Spelled], term: Term) -> Spelled:
         if name == "near":
             kind = term.args[0].type
@@ -322,7 +327,7 @@ _RULES: dict[type[e.Node], _Rule] = {
     e.Call: lambda nodes, node, args, term: call(nodes.module.operator(node.operator), *args),
     e.Builtin: lambda nodes, node, args, term: nodes._builtin(node.name, args, term),
     e.Unary: lambda nodes, node, args, term: sign(args[0]),
-    e.Binary: lambda nodes, node, args, term: binary(node.op, *args),
+    e.Binary: lambda nodes, node, args, term: nodes._binary(node, args),
     e.Compare: lambda nodes, node, args, term: compare(node.op, *args),
     e.IsNone: lambda nodes, node, args, term: compare("is", args[0], Spelled("None")),
     e.Sure: lambda nodes, node, args, term: nodes._sure(args, term),

@@ -59,12 +59,18 @@ class Enum:
 
 @frozen
 class Vector:
-    """`size` elements that are all reals of one unit, integers, booleans or of one enum."""
+    """`size` elements that are all reals of one unit, integers, booleans or of one enum.
+
+    With a `frame` it is a point: three metres along its axes, from its origin.
+    """
 
     size: int
     element: Real | Enum | Int | Bool
+    frame: Frame = ""
 
     def __str__(self) -> str:
+        if self.frame:
+            return f"point[{self.frame.lstrip('?')}]"
         inner = self.element.unit if isinstance(self.element, Real) else self.element
         return f"vector[{self.size}]" if str(inner) == "1" else f"vector[{self.size}, {inner}]"
 
@@ -185,6 +191,11 @@ class Opaque:
 
     def __str__(self) -> str:
         return _applied(self.name, self.frames)
+
+
+def point(frame: Frame) -> Vector:
+    """The type of points in a frame; "" for vectors that may stand for them."""
+    return Vector(3, Real(METRE), frame)
 
 
 def whole(type: Type) -> Type:

@@ -124,6 +124,8 @@ class Definitions:
     """Parameters that stand for agents, each with the name of the agent."""
     given: dict[str, Constant] | None = None
     """The parameters of a described file with their values; None for any other file."""
+    has_points: bool = True
+    """As `Scope.has_points`."""
     made_from: str = ""
     """All that this follows from: what is defined in the file and in those that it uses."""
 

@@ -70,7 +70,7 @@ class Library:
         given: tuple[Constant, ...] | None = None,
     ) -> Definitions:
         """Definitions in force in `file`; `frames` and `given` are values of its parameters."""
-        own = Definitions(frames=dict(frames or {}))
+        own = Definitions(frames=dict(frames or {}), has_points=file.spec.specc > 1)
         if given is not None:
             own.given = {c.name: c for c in given}
             for constant in given:
@@ -208,6 +208,7 @@ class Library:
 
 
 _SECTIONS = (
+    "specc",
     "use",
     "frames",
     "types",
@@ -231,6 +232,7 @@ def constant_scope(definitions: Definitions) -> Scope:
         enums=enum_members(definitions),
         files=frozenset(definitions.files),
         operators=definitions.operators,
+        has_points=definitions.has_points,
     )
 
 

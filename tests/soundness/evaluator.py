@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from specc.model import expr as m
-from specc.model.types import Real, Spatial, Vector
+from specc.model.types import Pose, Real, Spatial, Vector
 
 Key = tuple[str, str]
 Value = Any
@@ -119,7 +119,8 @@ def _computed(e: m.Expr, at: Situation) -> Value:  # noqa: C901  # as above
         case m.Quantifier():
             return _quantified(e, at)
         case m.Binary(op="@", left=left, right=right):
-            return _finite(composed(value(left, at), value(right, at)))
+            of = composed if isinstance(e.type, Pose) else _moved
+            return _finite(of(value(left, at), value(right, at)))
         case m.Binary(op=op, left=left, right=right):
             return _finite(_calculated(op, value(left, at), value(right, at)))
     raise TypeError(f"{e!r} has no value")
@@ -220,6 +221,10 @@ def composed(X: Rows, Y: Rows) -> Rows:
         turned = [_dot(row[:3], [Y[k][j] for k in range(3)]) for j in range(3)]
         rows.append((*turned, _dot(row[:3], [Y[k][3] for k in range(3)]) + row[3]))
     return (*rows, LAST)
+
+
+def _moved(X: Rows, p: Any) -> tuple[float, ...]:
+    return tuple(_dot(row[:3], p) + row[3] for row in X[:3])
 
 
 def _inverse(X: Rows) -> Rows:

@@ -10,7 +10,7 @@ MODES = ("u", "c", "g", "s")
 SIDES = ("left", "right")
 TYPES = (
     "bool", "int", "real", "real[m]", "real[s]", "Mode", "Side", "vector[3, m]", "vector[2, Mode]",
-    "vector[2]", "pose[B, E]", "wrench[E]", "list[real[m]]", "list[Reading]", "Reading",
+    "vector[2]", "point[B]", "pose[B, E]", "wrench[E]", "list[real[m]]", "list[Reading]", "Reading",
     "optional[real[m]]", "optional[Mode]",
 )  # fmt: skip
 UNIT = {"real": "", "real[m]": "[m]", "real[s]": "[s]"}
@@ -120,6 +120,7 @@ class Phrases:
         """A vector or list, item by item."""
         units = {
             "vector[3, m]": ["real[m]"] * 3,
+            "point[B]": ["real[m]"] * 3,
             "vector[2]": ["real"] * 2,
             "vector[2, Mode]": ["Mode"] * 2,
             "list[real[m]]": ["real[m]"] * self.rng.randrange(3),
@@ -164,12 +165,18 @@ class Phrases:
         if not named:
             return ""
         match type_:
+            case "vector[3, m]" if self.chance(20) and (p := self.name("point[B]")):
+                return f"({p} - {self.known('point[B]')})" if self.chance(50) else f"(3 * {p})"
             case "vector[3, m]" | "vector[2]":
                 other = self.known(type_)
                 return self.one((
                     f"({named} + {other})", f"({named} - {self.listed(type_, 0)})", f"-{named}",
                     f"({self.one(EIGHTHS)} * {named})", f"({named} / 2)",
                 ))  # fmt: skip
+            case "point[B]":
+                X, move = self.known("pose[B, E]"), self.listed("vector[3, m]", 0)
+                ways = [f"({named} + {move})", f"({named} - {move})", f"({named} + 2 * {named})"]
+                return self.one((*ways, *([f"({X} @ {move})"] if X.isidentifier() else [])))
             case "wrench[E]":
                 return self.one((f"({named} + {named})", f"-{named}", f"({named} * 0.5)"))
             case "pose[B, E]":
@@ -217,6 +224,8 @@ class Phrases:
             ]
         X = self.name("pose[B, E]")
         ways += [w for w in (self.there(), self.largest()) if w]
+        p = self.name("point[B]")
+        ways += [f"norm({p})", f"{p}.y"] if p and p.isidentifier() else []
         return ways + ([f"position({X}).z"] if X else [])
 
     def there(self) -> str:
@@ -328,7 +337,7 @@ class Phrases:
 
     def close(self) -> str:
         """`near`, of numbers, vectors and poses."""
-        type_ = self.one(("real[m]", "vector[3, m]", "pose[B, E]"))
+        type_ = self.one(("real[m]", "vector[3, m]", "point[B]", "pose[B, E]"))
         named = self.name(type_)
         if not named:
             return self.threshold()

@@ -195,7 +195,8 @@ def test_a_check_that_finds_nothing(
 
     kept = (check for check in checks.CHECKS if check not in right)
     monkeypatch.setattr(checks, "CHECKS", (*kept, careless_check))
-    careless, trusting = (0, 60) if code == "E0705" else (25, 0)
-    trees = (specification(Random(s), careless, trusting) for s in SEEDS)
+    careless, trusting = (0, 60) if code == "E0705" else (50, 0)
+    # An E0702 that is an error in a run is rare: these seeds come to one soon.
+    trees = (specification(Random(s), careless, trusting) for s in range(70, 200))
     found = (tree for tree in trees if compare(tree, tmp_path, "1", TICKS).unsound)
     assert len(list(islice(found, times))) == times

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any
 
-from specc.lang.values import compose, inverse, position
+from specc.lang.values import compose, inverse, moved, position
 from specc.model.expr import Builtin, Compare, Expr, Number, walk
 from specc.proof.search.situation import NO_VALUE, Meaning, Situation, Value
 
@@ -126,6 +126,8 @@ def inverted(op: str, value: Value, left: Value, right: Value) -> Wanted:
         case "/":
             if _is_number(right):
                 yield 0, _each(value, right, lambda v, r: v * r)
+        case "@" if len(value) == len(left) - 1:  # a point
+            yield 1, moved(inverse(left), value)
         case "@":
             yield 0, compose(value, inverse(right))
             yield 1, compose(inverse(left), value)
