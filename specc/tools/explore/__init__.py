@@ -1,0 +1,1 @@
+"""Machines composed with their buffers and explored from their initial states (`specc explore`)."""

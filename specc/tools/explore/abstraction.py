@@ -1,0 +1,208 @@
+"""What of a system is kept when it is explored, and which machines are explored together.
+
+Kept is what conditions and assumptions rest on, directly or through lets, memory and other
+subsystems. A value of every period that is computed from measurements is `noise`: always fresh, and
+never known. A machine is explored together with those that send it something that is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from specc.analysis import Facts, Machine
+from specc.model import expr as m
+from specc.model.system import Port, Subsystem
+from specc.proof import InputName
+from specc.reachable import reachable
+
+
+@dataclass(frozen=True, slots=True)
+class Rests:
+    """The inputs and the memory that an expression rests on; `values` are inputs that it reads."""
+
+    inputs: frozenset[InputName] = frozenset()
+    memory: frozenset[str] = frozenset()
+    values: frozenset[InputName] = frozenset()
+    clock: bool = False
+
+    def __or__(self, other: Rests) -> Rests:
+        return Rests(
+            self.inputs | other.inputs,
+            self.memory | other.memory,
+            self.values | other.values,
+            self.clock or other.clock,
+        )
+
+
+class Reading:
+    """What expressions of a subsystem rest on, through lets."""
+
+    def __init__(self, subsystem: Subsystem) -> None:
+        self._lets: dict[str, Rests] = {}
+        for item in subsystem.lets:
+            self._lets[item.name] = self.of(item.value)
+
+    def of(self, expr: m.Expr) -> Rests:
+        """What `expr` rests on."""
+        match expr:
+            case m.Fresh(input=element) | m.Present(input=element):
+                return Rests(inputs=frozenset(((element.peer, element.element),)))
+            case m.Input(peer=peer, element=name):
+                key = frozenset(((peer, name),))
+                return Rests(inputs=key, values=key)
+            case m.MemoryRef(name=name):
+                return Rests(memory=frozenset((name,)))
+            case m.LetRef(name=name):
+                return self._lets.get(name, Rests())
+            case m.Clock(name="elapsed"):
+                return Rests(clock=True)
+        return self.all(m.children(expr))
+
+    def all(self, exprs: Iterable[m.Expr]) -> Rests:
+        """What any of some expressions rests on."""
+        found = Rests()
+        for expr in exprs:
+            found |= self.of(expr)
+        return found
+
+
+def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
+    """What is evaluated in a state: its ends, and the rows for them."""
+    for cause, end in subsystem.state(state).behaviour.endings:
+        rows = subsystem.rows(state, cause)
+        if rows and end.when != m.FALSE:
+            yield end.when
+            yield from (row.condition.when for _, row in rows)
+
+
+@dataclass(slots=True)
+class Kept:
+    """What is kept of one subsystem."""
+
+    machine: Machine
+    reading: Reading
+    inputs: set[InputName] = field(default_factory=set)
+    memory: set[str] = field(default_factory=set)
+    outputs: set[InputName] = field(default_factory=set)
+
+    @property
+    def subsystem(self) -> Subsystem:
+        """The subsystem."""
+        return self.machine.subsystem
+
+    @property
+    def decides(self) -> bool:
+        """Whether anything is evaluated that may change something."""
+        subsystem = self.subsystem
+        ends = any(list(conditions_of(subsystem, s.name)) for s in subsystem.states)
+        return ends or bool(subsystem.axioms)
+
+
+class Abstraction:
+    """What is kept of all subsystems of a system without errors."""
+
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        self.kept = {
+            machine.subsystem.qualified_name: Kept(machine, Reading(machine.subsystem))
+            for machine in facts.machines
+        }
+        self._origins = {
+            (name, port.peer, element.name): self._origin(kept.subsystem, port)
+            for name, kept in self.kept.items()
+            for port in kept.subsystem.ports
+            if port.direction == "x"
+            for element in port.elements
+        }
+        self.noise = self._noise()
+        self._keep()
+
+    def _origin(self, reader: Subsystem, port: Port) -> tuple[str, str] | None:
+        """The sender's name, and what it calls the reader; None for devices."""
+        end = self.facts.connections.other_port(reader, port)
+        return (port.other_end, end.peer) if end and port.other_end in self.kept else None
+
+    def sender_of(self, reader: str, key: InputName) -> tuple[str, InputName] | None:
+        """Who sends an input, and as what; None for what devices measure."""
+        origin = self._origins.get((reader, *key))
+        return (origin[0], (origin[1], key[1])) if origin else None
+
+    def _noise(self) -> set[tuple[str, InputName]]:
+        found: set[tuple[str, InputName]] = set()
+        before = -1
+        while before < len(found):
+            before = len(found)
+            for reader, kept in self.kept.items():
+                for key in kept.machine.arrivals.fresh:
+                    sent = self.sender_of(reader, key)
+                    if sent and self._is_measured(*sent, found):
+                        found.add((reader, key))
+        return found
+
+    def _is_measured(
+        self, sender: str, key: InputName, noise: set[tuple[str, InputName]]
+    ) -> bool:
+        """Whether whatever is sent there is computed from measurements."""
+        kept = self.kept[sender]
+        sent = [e for each in kept.subsystem.written.get(key, {}).values() for e in each]
+        return bool(sent) and all(
+            any(
+                self.sender_of(sender, name) is None or (sender, name) in noise
+                for name in kept.reading.of(expr).values
+            )
+            for expr in sent
+        )
+
+    def _keep(self) -> None:
+        for name, kept in self.kept.items():
+            subsystem = kept.subsystem
+            asked = [e for s in subsystem.states for e in conditions_of(subsystem, s.name)]
+            self._need(name, [*asked, *(axiom.that for axiom in subsystem.axioms)])
+
+    def _need(self, name: str, exprs: Iterable[m.Expr]) -> None:
+        """Keep what some expressions of a subsystem rest on, and what that rests on."""
+        kept = self.kept[name]
+        rests = kept.reading.all(exprs)
+        for item in rests.memory - kept.memory:
+            kept.memory.add(item)
+            written = kept.subsystem.written.get(("", item), {})
+            begin = next(i.init for i in kept.subsystem.memory if i.name == item)
+            self._need(name, [begin, *(e for each in written.values() for e in each)])
+        for key in rests.inputs - kept.inputs:
+            sent = self.sender_of(name, key)
+            if sent is None or (name, key) in self.noise:
+                continue
+            kept.inputs.add(key)
+            sender, output = sent
+            self.kept[sender].outputs.add(output)
+            written = self.kept[sender].subsystem.written.get(output, {})
+            self._need(sender, [e for each in written.values() for e in each])
+
+    def is_steady(self, reader: str, key: InputName) -> bool:
+        """Whether an input that is not kept is there, and new, in every period after the first."""
+        if (reader, key) in self.noise:
+            return True
+        bindings = {(b.binding.device, b.binding.element): b.binding for b in self.facts.bindings}
+        subsystem = self.kept[reader].subsystem
+        port = subsystem.port("x", key[0])
+        bound = bindings.get((port.other_end, key[1])) if port else None
+        if bound is None or bound.sporadic:
+            return False
+        return bound.rate_hz is None or bound.rate_hz >= subsystem.rate_hz
+
+    def slices(self) -> list[tuple[str, ...]]:
+        """The machines that are explored together, each with all that influence it."""
+
+        def influences(name: str) -> list[str]:
+            sent = (self.sender_of(name, key) for key in sorted(self.kept[name].inputs))
+            return [one[0] for one in sent if one]
+
+        order = {name: index for index, name in enumerate(self.kept)}
+        every = [
+            frozenset(reachable([name], influences))
+            for name, kept in self.kept.items()
+            if kept.decides
+        ]
+        largest = [s for s in dict.fromkeys(every) if not any(s < other for other in every)]
+        return [tuple(sorted(names, key=order.__getitem__)) for names in largest]

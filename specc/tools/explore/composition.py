@@ -1,0 +1,183 @@
+"""Machines that influence one another, stepped together on their timeline, breadth first.
+
+A configuration is what there is between two base ticks at which some machine is due: each machine,
+its input buffers, and what it has computed and not yet sent (logical execution time).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import product
+from math import lcm
+from typing import NamedTuple
+
+from specc.analysis.rates import base_tick
+from specc.proof import InputName
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.walker import Move, Outcome, Values, Walker
+
+Moves = tuple[tuple[int, Move], ...]
+"""What those machines did that were due, by their index."""
+
+
+class Part(NamedTuple):
+    """A machine in a configuration: buffers hold twice the number of a value, plus 1 if new."""
+
+    local: int
+    buffers: tuple[int, ...]
+    pending: tuple[tuple[InputName, int], ...]
+
+
+class Configuration(NamedTuple):
+    """All machines after the base tick of the hyperperiod that is `phase`."""
+
+    phase: int
+    parts: tuple[Part, ...]
+
+
+class Edge(NamedTuple):
+    """A step to another configuration; `overtaken` are values that were replaced unseen."""
+
+    target: int
+    moves: Moves
+    overtaken: tuple[tuple[int, InputName], ...] = ()
+
+
+class Composition:
+    """The machines of one slice."""
+
+    def __init__(self, names: tuple[str, ...], abstraction: Abstraction, *, exact: bool) -> None:
+        self.values = Values()
+        self.names = names
+        self.walkers = tuple(
+            Walker(abstraction.kept[name], abstraction, self.values, exact=exact) for name in names
+        )
+        periods = [1 / walker.subsystem.rate_hz for walker in self.walkers]
+        self.tick_s = base_tick(periods)
+        self.ticks = [int(period / self.tick_s) for period in periods]
+        self.hyperperiod = lcm(*self.ticks)
+        self._receivers = self._connected(abstraction)
+        self.due = [self._due(phase) for phase in range(self.hyperperiod)]
+        self._next = [self._following(phase) for phase in range(self.hyperperiod)]
+
+    def _connected(self, abstraction: Abstraction) -> dict[tuple[int, InputName], tuple[int, int]]:
+        """Sender and output -> reader and slot of its buffer."""
+        found = {}
+        for reader, walker in enumerate(self.walkers):
+            for key, slot in walker.slots.items():
+                sent = abstraction.sender_of(walker.name, key)
+                assert sent is not None  # else it would not be kept
+                found[self.names.index(sent[0]), sent[1]] = reader, slot
+        return found
+
+    def _due(self, phase: int) -> tuple[int, ...]:
+        return tuple(i for i, ticks in enumerate(self.ticks) if phase % ticks == 0)
+
+    def _following(self, phase: int) -> int:
+        return min((phase // ticks + 1) * ticks for ticks in self.ticks) % self.hyperperiod
+
+    def passed_s(self, before: int, after: int) -> Fraction:
+        """The time from one phase to the next one at which a machine is due."""
+        return self.tick_s * ((after - before) % self.hyperperiod or self.hyperperiod)
+
+    def states(self, configuration: Configuration) -> tuple[str, ...]:
+        """The states of all machines."""
+        parts = zip(self.walkers, configuration.parts, strict=True)
+        return tuple(walker.locals.things[part.local].state for walker, part in parts)
+
+    def start(self) -> tuple[Configuration, Moves]:
+        """After time 0, at which every machine executes the behaviour of its initial state."""
+        parts, moves = list[Part](), list[tuple[int, Move]]()
+        for index, walker in enumerate(self.walkers):
+            buffers = tuple(2 * number for number in walker.begin())
+            local, move = walker.start(buffers)
+            parts.append(Part(local, buffers, move.sent))
+            moves.append((index, move))
+        return Configuration(0, tuple(parts)), tuple(moves)
+
+    def following(self, here: Configuration) -> Iterator[tuple[Configuration | None, Edge]]:
+        """What may come next; None for a run that ends with a fault. Targets are not set."""
+        phase = self._next[here.phase]
+        due = self.due[phase]
+        parts = list(here.parts)
+        overtaken = self._deliver(due, parts)
+        found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
+        seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
+        for outcomes in product(*found):
+            moves = tuple((i, o.move) for i, o in zip(due, outcomes, strict=True))
+            edge = Edge(-1, moves, overtaken)
+            if any(outcome.local < 0 for outcome in outcomes):
+                yield None, edge
+                continue
+            for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
+                parts[i] = _after(outcome, buffers)
+            yield Configuration(phase, tuple(parts)), edge
+
+    def _deliver(
+        self, due: tuple[int, ...], parts: list[Part]
+    ) -> tuple[tuple[int, InputName], ...]:
+        """What was computed at the last time stamp becomes visible at this one."""
+        overtaken = []
+        for i in due:
+            for key, number in parts[i].pending:
+                place = self._receivers.get((i, key))
+                if place is None:
+                    continue
+                reader, slot = place
+                buffers = list(parts[reader].buffers)
+                if buffers[slot] % 2 and buffers[slot] != 2 * number + 1:
+                    overtaken.append((reader, self.walkers[reader].inputs[slot]))
+                buffers[slot] = 2 * number + 1
+                parts[reader] = parts[reader]._replace(buffers=tuple(buffers))
+        return tuple(overtaken)
+
+
+def _after(outcome: Outcome, buffers: tuple[int, ...]) -> Part:
+    return Part(outcome.local, buffers, outcome.move.sent)
+
+
+class Graph:
+    """The configurations that were found, and the steps between them.
+
+    `parents` are the edges by which configurations were found, each with where it begins; the
+    first one has `begin` instead. `faults` are edges that end a run.
+    """
+
+    def __init__(self, composition: Composition, budget: int) -> None:
+        """At most `budget` steps are taken."""
+        self.composition = composition
+        first, self.begin = composition.start()
+        self.configurations = [first]
+        self.parents: list[tuple[int, Edge] | None] = [None]
+        self.edges: list[list[Edge]] = []
+        self.faults: list[tuple[int, Edge]] = []
+        self.steps = 0
+        self._known = {first: 0}
+        self._explore(budget)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every configuration was followed."""
+        return len(self.edges) == len(self.configurations)
+
+    def _explore(self, budget: int) -> None:
+        while len(self.edges) < len(self.configurations) and self.steps < budget:
+            here = len(self.edges)
+            out: list[Edge] = []
+            for there, edge in self.composition.following(self.configurations[here]):
+                self.steps += 1
+                if there is None:
+                    self.faults.append((here, edge))
+                    continue
+                out.append(edge._replace(target=self._number(there, here, edge)))
+            self.edges.append(out)
+
+    def _number(self, there: Configuration, here: int, edge: Edge) -> int:
+        number = self._known.get(there)
+        if number is None:
+            number = self._known[there] = len(self.configurations)
+            self.configurations.append(there)
+            self.parents.append((here, edge))
+        return number
+

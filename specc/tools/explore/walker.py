@@ -1,0 +1,398 @@
+"""One machine, a period at a time: what it may do, given what is kept of its inputs.
+
+What rests on unknown values may turn out either way, but never so that the proofs exclude it, and
+the answer stays while the values do: it is remembered until one of them is renewed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from specc.model import expr as m
+from specc.model.fsm import State
+from specc.proof import InputName
+from specc.tools.explore.abstraction import Abstraction, Kept, Rests, conditions_of
+from specc.tools.explore.partial import (
+    SOME,
+    Known,
+    Value,
+    filled,
+    is_literal,
+    is_some,
+    limit_of,
+    negated,
+    turns,
+)
+
+MOST_VALUES = 32
+"""Of one element; where more are computed, later ones are unknown."""
+MOST_REMEMBERED = 12
+"""Answers about unknown values; with more of them, all are forgotten."""
+
+UNKNOWN, ABSENT = 0, 1
+"""Numbers of what is not a value; the others number literals, and SOME."""
+
+
+class Local(NamedTuple):
+    """A machine between two periods: memory in numbers, and what is known of unknown values."""
+
+    state: str
+    clock: int
+    memory: tuple[int, ...]
+    answers: frozenset[int]
+
+
+class Move(NamedTuple):
+    """What a machine did at a time stamp.
+
+    `row` is its index, -1 for none. `free` are the conditions that could have turned out otherwise;
+    `lost` are inputs that were new and not looked at; `broken` are assumptions that were wrong.
+    """
+
+    source: str
+    target: str
+    row: int
+    sent: tuple[tuple[InputName, int], ...]
+    free: tuple[str, ...] = ()
+    lost: tuple[InputName, ...] = ()
+    broken: tuple[int, ...] = ()
+
+
+class Outcome(NamedTuple):
+    """What may come of a period: the machine after it, by its number, and what it did."""
+
+    local: int
+    move: Move
+
+
+@dataclass(slots=True)
+class Numbers:
+    """Numbers things in the order in which they come."""
+
+    known: dict[Any, int] = field(default_factory=dict)
+    things: list[Any] = field(default_factory=list)
+
+    def of(self, thing: Any) -> int:
+        """The number of a thing."""
+        number = self.known.get(thing)
+        if number is None:
+            number = self.known[thing] = len(self.things)
+            self.things.append(thing)
+        return number
+
+
+class Values:
+    """Numbers of the values that are kept, shared by all machines."""
+
+    def __init__(self) -> None:
+        self._numbers = Numbers()
+        for reserved in ("unknown", "absent", SOME):
+            self._numbers.of(reserved)
+        self._seen: dict[object, set[int]] = {}
+        self.widened: set[object] = set()
+
+    def of(self, target: object, expr: m.Expr, known: Known) -> int:
+        """The number of what is assigned to a target."""
+        if not is_literal(expr):
+            return self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN
+        number = self._numbers.of(expr)
+        seen = self._seen.setdefault(target, set())
+        if number not in seen and len(seen) >= MOST_VALUES:
+            self.widened.add(target)
+            return UNKNOWN if isinstance(expr, m.Nothing) else self._numbers.of(SOME)
+        seen.add(number)
+        return number
+
+    def value(self, number: int) -> Value | None:
+        """What a number stands for; None if it is unknown or absent."""
+        return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """A way that a period may go: the row, or -1, and what holds then."""
+
+    row: int
+    target: str
+    holds: tuple[m.Expr, ...]
+
+
+class Walker:
+    """Steps one machine. `exact` says whether time in a state is counted or only passes."""
+
+    def __init__(self, kept: Kept, abstraction: Abstraction, values: Values, *, exact: bool):
+        self.kept = kept
+        self.subsystem = kept.subsystem
+        self.name = self.subsystem.qualified_name
+        self.values = values
+        self.exact = exact
+        self.inputs = tuple(key for key in self.subsystem.inputs if key in kept.inputs)
+        self.slots = {key: index for index, key in enumerate(self.inputs)}
+        self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
+        constants = (*abstraction.facts.system.constants, *self.subsystem.constants)
+        self._base = Known(
+            {item.name: item.value for item in self.subsystem.lets},
+            {constant.name: constant.value for constant in constants},
+            1 / self.subsystem.rate_hz,
+        )
+        others = [key for key in self.subsystem.inputs if key not in kept.inputs]
+        self._steady = {key for key in others if abstraction.is_steady(self.name, key)}
+        self._measured = {key for key in others if abstraction.sender_of(self.name, key) is None}
+        self.locals = Numbers()
+        self._formulas = Numbers()
+        self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
+        self._possible: dict[frozenset[int], bool] = {}
+        self.assumed: dict[int, set[bool | None]] = {}
+        """What assumptions turned out to be, by index; None where that is not known."""
+
+    # The first period, and any other.
+
+    def begin(self) -> tuple[int, ...]:
+        """What is in the buffers before anything has come."""
+        found = []
+        for key in self.inputs:
+            init = self.subsystem.inputs[key].init
+            value = None if init is None else filled(init, self._base)
+            number = ABSENT if value is None else self.values.of((self.name, key), value, self._base)
+            found.append(number)
+        return tuple(found)
+
+    def start(self, buffers: tuple[int, ...]) -> Outcome:
+        """The first period: memory gets its values, no condition is evaluated."""
+        known = self._known(buffers, {}, first=True)
+        known.periods = 0
+        memory = {
+            i.name: self.values.of((self.name, i.name), filled(i.init, known), known)
+            for i in self._memory
+        }
+        state = self.subsystem.initial_state
+        return self._outcome(Branch(-1, state, ()), memory, buffers, 0, frozenset(), ())
+
+    def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
+        """All that may come of a period; nothing where a run would end with a fault."""
+        key = local, buffers
+        if key not in self._steps:
+            self._steps[key] = tuple(dict.fromkeys(self._stepped(self.locals.things[local], buffers)))
+        return self._steps[key]
+
+    def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
+        memory = {i.name: n for i, n in zip(self._memory, local.memory, strict=True)}
+        new = {key for key, slot in self.slots.items() if buffers[slot] % 2}
+        answers = frozenset(a for a in local.answers if not self._rests(a).inputs & new)
+        clocks = self._clocks(local)
+        for clock in clocks:
+            known = self._known(buffers, memory)
+            known.periods = self._periods(local.state, clock)
+            broken = self._assumptions(known)
+            if broken:
+                move = Move(local.state, local.state, -1, (), (), (), broken)
+                yield Outcome(-1, move)
+                continue
+            branches = [b for b in self._branches(local.state, known) if self._may(b, answers)]
+            free = self._free(branches, known, local.state) if len(branches) > 1 else ()
+            if len(clocks) > 1:
+                free = (*free, f"how long `{local.state}` has lasted")
+            for branch in branches:
+                after = answers.union(*(self._remembered(part) for part in branch.holds))
+                passed = clock if branch.row < 0 else -1
+                yield self._outcome(branch, memory, buffers, passed, after, free, local.state)
+
+    def _branches(self, state: str, known: Known) -> Iterator[Branch]:
+        """Staying, and each row that is not excluded by what is known."""
+        before: list[m.Expr] = []
+        for cause, end in self.subsystem.state(state).behaviour.endings:
+            ended = filled(end.when, known)
+            if ended == m.FALSE:
+                continue
+            for index, row in self.subsystem.rows(state, cause):
+                enabled = filled(row.condition.when, known)
+                if enabled != m.FALSE:
+                    yield Branch(index, row.target, (*before, ended, enabled))
+            before.append(negated(ended))
+            if ended == m.TRUE:
+                return
+        yield Branch(-1, state, tuple(before))
+
+    def _may(self, branch: Branch, answers: frozenset[int]) -> bool:
+        """Whether the proofs leave it possible that all this holds together."""
+        asked = {self._formulas.of(e) for e in branch.holds if e != m.TRUE}
+        if not asked:
+            return True
+        key = answers | asked
+        if key not in self._possible:
+            formulas = [self._formulas.things[number] for number in sorted(key)]
+            self._possible[key] = self.kept.machine.prover.satisfiable(formulas) is not False
+        return self._possible[key]
+
+    def _free(self, branches: list[Branch], known: Known, state: str) -> tuple[str, ...]:
+        """The conditions that could have turned out otherwise."""
+        found: dict[str, None] = {}
+        for cause, end in self.subsystem.state(state).behaviour.endings:
+            rows = self.subsystem.rows(state, cause)
+            taken = {b.row for b in branches}
+            for condition in (end, *(row.condition for i, row in rows if i in taken)):
+                if not isinstance(filled(condition.when, known), m.Truth):
+                    found[f"`{condition.name}`"] = None
+        return tuple(found)
+
+    def _assumptions(self, known: Known) -> tuple[int, ...]:
+        broken = []
+        for index, axiom in enumerate(self.subsystem.axioms):
+            said = filled(axiom.that, known)
+            answer = said.value if isinstance(said, m.Truth) else None
+            self.assumed.setdefault(index, set()).add(answer)
+            if answer is False:
+                broken.append(index)
+        return tuple(broken)
+
+    # Executing the behaviour of a state.
+
+    def _outcome(
+        self,
+        branch: Branch,
+        memory: dict[str, int],
+        buffers: tuple[int, ...],
+        clock: int,
+        answers: frozenset[int],
+        free: tuple[str, ...],
+        source: str = "",
+    ) -> Outcome:
+        """The machine after a period; `clock` is -1 where a state was entered."""
+        entered = clock < 0 or not source
+        behaviour = self.subsystem.state(branch.target).behaviour
+        known = self._known(buffers, memory, first=not source)
+        known.periods = 0 if entered else self._periods(branch.target, clock)
+        after, sent = dict(memory), list[tuple[InputName, int]]()
+        for item in behaviour.assignments:
+            if item.peer and (item.peer, item.name) in self.kept.outputs:
+                value = filled(item.value, known)
+                key = item.peer, item.name
+                sent.append((key, self.values.of((self.name, key), value, known)))
+            elif not item.peer and item.name in memory:
+                value = filled(item.value, known)
+                if not (isinstance(value, m.MemoryRef) and value.name == item.name):
+                    after[item.name] = self.values.of((self.name, item.name), value, known)
+                    answers = self._without(answers, item.name)
+        if len(answers) > MOST_REMEMBERED:
+            answers = frozenset()
+        kept = tuple(after[item.name] for item in self._memory)
+        now = Local(branch.target, self._begin(branch.target) if entered else clock, kept, answers)
+        lost = self._lost(buffers, source, branch.target)
+        move = Move(source, branch.target, branch.row, tuple(sorted(sent)), free, lost)
+        return Outcome(self.locals.of(now), move)
+
+    def _without(self, answers: frozenset[int], memory: str) -> frozenset[int]:
+        return frozenset(a for a in answers if memory not in self._rests(a).memory)
+
+    def _lost(self, buffers: tuple[int, ...], source: str, target: str) -> tuple[InputName, ...]:
+        """Inputs that are new, and neither asked by the conditions nor read by the functions."""
+        if all(not b % 2 for b in buffers):
+            return ()
+        looked = self.looks_into[target] | self.looks_at.get(source, frozenset())
+        return tuple(k for k, slot in self.slots.items() if buffers[slot] % 2 and k not in looked)
+
+    @cached_property
+    def looks_at(self) -> dict[str, frozenset[InputName]]:
+        """The inputs that conditions ask about, by state."""
+        states = (state.name for state in self.subsystem.states)
+        return {s: self.kept.reading.all(conditions_of(self.subsystem, s)).inputs for s in states}
+
+    @cached_property
+    def looks_into(self) -> dict[str, frozenset[InputName]]:
+        """The inputs that functions read, by state."""
+        return {
+            state.name: self.kept.reading.all(i.value for i in state.behaviour.assignments).inputs
+            for state in self.subsystem.states
+        }
+
+    # What is known at a time stamp.
+
+    def _known(self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False) -> Known:
+        base = self._base
+        known = Known(base.lets, base.constants, base.period_s)
+        fresh, present, inputs = {}, {}, {}
+        for key, slot in self.slots.items():
+            number, new = divmod(buffers[slot], 2)
+            fresh[key], present[key] = bool(new), number != ABSENT
+            value = self.values.value(number)
+            if value is not None:
+                inputs[key] = value
+        for key in () if first else self._steady:
+            fresh[key] = present[key] = True
+        for key in self._measured:
+            present[key] = True
+        known.fresh, known.present, known.inputs = fresh, present, inputs
+        values = ((name, self.values.value(number)) for name, number in memory.items())
+        known.memory = {name: value for name, value in values if value is not None}
+        return known
+
+    # Answers about unknown values.
+
+    def _rests(self, formula: int) -> Rests:
+        return self.kept.reading.of(self._formulas.things[formula])
+
+    def _remembered(self, expr: m.Expr) -> Iterator[int]:
+        """What stays true until an input or memory is renewed, as numbers of formulas."""
+        for part in _conjuncts(expr):
+            rests = self.kept.reading.of(part)
+            if part != m.TRUE and not rests.clock and rests.inputs <= self.slots.keys():
+                yield self._formulas.of(part)
+
+    # Time in a state: counted, or in classes between the turns of what is asked about it.
+
+    @cached_property
+    def turns(self) -> dict[str, tuple[int, ...]]:
+        """For each state, the periods at which a comparison of `elapsed` with a constant turns."""
+        return {state.name: tuple(sorted(set(self._turns(state)))) for state in self.subsystem.states}
+
+    def _turns(self, state: State) -> Iterator[int]:
+        asked = [*conditions_of(self.subsystem, state.name)]
+        asked += [item.value for item in state.behaviour.assignments]
+        names = [e.name for e in _nodes(asked) if isinstance(e, m.LetRef)]
+        lets, seen = self._base.lets, set[str]()
+        while names:
+            name = names.pop()
+            if name not in seen:
+                seen.add(name)
+                asked.append(lets[name])
+                names += [e.name for e in _nodes([lets[name]]) if isinstance(e, m.LetRef)]
+        for node in _nodes(asked):
+            limit = limit_of(node, self._base) if isinstance(node, m.Compare) else None
+            if limit is not None:
+                yield from turns(limit, self._base.period_s)
+
+    def _clocks(self, local: Local) -> tuple[int, ...]:
+        """The clock at the next time stamp: periods up to the last turn, or any later class."""
+        found = self.turns[local.state]
+        if self.exact:
+            return (min(local.clock + 1, found[-1] if found else 1),)
+        return tuple(range(local.clock, len(found) + 1))
+
+    def _begin(self, state: str) -> int:
+        """The clock of a state that was just entered; a class is that of one period later."""
+        return 0 if self.exact else sum(turn <= 1 for turn in self.turns[state])
+
+    def _periods(self, state: str, clock: int) -> int:
+        """A number of periods that stands for a clock; a class is the turns that have passed."""
+        return clock if self.exact else self.turns[state][clock - 1] if clock else 1
+
+
+def _nodes(exprs: Iterable[m.Expr]) -> Iterator[m.Expr]:
+    for expr in exprs:
+        yield from m.walk(expr)
+
+
+def _conjuncts(expr: m.Expr) -> Iterator[m.Expr]:
+    """The parts of a conjunction, and the negated ones of a negated disjunction."""
+    match expr:
+        case m.Logic(op="and", operands=operands):
+            for part in operands:
+                yield from _conjuncts(part)
+        case m.Unary(op="not", operand=m.Logic(op="or", operands=operands)):
+            for part in operands:
+                yield from _conjuncts(negated(part))
+        case _:
+            yield expr

@@ -1,0 +1,105 @@
+"""Whatever states a system comes to together, they are among those that exploring it finds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from specc.model.system import System
+from specc.pipeline import Result, compile_spec
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition, Graph
+from tests.soundness.interpreter import Interpreter, Run
+from tests.soundness.law import marks_of
+from tests.soundness.operators import PLAIN
+from tests.soundness.running import Script, compiled
+from tests.soundness.specifications import specification
+from tests.soundness.values import NASTY
+
+ROOT = Path(__file__).parents[2]
+TICKS = 60
+BUDGET = 6_000
+
+Reached = set[tuple[int, tuple[str, ...]]]
+"""Phases of the hyperperiod with the states of the machines after them."""
+
+
+def explored(composition: Composition, budget: int = BUDGET) -> tuple[Reached, bool]:
+    """What is found, and whether it is all there is."""
+    graph = Graph(composition, budget)
+    return {(c.phase, composition.states(c)) for c in graph.configurations}, graph.complete
+
+
+def run_through(composition: Composition, run: Run) -> Reached:
+    """The same of a run, at the base ticks at which a machine of the composition is due."""
+    found: Reached = set()
+    ticks = composition.ticks
+    for tick in range(10**6):
+        phase = tick % composition.hyperperiod
+        if not composition.due[phase]:
+            continue
+        stamps = [tick // every for every in ticks]
+        steps = [run.steps[name] for name in composition.names]
+        if any(len(each) <= stamp for each, stamp in zip(steps, stamps, strict=True)):
+            return found
+        found.add((phase, tuple(e[s].state for e, s in zip(steps, stamps, strict=True))))
+    raise AssertionError("the run does not end")
+
+
+def interpreted(system: System, seed: str) -> Run:
+    script = Script(system, seed, marks_of(system), NASTY)
+    return Interpreter(system, PLAIN, script.measure).run(TICKS)
+
+
+def missed(result: Result, seeds: range) -> tuple[list[str], int]:
+    """What runs reach and exploring does not, and how many slices were compared."""
+    assert result.system is not None
+    found, compared = [], 0
+    abstraction = Abstraction(result.proofs)
+    runs = [interpreted(result.system, str(seed)) for seed in seeds]
+    for names in abstraction.slices():
+        for exact in (False, True):
+            composition = Composition(names, abstraction, exact=exact)
+            there, complete = explored(composition)
+            if complete:
+                compared += 1
+                for run in runs:
+                    beyond = run_through(composition, run) - there
+                    found += [f"{names} {exact} {each}" for each in beyond]
+    return found, compared
+
+
+def test_random_systems(tmp_path: Path) -> None:
+    total = 0
+    for seed in range(30):
+        result = compiled(specification(Random(seed)), tmp_path)
+        if result.ok:
+            found, compared = missed(result, range(3))
+            assert not found, seed
+            total += compared
+    assert total >= 8
+
+
+@pytest.mark.long
+def test_more_random_systems(tmp_path: Path) -> None:
+    total = 0
+    for seed in range(1000, 1120):
+        result = compiled(specification(Random(seed)), tmp_path)
+        if result.ok:
+            found, compared = missed(result, range(3))
+            assert not found, seed
+            total += compared
+    assert total >= 30
+
+
+@pytest.mark.parametrize(
+    "spec", ["conveyor_gate.yaml", "skeletons/joint/joint.yaml", "skeletons/two-agents/told.yaml"]
+)
+def test_written_systems(spec: str) -> None:
+    result = compile_spec(str(ROOT / "specs" / spec))
+    assert result.system is not None
+    found, compared = missed(result, range(2))
+    assert not found
+    assert compared >= 1
