@@ -48,6 +48,16 @@ def components(states: Sequence[str], edges: Iterable[tuple[str, str]]) -> tuple
     )
 
 
+def last_components(following: Sequence[Iterable[int]]) -> list[frozenset[int]]:
+    """The components of a graph of numbers that no edge leaves, by the smallest number in them."""
+    import networkx
+
+    graph = networkx.DiGraph()
+    graph.add_nodes_from(range(len(following)))
+    graph.add_edges_from((here, there) for here, out in enumerate(following) for there in out)
+    return sorted(map(frozenset, networkx.attracting_components(graph)), key=min)
+
+
 def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:
     """Whether `goal` can be reached from each of the states."""
     sources = grouped((target, source) for source, target in edges)

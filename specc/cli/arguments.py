@@ -108,6 +108,17 @@ def _looking(commands: Any) -> None:
     ages = _command(commands, "ages", "ages:ages", "show how old values are where they are read")
     ages.add_argument("spec", metavar="SPEC")
     ages.add_argument("--format", choices=("text", "json"), default="text")
+    words = "step all machines together and show where they cannot go on"
+    explore = _command(commands, "explore", "explore:run_explore", words)
+    explore.add_argument("spec", metavar="SPEC")
+    explore.add_argument(
+        "--budget",
+        metavar="STEPS",
+        type=_steps,
+        default=200_000,
+        help="of the machines that are explored together (default: 200000)",
+    )
+    explore.add_argument("--format", choices=("text", "json"), default="text")
 
 
 def _comparing(commands: Any) -> None:
@@ -245,6 +256,12 @@ def _period(text: str) -> Fraction:
     if not Fraction(1, 10**7) <= period <= 3600:
         raise argparse.ArgumentTypeError(f"{text!r} is not a period in seconds")
     return period
+
+
+def _steps(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and int(text[:9]) > 0 and len(text) < 9):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of steps")
+    return int(text)
 
 
 def _wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:

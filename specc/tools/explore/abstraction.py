@@ -140,9 +140,7 @@ class Abstraction:
                         found.add((reader, key))
         return found
 
-    def _is_measured(
-        self, sender: str, key: InputName, noise: set[tuple[str, InputName]]
-    ) -> bool:
+    def _is_measured(self, sender: str, key: InputName, noise: set[tuple[str, InputName]]) -> bool:
         """Whether whatever is sent there is computed from measurements."""
         kept = self.kept[sender]
         sent = [e for each in kept.subsystem.written.get(key, {}).values() for e in each]

@@ -15,7 +15,8 @@ from typing import NamedTuple
 from specc.analysis.rates import base_tick
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.walker import Move, Outcome, Values, Walker
+from specc.tools.explore.values import Values
+from specc.tools.explore.walker import Move, Outcome, Walker
 
 Moves = tuple[tuple[int, Move], ...]
 """What those machines did that were due, by their index."""
@@ -50,6 +51,7 @@ class Composition:
     def __init__(self, names: tuple[str, ...], abstraction: Abstraction, *, exact: bool) -> None:
         self.values = Values()
         self.names = names
+        self.exact = exact
         self.walkers = tuple(
             Walker(abstraction.kept[name], abstraction, self.values, exact=exact) for name in names
         )
@@ -59,7 +61,7 @@ class Composition:
         self.hyperperiod = lcm(*self.ticks)
         self._receivers = self._connected(abstraction)
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
-        self._next = [self._following(phase) for phase in range(self.hyperperiod)]
+        self._next = [self.next_phase(phase) for phase in range(self.hyperperiod)]
 
     def _connected(self, abstraction: Abstraction) -> dict[tuple[int, InputName], tuple[int, int]]:
         """Sender and output -> reader and slot of its buffer."""
@@ -74,7 +76,8 @@ class Composition:
     def _due(self, phase: int) -> tuple[int, ...]:
         return tuple(i for i, ticks in enumerate(self.ticks) if phase % ticks == 0)
 
-    def _following(self, phase: int) -> int:
+    def next_phase(self, phase: int) -> int:
+        """The next phase at which a machine is due."""
         return min((phase // ticks + 1) * ticks for ticks in self.ticks) % self.hyperperiod
 
     def passed_s(self, before: int, after: int) -> Fraction:
@@ -161,6 +164,16 @@ class Graph:
         """Whether every configuration was followed."""
         return len(self.edges) == len(self.configurations)
 
+    def depth_s(self, number: int) -> Fraction:
+        """The time at which a configuration was found."""
+        time_s, found = Fraction(0), self.parents[number]
+        while found is not None:
+            here, _ = found
+            before, after = self.configurations[here].phase, self.configurations[number].phase
+            time_s += self.composition.passed_s(before, after)
+            number, found = here, self.parents[here]
+        return time_s
+
     def _explore(self, budget: int) -> None:
         while len(self.edges) < len(self.configurations) and self.steps < budget:
             here = len(self.edges)
@@ -180,4 +193,3 @@ class Graph:
             self.configurations.append(there)
             self.parents.append((here, edge))
         return number
-

@@ -7,33 +7,19 @@ the answer stays while the values do: it is remembered until one of them is rene
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from specc.model import expr as m
 from specc.model.fsm import State
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, Rests, conditions_of
-from specc.tools.explore.partial import (
-    SOME,
-    Known,
-    Value,
-    filled,
-    is_literal,
-    is_some,
-    limit_of,
-    negated,
-    turns,
-)
+from specc.tools.explore.partial import Known, filled, limit_of, negated, turns
+from specc.tools.explore.values import ABSENT, Numbers, Values
 
-MOST_VALUES = 32
-"""Of one element; where more are computed, later ones are unknown."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
-
-UNKNOWN, ABSENT = 0, 1
-"""Numbers of what is not a value; the others number literals, and SOME."""
 
 
 class Local(NamedTuple):
@@ -66,49 +52,6 @@ class Outcome(NamedTuple):
 
     local: int
     move: Move
-
-
-@dataclass(slots=True)
-class Numbers:
-    """Numbers things in the order in which they come."""
-
-    known: dict[Any, int] = field(default_factory=dict)
-    things: list[Any] = field(default_factory=list)
-
-    def of(self, thing: Any) -> int:
-        """The number of a thing."""
-        number = self.known.get(thing)
-        if number is None:
-            number = self.known[thing] = len(self.things)
-            self.things.append(thing)
-        return number
-
-
-class Values:
-    """Numbers of the values that are kept, shared by all machines."""
-
-    def __init__(self) -> None:
-        self._numbers = Numbers()
-        for reserved in ("unknown", "absent", SOME):
-            self._numbers.of(reserved)
-        self._seen: dict[object, set[int]] = {}
-        self.widened: set[object] = set()
-
-    def of(self, target: object, expr: m.Expr, known: Known) -> int:
-        """The number of what is assigned to a target."""
-        if not is_literal(expr):
-            return self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN
-        number = self._numbers.of(expr)
-        seen = self._seen.setdefault(target, set())
-        if number not in seen and len(seen) >= MOST_VALUES:
-            self.widened.add(target)
-            return UNKNOWN if isinstance(expr, m.Nothing) else self._numbers.of(SOME)
-        seen.add(number)
-        return number
-
-    def value(self, number: int) -> Value | None:
-        """What a number stands for; None if it is unknown or absent."""
-        return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +99,11 @@ class Walker:
         for key in self.inputs:
             init = self.subsystem.inputs[key].init
             value = None if init is None else filled(init, self._base)
-            number = ABSENT if value is None else self.values.of((self.name, key), value, self._base)
+            number = (
+                ABSENT
+                if value is None
+                else self.values.of(f"{self.name}.x.{key[0]}.{key[1]}", value, self._base)
+            )
             found.append(number)
         return tuple(found)
 
@@ -165,7 +112,7 @@ class Walker:
         known = self._known(buffers, {}, first=True)
         known.periods = 0
         memory = {
-            i.name: self.values.of((self.name, i.name), filled(i.init, known), known)
+            i.name: self.values.of(f"{self.name}.{i.name}", filled(i.init, known), known)
             for i in self._memory
         }
         state = self.subsystem.initial_state
@@ -175,7 +122,9 @@ class Walker:
         """All that may come of a period; nothing where a run would end with a fault."""
         key = local, buffers
         if key not in self._steps:
-            self._steps[key] = tuple(dict.fromkeys(self._stepped(self.locals.things[local], buffers)))
+            self._steps[key] = tuple(
+                dict.fromkeys(self._stepped(self.locals.things[local], buffers))
+            )
         return self._steps[key]
 
     def _stepped(self, local: Local, buffers: tuple[int, ...]) -> Iterator[Outcome]:
@@ -270,11 +219,12 @@ class Walker:
             if item.peer and (item.peer, item.name) in self.kept.outputs:
                 value = filled(item.value, known)
                 key = item.peer, item.name
-                sent.append((key, self.values.of((self.name, key), value, known)))
+                target = f"{self.name}.y.{item.peer}.{item.name}"
+                sent.append((key, self.values.of(target, value, known)))
             elif not item.peer and item.name in memory:
                 value = filled(item.value, known)
                 if not (isinstance(value, m.MemoryRef) and value.name == item.name):
-                    after[item.name] = self.values.of((self.name, item.name), value, known)
+                    after[item.name] = self.values.of(f"{self.name}.{item.name}", value, known)
                     answers = self._without(answers, item.name)
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
@@ -310,7 +260,9 @@ class Walker:
 
     # What is known at a time stamp.
 
-    def _known(self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False) -> Known:
+    def _known(
+        self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False
+    ) -> Known:
         base = self._base
         known = Known(base.lets, base.constants, base.period_s)
         fresh, present, inputs = {}, {}, {}
@@ -346,7 +298,9 @@ class Walker:
     @cached_property
     def turns(self) -> dict[str, tuple[int, ...]]:
         """For each state, the periods at which a comparison of `elapsed` with a constant turns."""
-        return {state.name: tuple(sorted(set(self._turns(state)))) for state in self.subsystem.states}
+        return {
+            state.name: tuple(sorted(set(self._turns(state)))) for state in self.subsystem.states
+        }
 
     def _turns(self, state: State) -> Iterator[int]:
         asked = [*conditions_of(self.subsystem, state.name)]

@@ -1,0 +1,83 @@
+"""`specc explore`: what can go wrong between the machines of a system."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import TYPE_CHECKING, Any
+
+from specc.cli import streams
+from specc.lang.show import show
+
+if TYPE_CHECKING:
+    from specc.tools.explore.explorer import Exploration
+    from specc.tools.explore.findings import Finding
+
+VERSION = 1
+
+
+def run_explore(options: Namespace) -> int:
+    """Explore and print what was found; 1 if every run gets into it."""
+    from specc import pipeline
+    from specc.diagnostics.report import report, resolve
+    from specc.tools.explore.explorer import explore
+
+    result = pipeline.compile_spec(options.spec)
+    if not result.ok or result.system is None:
+        return streams.tell_of(result, options.spec) or 1
+    found = explore(result.proofs, options.budget)
+    told = resolve([finding.diagnostic for finding in found.findings], result.sources)
+    if options.format == "json":
+        streams.show(_as_json(result.system.name, found), "json")
+        return streams.exit_code(report(told, [options.spec]))
+    streams.show(_as_text(found))
+    return streams.tell(report(told, [options.spec]))
+
+
+def _as_text(found: Exploration) -> str:
+    lines = [each.words() for each in found.slices]
+    if found.alone:
+        lines.append(f"{', '.join(found.alone)}: nothing to decide")
+    for name, axiom, verdict in found.assumptions:
+        lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _as_json(system: str, found: Exploration) -> str:
+    """An object with `version`, `system`, `slices`, `assumptions` and `findings` with traces."""
+    slices = [
+        {
+            "machines": list(each.names),
+            "complete": each.complete,
+            "states": each.configurations,
+            "steps": each.steps,
+            "time": "counted" if each.exact or not each.timed else "any",
+        }
+        for each in found.slices
+    ]
+    assumptions = [
+        {"subsystem": name, "that": show(axiom.that), "verdict": verdict}
+        for name, axiom, verdict in found.assumptions
+    ]
+    told = [_finding(finding) for finding in found.findings]
+    return streams.as_json(VERSION, system, slices=slices, assumptions=assumptions, findings=told)
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    steps = [
+        {
+            "time_s": float(step.time_s),
+            "subsystem": step.walker.name,
+            "from": step.move.source,
+            "to": step.move.target,
+            "row": step.move.row,
+            "sent": [f"y.{peer}.{name}" for (peer, name), _ in step.move.sent],
+        }
+        for step in finding.way.steps
+    ]
+    return {
+        "code": finding.code,
+        "message": finding.message,
+        "decided": finding.way.is_decided,
+        "rests_on": list(finding.way.free),
+        "trace": steps,
+    }

@@ -1,0 +1,155 @@
+"""Explores a whole system, slice by slice, and says what was found and how far it came.
+
+Time in a state is first taken to pass in any way, which is quick. Only what is found then is
+looked for again with time counted in periods, since it may rest on timing that cannot be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from specc.analysis import Facts
+from specc.model.fsm import Axiom
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition, Graph
+from specc.tools.explore.findings import Finding, findings
+
+BUDGET = 200_000
+"""Steps of the machines together, by default."""
+
+Verdict = Literal["proved", "refuted", "on your word", "not explored"]
+
+
+@dataclass(frozen=True, slots=True)
+class Explored:
+    """One slice: how far it was explored, and with time counted or only passing."""
+
+    names: tuple[str, ...]
+    configurations: int
+    steps: int
+    depth_s: float
+    complete: bool
+    exact: bool
+    timed: bool
+    """Whether time in a state matters at all."""
+    widened: tuple[str, ...] = ()
+
+    def words(self) -> str:
+        """How far it came, and what was abstracted."""
+        what = f"{', '.join(self.names)}: "
+        if self.complete:
+            what += f"explored completely: {self.configurations} states"
+        else:
+            what += f"stopped after {self.configurations} states, {self.depth_s:g} s into the runs"
+        if self.timed:
+            time = "counted in periods" if self.exact else "taken to pass in any way"
+            what += f"; time in states {time}"
+        if self.widened:
+            what += f"; values taken for unknown: {', '.join(self.widened)}"
+        return what
+
+
+@dataclass(slots=True)
+class Exploration:
+    """What came of it: slices, findings, and what is known of the assumptions."""
+
+    slices: list[Explored] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    assumptions: list[tuple[str, Axiom, Verdict]] = field(default_factory=list)
+    alone: tuple[str, ...] = ()
+    """Machines that decide nothing."""
+
+
+def explore(facts: Facts, budget: int = BUDGET) -> Exploration:
+    """Explore a system without errors, with so many steps for each slice."""
+    abstraction = Abstraction(facts)
+    result = Exploration()
+    found: dict[tuple[object, ...], Finding] = {}
+    verdicts: dict[tuple[str, int], set[Verdict]] = {}
+    for names in abstraction.slices():
+        graph = _explored(names, abstraction, facts, budget, found)
+        result.slices.append(_summary(graph))
+        for walker in graph.composition.walkers:
+            for index in range(len(walker.subsystem.axioms)):
+                answers = walker.assumed.get(index, set())
+                said = _verdict(answers, complete=graph.complete)
+                verdicts.setdefault((walker.name, index), set()).add(said)
+    result.findings = [f for f in found.values() if not _is_proved(f, verdicts)]
+    result.assumptions = [
+        (name, kept.subsystem.axioms[index], _best(said))
+        for (name, index), said in sorted(verdicts.items())
+        for kept in (abstraction.kept[name],)
+    ]
+    inside = {name for each in result.slices for name in each.names}
+    result.alone = tuple(name for name in abstraction.kept if name not in inside)
+    return result
+
+
+def _explored(
+    names: tuple[str, ...],
+    abstraction: Abstraction,
+    facts: Facts,
+    budget: int,
+    found: dict[tuple[object, ...], Finding],
+) -> Graph:
+    """The graph that says most about a slice; its findings are added to those `found`."""
+    rough = Graph(Composition(names, abstraction, exact=False), budget)
+    there = findings(rough, abstraction, facts.system)
+    best = rough
+    if (there or not rough.complete) and _is_timed(rough):
+        counted = Graph(Composition(names, abstraction, exact=True), budget)
+        confirmed = findings(counted, abstraction, facts.system)
+        there = confirmed if counted.complete else there | confirmed
+        best = counted if counted.complete or not rough.complete else rough
+    for about, finding in there.items():
+        found.setdefault(_named(about, names), finding)
+    return best
+
+
+def _named(about: tuple[object, ...], names: tuple[str, ...]) -> tuple[object, ...]:
+    """The same in all slices: names for the indices of machines."""
+    return tuple(
+        names[part] if isinstance(part, int) and about[0] != "W1006" else part for part in about
+    )
+
+
+def _is_timed(graph: Graph) -> bool:
+    return any(turns for w in graph.composition.walkers for turns in w.turns.values())
+
+
+def _summary(graph: Graph) -> Explored:
+    composition = graph.composition
+    return Explored(
+        composition.names,
+        len(graph.configurations),
+        graph.steps,
+        0.0 if graph.complete else float(graph.depth_s(len(graph.edges))),
+        graph.complete,
+        composition.exact,
+        _is_timed(graph),
+        composition.values.widened_names,
+    )
+
+
+def _verdict(answers: set[bool | None], *, complete: bool) -> Verdict:
+    if False in answers:
+        return "refuted"
+    if not complete:
+        return "not explored"
+    return "on your word" if None in answers else "proved"
+
+
+_ORDER: tuple[Verdict, ...] = ("proved", "on your word", "refuted", "not explored")
+
+
+def _best(said: set[Verdict]) -> Verdict:
+    return min(said, key=_ORDER.index)
+
+
+def _is_proved(finding: Finding, verdicts: dict[tuple[str, int], set[Verdict]]) -> bool:
+    """Whether another slice shows that an assumption holds after all."""
+    if finding.code != "W1006":
+        return False
+    _, name, index = finding.about
+    return _best(verdicts[name, index]) == "proved"  # type: ignore[index]  # what W1006 is about

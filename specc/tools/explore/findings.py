@@ -1,0 +1,226 @@
+"""What exploring a system finds: machines that cannot go on, lost events, wrong assumptions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import listed
+from specc.model.fsm import Axiom
+from specc.model.system import System
+from specc.proof import InputName
+from specc.source import Place
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Graph
+from specc.tools.explore.stays import Lasting, Stuck, lasting
+from specc.tools.explore.trace import Trace, trace
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What was found, with the way to it. `about` is the same wherever the same is found."""
+
+    about: tuple[object, ...]
+    code: str
+    message: str
+    place: Place
+    label: str
+    help: str
+    way: Trace
+    related: tuple[Related, ...] = ()
+
+    @property
+    def diagnostic(self) -> Diagnostic:
+        """It counts as an error where every run goes that way."""
+        return Diagnostic(
+            self.code,
+            self.message,
+            self.place,
+            self.label,
+            (*self.way.related(), *self.related),
+            f"this rests on {listed(self.way.free, 'and')}; {self.help}"
+            if self.way.free
+            else self.help,
+            promoted=self.way.is_decided,
+        )
+
+
+@dataclass(slots=True)
+class Found:
+    """The findings about a graph, by what they are about."""
+
+    graph: Graph
+    abstraction: Abstraction
+    findings: dict[tuple[object, ...], Finding] = field(default_factory=dict)
+
+    def add(self, finding: Finding) -> None:
+        """Keep a finding; of several the one that rests on least."""
+        known = self.findings.get(finding.about)
+        if known is None or (finding.way.is_decided and not known.way.is_decided):
+            self.findings[finding.about] = finding
+
+
+def findings(
+    graph: Graph, abstraction: Abstraction, system: System
+) -> dict[tuple[object, ...], Finding]:
+    """All that is found in a graph, by what it is about."""
+    found = Found(graph, abstraction)
+    for last in lasting(graph, abstraction):
+        way = trace(graph, last.entry)
+        told = [*_circles(last, way), *_roots(last, way)]
+        for finding in told or _no_progress(last, way, system):
+            found.add(finding)
+    for number, edge in graph.faults:
+        for finding in _broken(graph, trace(graph, number, edge)):
+            found.add(finding)
+    return found.findings
+
+
+# Machines that cannot go on.
+
+
+def _circles(last: Lasting, way: Trace) -> Iterator[Finding]:
+    for circle in last.circles:
+        members = [last.stuck[i] for i in circle]
+        lost = [f for s in members for f in _lost(last, s, way)]
+        if lost:
+            yield from lost
+            continue
+        names = [f"`{last.walkers[s.index].name}`" for s in members]
+        yield Finding(
+            ("W1002", *((s.index, s.state.name) for s in members)),
+            "W1002",
+            f"{listed(names, 'and')} wait for one another",
+            members[0].state.place,
+            _waiting(last, members[0]),
+            "let one of them go on without the other, after some time or from the start",
+            way,
+            tuple(Related(s.state.place, _waiting(last, s)) for s in members[1:]),
+        )
+
+
+def _roots(last: Lasting, way: Trace) -> Iterator[Finding]:
+    for stuck in last.roots:
+        lost = list(_lost(last, stuck, way))
+        yield from lost or [_held(last, stuck, way)]
+    for stuck in last.resting:
+        for key in sorted(stuck.missing):
+            if _never_seen(last, stuck.index, key, way):
+                yield _missed(last, stuck, way, stuck.index, key)
+
+
+def _never_seen(last: Lasting, index: int, key: InputName, way: Trace) -> bool:
+    """Whether all that was sent was missed, so that the end of the sender cannot be meant."""
+    sender, output = last.sender(index, key)
+    sent = sum(s.index == sender and output in dict(s.move.sent) for s in way.steps)
+    missed = sum(s.index == index and key in s.move.lost for s in way.steps)
+    return sent == missed > 0
+
+
+def _held(last: Lasting, stuck: Stuck, way: Trace) -> Finding:
+    name, state = last.walkers[stuck.index].name, stuck.state.name
+    code, message = "W1004", f"`{name}` can never leave `{state}`"
+    others = tuple(
+        Related(s.state.place, _waiting(last, s)) for i, s in last.stuck.items() if i != stuck.index
+    )
+    if last.still:
+        code, message = "W1001", f"no machine can go on: `{name}` stays in `{state}`"
+    elif stuck.missing:
+        code, message = "W1003", f"`{name}` waits in `{state}` for what no longer comes"
+    return Finding(
+        (code, stuck.index, state),
+        code,
+        message,
+        stuck.state.place,
+        _waiting(last, stuck),
+        "let it be sent on every way, or leave the state after some time, with `elapsed`; an end "
+        "that is meant is declared with `terminal: never`",
+        way,
+        others,
+    )
+
+
+def _waiting(last: Lasting, stuck: Stuck) -> str:
+    name = f"`{last.walkers[stuck.index].name}`"
+    if not stuck.needs:
+        return f"no condition of {name} comes true any more"
+    names = listed((f"`x.{p}.{e}`" for p, e in sorted(stuck.awaited)), "and")
+    return f"{name} {'waits for' if stuck.missing else 'gets no other'} {names}" + (
+        ", which no longer comes" if stuck.missing else ""
+    )
+
+
+def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
+    """What a machine waits for was not looked at when it came, or the question for it was not."""
+    asked = [(stuck.index, key) for key in sorted(stuck.missing)]
+    for sender in sorted(last.waits(stuck)):
+        keys = last.walkers[sender].inputs
+        asked += [(sender, key) for key in keys if last.sender(sender, key)[0] == stuck.index]
+    for reader, key in asked:
+        step = way.lost(reader, key)
+        if step or (reader, key) in way.overtaken:
+            yield _missed(last, stuck, way, reader, key)
+
+
+def _missed(last: Lasting, stuck: Stuck, way: Trace, reader: int, key: InputName) -> Finding:
+    step, name = way.lost(reader, key), f"`{last.walkers[reader].name}`"
+    message = f"`x.{key[0]}.{key[1]}` is lost: the next value comes before {name} reads it"
+    place, label = stuck.state.place, _waiting(last, stuck)
+    if step is not None:
+        state = step.walker.subsystem.state(step.move.source or step.move.target)
+        message = f"`x.{key[0]}.{key[1]}` is lost: {name} does not look at it in `{state.name}`"
+        place, label = state.place, "it comes here"
+    return Finding(
+        ("W1005", reader, key),
+        "W1005",
+        message,
+        place,
+        label,
+        "send it until it is answered, or look at it in every state in which it can come",
+        way,
+        (Related(stuck.state.place, _waiting(last, stuck)),),
+    )
+
+
+def _no_progress(last: Lasting, way: Trace, system: System) -> Iterator[Finding]:
+    """The transition with which a cycle of the task ends is never taken again."""
+    task = system.task
+    names = last.graph.composition.names
+    if task is None or task.subsystem not in names:
+        return
+    index = names.index(task.subsystem)
+    if last.is_at_end(index):
+        return
+    subsystem = last.walkers[index].subsystem
+    rows = [subsystem.transitions[row] for i, row in last.rows if i == index]
+    if any((row.source, row.target) == (task.source, task.target) for row in rows):
+        return
+    states = listed((f"`{s}`" for s in sorted(last.states[index])), "and")
+    yield Finding(
+        ("W1004", "task"),
+        "W1004",
+        f"no cycle of the task can end any more: `{task.subsystem}` stays in {states}",
+        task.place,
+        f"from `{task.source}` to `{task.target}`",
+        "give these states a way back",
+        way,
+    )
+
+
+# Assumptions that a run breaks.
+
+
+def _broken(graph: Graph, way: Trace) -> Iterator[Finding]:
+    for step in way.steps:
+        for index in step.move.broken:
+            axiom: Axiom = step.walker.subsystem.axioms[index]
+            yield Finding(
+                ("W1006", step.walker.name, index),
+                "W1006",
+                f"this assumption fails in `{step.move.source}` of `{step.walker.name}`",
+                axiom.place,
+                f"it is wrong {float(way.time_s):g} s after the start",
+                "weaken it and give the rows that rested on it their cases, or change what is sent",
+                way,
+            )

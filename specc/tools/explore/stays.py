@@ -1,0 +1,177 @@
+"""Where an exploration comes to stay: sets of configurations that nothing leads out of.
+
+In such a set a machine that never changes its state never will. Exploring finds rather too many
+ways than too few, so what has no way on in it has none in any run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from specc.analysis.graph import components, last_components
+from specc.model import expr as m
+from specc.model.fsm import State
+from specc.proof import InputName
+from specc.reachable import grouped, reachable
+from specc.tools.explore.abstraction import Abstraction, conditions_of
+from specc.tools.explore.composition import Graph
+from specc.tools.explore.walker import Walker
+
+
+@dataclass(frozen=True, slots=True)
+class Stuck:
+    """A machine that stays in a state although rows lead to others.
+
+    `needs` are the inputs that these rows ask about, `missing` those of them that nobody sends any
+    more. It is `blocked` if it takes no row at all, not even back to its state.
+    """
+
+    index: int
+    state: State
+    needs: frozenset[InputName]
+    missing: frozenset[InputName]
+    blocked: bool
+
+    @property
+    def awaited(self) -> frozenset[InputName]:
+        """What it waits for."""
+        return self.missing or self.needs
+
+
+@dataclass
+class Lasting:
+    """A set of configurations that nothing leads out of, by their numbers."""
+
+    graph: Graph
+    abstraction: Abstraction
+    members: frozenset[int]
+    rows: set[tuple[int, int]] = field(default_factory=set)
+    """Machine and index of each row that is taken again and again."""
+    states: dict[int, set[str]] = field(default_factory=dict)
+    sent: set[tuple[int, InputName]] = field(default_factory=set)
+    """Machine and output of all that is sent again and again."""
+
+    def __post_init__(self) -> None:
+        self.states = {index: set() for index in range(len(self.graph.composition.walkers))}
+        for number in self.members:
+            for edge in self.graph.edges[number]:
+                for index, move in edge.moves:
+                    self.states[index] |= {move.source, move.target}
+                    self.sent |= {(index, key) for key, _ in move.sent}
+                    if move.row >= 0:
+                        self.rows.add((index, move.row))
+
+    @property
+    def entry(self) -> int:
+        """The configuration that is found first."""
+        return min(self.members)
+
+    @property
+    def walkers(self) -> tuple[Walker, ...]:
+        """The machines."""
+        return self.graph.composition.walkers
+
+    @property
+    def still(self) -> bool:
+        """Whether no machine ever changes its state again."""
+        return all(len(states) == 1 for states in self.states.values())
+
+    def sender(self, index: int, key: InputName) -> tuple[int, InputName]:
+        """The machine that sends an input of another one, and as what."""
+        walker = self.walkers[index]
+        sent = self.abstraction.sender_of(walker.name, key)
+        assert sent is not None  # only such inputs are kept
+        return self.graph.composition.names.index(sent[0]), sent[1]
+
+    @cached_property
+    def stuck(self) -> dict[int, Stuck]:
+        """The machines that stay although rows lead on, without those that are meant to."""
+        found = dict(self._staying)
+        meant = [i for i, s in found.items() if any(self._ended(i, k) for k in s.awaited)]
+        behind = grouped((j, i) for i in found for j in self.waits(found[i]) if j in found)
+        for index in reachable(meant, lambda i: behind.get(i, ())):
+            del found[index]
+        return found
+
+    @cached_property
+    def resting(self) -> list[Stuck]:
+        """Those that wait for a sender at its declared end, directly or through others."""
+        return [stuck for index, stuck in self._staying.items() if index not in self.stuck]
+
+    @cached_property
+    def _staying(self) -> dict[int, Stuck]:
+        return {stuck.index: stuck for stuck in self._stays()}
+
+    def _stays(self) -> Iterator[Stuck]:
+        for index, walker in enumerate(self.walkers):
+            (name, *others) = self.states[index]
+            ways = [] if others else self._ways(walker, name)
+            if ways:
+                needs = walker.kept.reading.all(ways).inputs & walker.slots.keys()
+                missing = frozenset(k for k in needs if self.sender(index, k) not in self.sent)
+                blocked = not any(one == index for one, _ in self.rows)
+                state = walker.subsystem.state(name)
+                yield Stuck(index, state, frozenset(needs), missing, blocked)
+
+    def _ways(self, walker: Walker, state: str) -> list[m.Expr]:
+        """The conditions of the rows that lead from a state to others."""
+        ends = dict(walker.subsystem.state(state).behaviour.endings)
+        rows = [step.row for step in walker.kept.machine.steps]
+        away = [row for row in rows if row.source == state != row.target]
+        return [e for row in away for e in (ends[row.cause].when, row.condition.when)]
+
+    def _ended(self, index: int, key: InputName) -> bool:
+        """Whether the sender of an input is in a state that is declared to be its end."""
+        sender, output = self.sender(index, key)
+        begun = self.states[sender] == {self.walkers[sender].subsystem.initial_state}
+        return self.is_at_end(sender) and (not begun or (sender, output) not in self.sent)
+
+    def is_at_end(self, index: int) -> bool:
+        """Whether a machine is in a state that nothing ends."""
+        (state, *others) = self.states[index]
+        return not others and not list(conditions_of(self.walkers[index].subsystem, state))
+
+    def waits(self, stuck: Stuck) -> frozenset[int]:
+        """The machines whose values one waits for."""
+        return frozenset(self.sender(stuck.index, key)[0] for key in stuck.awaited)
+
+    @cached_property
+    def circles(self) -> list[tuple[int, ...]]:
+        """Machines that wait for one another."""
+        names = {str(i): i for i in self.stuck}
+        edges = [(str(i), str(j)) for i, s in self.stuck.items() for j in self.waits(s)]
+        found = components(tuple(names), edges)
+        return [tuple(names[n] for n in c.states) for c in found if len(c.states) > 1]
+
+    @cached_property
+    def roots(self) -> list[Stuck]:
+        """The machines that cannot go on, and do not wait for another one that cannot either.
+
+        One that only returns to its state is at rest, unless all are and wait for something.
+        """
+        circle = {i for each in self.circles for i in each}
+        held = {
+            i
+            for i, s in self.stuck.items()
+            if i not in circle and (s.blocked or (self.still and s.missing))
+        }
+        found = []
+        for index in sorted(held):
+            waited = reachable([index], lambda i: self.waits(self.stuck[i]) & self.stuck.keys())
+            if not waited.keys() & (circle | held) - {index}:
+                found.append(self.stuck[index])
+        return found
+
+
+def lasting(graph: Graph, abstraction: Abstraction) -> list[Lasting]:
+    """All such sets that were explored completely, in the order in which they are found."""
+    beyond = len(graph.edges)
+    following = [{min(edge.target, beyond) for edge in out} for out in graph.edges]
+    found = last_components([*following, {beyond}])
+    return [
+        Lasting(graph, abstraction, members)
+        for members in found
+        if beyond not in members and following[min(members)]
+    ]

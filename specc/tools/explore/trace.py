@@ -1,0 +1,103 @@
+"""How a run gets to a configuration: what every machine did, and when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from specc.diagnostics import Related
+from specc.diagnostics.phrases import listed
+from specc.lang.show import show
+from specc.model.fsm import Transition
+from specc.proof import InputName
+from specc.source import Place
+from specc.tools.explore.composition import Edge, Graph
+from specc.tools.explore.walker import Move, Walker
+
+MOST_SHOWN = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one machine did at a time stamp."""
+
+    time_s: Fraction
+    index: int
+    walker: Walker
+    move: Move
+
+    @property
+    def row(self) -> Transition | None:
+        """The row that was taken."""
+        return self.walker.subsystem.transitions[self.move.row] if self.move.row >= 0 else None
+
+    @property
+    def place(self) -> Place:
+        """The row, or the state that was entered first."""
+        return self.row.place if self.row else self.walker.subsystem.state(self.move.target).place
+
+    def words(self) -> str:
+        """What happened, in words."""
+        source, target = self.move.source, self.move.target
+        way = f"from `{source}` to `{target}`" if source and source != target else f"in `{target}`"
+        sent = [f"`y.{peer}.{name}`{self._value(n)}" for (peer, name), n in self.move.sent]
+        parts = [f"{float(self.time_s):g} s: `{self.walker.name}` {way}"]
+        if sent:
+            parts.append(f"sends {listed(sent, 'and')}")
+        if self.move.lost:
+            lost = [f"`x.{peer}.{name}`" for peer, name in self.move.lost]
+            parts.append(f"does not look at {listed(lost, 'and')}, which came")
+        return ", ".join(parts)
+
+    def _value(self, number: int) -> str:
+        value = self.walker.values.value(number)
+        return "" if value is None or isinstance(value, str) else f" = {show(value)}"
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """The steps to a configuration; `free` are the conditions that could have gone otherwise."""
+
+    steps: tuple[Step, ...]
+    overtaken: tuple[tuple[int, InputName], ...]
+    free: tuple[str, ...]
+    time_s: Fraction
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether every run takes it."""
+        return not self.free
+
+    def lost(self, index: int, key: InputName) -> Step | None:
+        """Where the last arrival of an input was not looked at."""
+        found = (s for s in reversed(self.steps) if s.index == index and key in s.move.lost)
+        return next(found, None)
+
+    def related(self) -> tuple[Related, ...]:
+        """The steps that change a state or miss something, the last ones of many."""
+        told = [s for s in self.steps if s.move.source not in ("", s.move.target) or s.move.lost]
+        shown = [Related(s.place, s.words()) for s in told[-MOST_SHOWN:]]
+        if len(told) > MOST_SHOWN:
+            words = f"after {len(told) - len(shown)} earlier steps, {shown[0].message}"
+            shown[0] = Related(shown[0].place, words)
+        return tuple(shown)
+
+
+def trace(graph: Graph, number: int, *last: Edge) -> Trace:
+    """The way on which a configuration was found, and what was done after it."""
+    way: list[Edge] = []
+    found = graph.parents[number]
+    while found is not None:
+        way.append(found[1])
+        found = graph.parents[found[0]]
+    edges = [*reversed(way), *last]
+    walkers = graph.composition.walkers
+    time_s, phase = Fraction(0), 0
+    steps = [Step(time_s, i, walkers[i], move) for i, move in graph.begin]
+    for edge in edges:
+        after = graph.composition.next_phase(phase)
+        time_s, phase = time_s + graph.composition.passed_s(phase, after), after
+        steps += [Step(time_s, i, walkers[i], move) for i, move in edge.moves]
+    free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.move.free]
+    overtaken = tuple(each for edge in edges for each in edge.overtaken)
+    return Trace(tuple(steps), overtaken, tuple(dict.fromkeys(free)), time_s)

@@ -1,0 +1,85 @@
+"""Seeded faults between machines are found with a way to them, and their mended twins have none.
+
+A case says at its head what is found in it: a code, and `rests` if not every run gets there. The
+text behind `#+` on a line is that line in the mended twin.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from specc.pipeline import Result, compile_spec
+from specc.tools.explore.explorer import Exploration, explore
+from tests.soundness.interpreter import Interpreter
+from tests.soundness.operators import PLAIN
+
+CASES = sorted(Path(__file__).parent.glob("cases/*.yaml"))
+HEAD = re.compile(r"# (?P<code>W\d{4})(?P<rests> rests)?: ")
+
+
+def mended(text: str) -> str:
+    """The twin of a case without its fault."""
+    return re.sub(r"^(\s*(?:- )?).*#\+ (?:- )?(.*)$", r"\1\2", text, flags=re.MULTILINE)
+
+
+def compiled(text: str, folder: Path) -> Result:
+    (folder / "spec.yaml").write_text(text, encoding="utf-8")
+    result = compile_spec(str(folder / "spec.yaml"))
+    assert result.ok, [d for d in result.diagnostics if d.severity == "error"]
+    return result
+
+
+def explored(text: str, folder: Path) -> tuple[Result, Exploration]:
+    result = compiled(text, folder)
+    return result, explore(result.proofs)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_seeded_faults_are_found(case: Path, tmp_path: Path) -> None:
+    text = case.read_text(encoding="utf-8")
+    head = HEAD.match(text)
+    assert head
+    _, found = explored(text, tmp_path)
+    assert {finding.code for finding in found.findings} == {head["code"]}
+    assert all(finding.way.is_decided != bool(head["rests"]) for finding in found.findings)
+    assert all(each.complete for each in found.slices)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_mended_twins_have_no_finding(case: Path, tmp_path: Path) -> None:
+    text = case.read_text(encoding="utf-8")
+    assert mended(text) != text
+    _, found = explored(mended(text), tmp_path)
+    assert [finding.message for finding in found.findings] == []
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_traces_are_runs(case: Path, tmp_path: Path) -> None:
+    """A trace that rests on nothing is what the reference interpreter does, stamp for stamp."""
+    result, found = explored(case.read_text(encoding="utf-8"), tmp_path)
+    assert result.system is not None
+
+    def nothing(name: str, tick: int) -> Any:
+        return 0.0
+
+    run = Interpreter(result.system, PLAIN, nothing).run(400)
+    for finding in found.findings:
+        if finding.way.is_decided:
+            expected = {
+                name: [(s.state, s.transition) for s in run.steps[name]] for name in run.steps
+            }
+            stamps = dict.fromkeys(expected, 0)
+            for step in finding.way.steps:
+                name = step.walker.name
+                stamp = stamps[name]
+                stamps[name] += 1
+                if step.move.broken:
+                    (failure,) = run.failures
+                    assert (failure.subsystem, failure.stamp) == (name, stamp)
+                    assert failure.about == tuple(map(str, step.move.broken))
+                else:
+                    assert expected[name][stamp] == (step.move.target, step.move.row)
