@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, Phase, given, note, settings
 from hypothesis import strategies as st
 from specc_runtime.faults import UndecidedTransition
@@ -334,7 +335,6 @@ def check(system: System, data: st.DataObject, *, proved: bool) -> None:
 
 
 SETTINGS = settings(
-    max_examples=150,
     deadline=None,
     derandomize=True,
     phases=(Phase.explicit, Phase.generate),  # shrinking takes minutes, the note says more
@@ -342,13 +342,12 @@ SETTINGS = settings(
 )
 
 
-@SETTINGS
-@given(systems(decided=True), st.data())
-def test_proved_tables(system: System, data: st.DataObject) -> None:
-    check(system, data, proved=True)
+@pytest.mark.parametrize("count", [75, pytest.param(300, marks=pytest.mark.long)])
+@pytest.mark.parametrize("proved", [True, False])
+def test_proved_tables_and_those_that_are_checked_at_run_time(proved: bool, count: int) -> None:
+    @settings(SETTINGS, max_examples=count)
+    @given(systems(decided=proved), st.data())
+    def holds(system: System, data: st.DataObject) -> None:
+        check(system, data, proved=proved)
 
-
-@SETTINGS
-@given(systems(decided=False), st.data())
-def test_tables_that_are_checked_at_run_time(system: System, data: st.DataObject) -> None:
-    check(system, data, proved=False)
+    holds()
