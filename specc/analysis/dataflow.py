@@ -36,7 +36,7 @@ class Reads:
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         lets = machine.subsystem.lets
-        asked = Implied({let.name: let for let in lets}, _asked)
+        asked = Implied(lets, _asked)
         self._guards = Guards[InputNames](
             lets, lambda fresh, *test: fresh | asked.by(*test), frozenset.intersection
         )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
 from specc.analysis.graph import CAUSES
 from specc.analysis.reads import Text, text_of
+from specc.lang.order import InOrder
 from specc.model.expr import (
     Builtin,
     Choice,
@@ -111,13 +112,16 @@ class _Walk(Generic[K]):
                     self.follow(child, known, let)
 
 
-@dataclass(slots=True)
 class Implied(Generic[T]):
     """Facts that follow from conditions; `told` gives those that one without operands tells."""
 
-    lets: Mapping[str, Let]
-    told: Callable[[Expr, bool], frozenset[T]]
-    _of_lets: dict[tuple[str, bool], frozenset[T]] = field(default_factory=dict)
+    def __init__(self, lets: Iterable[Let], told: Callable[[Expr, bool], frozenset[T]]) -> None:
+        """`lets` are in order of dependence."""
+        self._told = told
+        values = {let.name: let.value for let in lets}
+        self._of_lets = InOrder(
+            values, lambda name: (self.by(values[name], False), self.by(values[name], True))
+        )
 
     def by(self, expr: Expr, holds: bool) -> frozenset[T]:
         """What must be so where a condition holds, or where it does not."""
@@ -131,12 +135,9 @@ class Implied(Generic[T]):
             case Choice(test=test, then=then, otherwise=otherwise):
                 one = self.by(test, True) | self.by(then, holds)
                 return one & (self.by(test, False) | self.by(otherwise, holds))
-            case LetRef(name=name) if name in self.lets:
-                key = name, holds
-                if key not in self._of_lets:
-                    self._of_lets[key] = self.by(self.lets[name].value, holds)
-                return self._of_lets[key]
-        return self.told(expr, holds)
+            case LetRef(name=name) if name in self._of_lets:
+                return self._of_lets[name][holds]
+        return self._told(expr, holds)
 
 
 # Where expressions are evaluated, and what is true when the conditions of a state are asked.

@@ -71,7 +71,7 @@ class Presence:
         self._close = cache(arrivals.close)
         self._after = cache(self._once_taken)
         self._everything = all_inputs(subsystem)
-        self._told = Implied({let.name: let for let in subsystem.lets}, self._asked).by
+        self._told = Implied(subsystem.lets, self._asked).by
         self._guards = Guards(subsystem.lets, self.behind, frozenset.intersection)
         self.in_first_period = self._close(arrivals.always)
         """In the first period of all."""

@@ -12,6 +12,7 @@ from specc.analysis.reads import Text, text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
+from specc.lang.order import InOrder
 from specc.model.expr import (
     Among,
     Binary,
@@ -66,37 +67,41 @@ class Constancy:
         self._subsystem = subsystem
         self._prover = machine.prover
         self._misfits = machine.misfits
-        self._lets = {item.name: item for item in subsystem.lets}
+        lets = {item.name: item for item in subsystem.lets}
+        self._of_lets = InOrder(
+            {name: item.value for name, item in lets.items()},
+            lambda name: self._in(text_of(lets[name]), lets[name].value, None),
+        )
+        self._found: list[tuple[Text, Expr, bool]] = []
         self._parameters = {constant.name for constant in subsystem.constants}
         self._dependences = machine.dependences
-        self._entered: set[str] = set()
 
     def parts(self, condition: Condition) -> Iterator[ConstantPart]:
         """The innermost parts of a condition that are constant; the condition itself may be."""
         text = Text(condition.when, condition.place, "when")
         if sum(1 for node in walk(condition.when) if isinstance(node.type, Bool)) > MOST_PARTS:
             return
-        yield from self._in(condition, text, condition.when, anywhere=False)
+        self._found = []
+        self._in(text, condition.when, condition)
+        for found in self._found:
+            yield ConstantPart(condition, *found)
 
-    def _in(
-        self, condition: Condition, text: Text, expr: Expr, *, anywhere: bool
-    ) -> Iterator[ConstantPart]:
-        """The constant parts below an expression, or else itself if it is one."""
-        below = [
-            part
-            for child in children(expr)
-            for part in self._in(condition, text, child, anywhere=anywhere)
-        ]
-        if isinstance(expr, LetRef) and expr.name in self._lets and expr.name not in self._entered:
-            self._entered.add(expr.name)
-            let = text_of(self._lets[expr.name])
-            below += self._in(condition, let, let.expr, anywhere=True)
-        if below or not isinstance(expr.type, Bool):
-            yield from below
-        elif (holds := self._value(expr, condition.when, anywhere=anywhere)) is not None:
-            yield ConstantPart(condition, text, expr, holds)
+    def _in(self, text: Text, expr: Expr, condition: Condition | None) -> bool:
+        """Find the constant parts below an expression, or else itself; whether there are any.
 
-    def _value(self, part: Expr, whole: Expr, *, anywhere: bool) -> bool | None:
+        Those of lets are found where they are first named; without a condition, this is one.
+        """
+        below = [self._in(text, child, condition) for child in children(expr)]
+        if isinstance(expr, LetRef) and expr.name in self._of_lets:
+            below.append(self._of_lets[expr.name])
+        if any(below) or not isinstance(expr.type, Bool):
+            return any(below)
+        holds = self._value(expr, condition)
+        if holds is not None:
+            self._found.append((text, expr, holds))
+        return holds is not None
+
+    def _value(self, part: Expr, condition: Condition | None) -> bool | None:
         """The truth value of a part that is constant unintentionally.
 
         In the text of a let, which functions may name too, it has it at any moment.
@@ -107,9 +112,9 @@ class Constancy:
         if not self._misfits.varies(part) or self._misfits.within(part):
             return None
         known = [self._memory[name] for name in sorted(on.memory) if name in self._memory]
-        if part is whole and not known:
+        if condition and part is condition.when and not known:
             return None  # that of the condition itself is known
-        moment: Moment = "start" if anywhere else "conditions"
+        moment: Moment = "conditions" if condition else "start"
         for fact, holds in ((part, True), (Unary("not", part, type=Bool()), False)):
             if self._prover.implies(known, fact, moment, assuming=False):
                 return holds

@@ -13,6 +13,7 @@ from specc.analysis import Facts, Machine
 from specc.analysis.graph import Step, reached_from
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
+from specc.lang.order import InOrder
 from specc.model.expr import Expr, Fresh, LetRef, Logic, Truth, Unary
 from specc.model.fsm import State, Transition
 from specc.model.system import Port, Subsystem
@@ -54,8 +55,10 @@ class Moves:
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
         self.subsystem = machine.subsystem
-        self._lets = {item.name: item.value for item in machine.subsystem.lets}
-        self._of_lets: dict[tuple[str, bool], Implicants] = {}
+        lets = {item.name: item.value for item in machine.subsystem.lets}
+        self._of_lets = InOrder(
+            lets, lambda name: tuple(self._implicants(lets[name], yes) for yes in (False, True))
+        )
         self._of_rows: dict[tuple[str, str, str], Implicants] = {}
         self.leaving = grouped((step.row.source, step) for step in machine.steps)
         self.entering = grouped((step.row.target, step) for step in machine.steps)
@@ -96,10 +99,8 @@ class Moves:
                 return (frozenset(((element.peer, element.element),)),)
             case Unary(op="not", operand=operand):
                 return self._implicants(operand, not holds)
-            case LetRef(name=name) if name in self._lets:
-                if (name, holds) not in self._of_lets:
-                    self._of_lets[name, holds] = self._implicants(self._lets[name], holds)
-                return self._of_lets[name, holds]
+            case LetRef(name=name) if name in self._of_lets:
+                return self._of_lets[name][holds]
             case Logic(op=op, operands=operands):
                 parts = [self._implicants(part, holds) for part in operands]
                 if (op == "and") == holds:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
+from specc.limits import left
 from specc.proof.formula import Arrival, Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Relations, components, conjuncts, related, variables_of
@@ -163,6 +164,10 @@ class Question:
 def can_hold(formulas: Sequence[Formula], solver: Solver) -> bool | None:
     """Whether all formulas can hold together; None if the question is too large."""
     parts = conjuncts(formulas)
+    if any(part.kind == "false" for part in parts):
+        return False
+    if left("proof") <= 0:
+        return None
     answer: bool | None = True
     for group in components(parts):
         try:

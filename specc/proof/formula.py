@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -230,11 +230,12 @@ class Formulas:
 
     def negation(self, formula: Formula) -> Formula:
         """`not formula`."""
-        known = self._negations.get(formula)
-        if known is None:
-            known = self._negations[formula] = self._negate(formula)
-            self._negations[known] = formula
-        return known
+        if formula not in self._negations:
+            for part in in_order((formula,), without=self._negations):
+                if part not in self._negations:  # nor is it the negation of an earlier one
+                    negated = self._negations[part] = self._negate(part)
+                    self._negations[negated] = part
+        return self._negations[formula]
 
     def conjunction(self, parts: Iterable[Formula]) -> Formula:
         """All of `parts`."""
@@ -254,7 +255,7 @@ class Formulas:
     def _negate(self, formula: Formula) -> Formula:
         if formula.kind == "atom":
             return self._make("negated", formula.atom)
-        parts = [self.negation(part) for part in formula.parts]
+        parts = [self._negations[part] for part in formula.parts]
         return self.disjunction(parts) if formula.kind == "and" else self.conjunction(parts)
 
     def _join(
@@ -280,9 +281,9 @@ class Formulas:
         return self._made[key]
 
 
-def in_order(formulas: Iterable[Formula]) -> list[Formula]:
-    """The formulas and all their parts, each once, parts first."""
-    found = reachable(formulas, lambda formula: formula.parts)
+def in_order(formulas: Iterable[Formula], without: Container[Formula] = ()) -> list[Formula]:
+    """The formulas and all their parts, each once, parts first; nothing below those `without`."""
+    found = reachable(formulas, lambda f: (part for part in f.parts if part not in without))
     return sorted(found, key=lambda formula: formula.index)
 
 

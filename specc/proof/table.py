@@ -15,7 +15,6 @@ from specc.proof.formula import (
     Collection,
     Formula,
     Variable,
-    atoms_of,
     in_order,
 )
 from specc.proof.verdict import TooLargeError, UnsureError
@@ -53,10 +52,13 @@ class Table:
     """
 
     def __init__(self, formulas: Iterable[Formula]) -> None:
-        groups: dict[Variable, list[Atom]] = {}
-        for atom in atoms_of(formulas):
-            groups.setdefault(atom.variable, []).append(atom)
-        if not spend("proof", sum(1 + len(atoms) ** 2 for atoms in groups.values())):
+        groups: dict[Variable, dict[Atom, None]] = {}
+        parts = in_order(formulas)
+        for atom in (part.atom for part in parts if part.atom is not None):
+            groups.setdefault(atom.variable, {})[atom] = None
+        walked = 3 * len(parts)  # for what they are about, what they ask and their bits
+        steps = walked + sum(1 + len(atoms) ** 2 for atoms in groups.values())
+        if not spend("proof", steps):
             raise TooLargeError(OUT_OF_STEPS)
         columns: list[Column] = []
         self.size = 1

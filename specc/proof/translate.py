@@ -7,9 +7,11 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Collection as Names
-from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 from specc.model.expr import (
     Among,
@@ -93,11 +95,13 @@ class Translator:
         self.numbering = self._numbering = Numbering(lets, constants, period_s)
         self._timer = Timer(self._numbering)
         self._memo: dict[tuple[int, int], Formula] = {}
-        self._compared: dict[tuple[object, ...], Formula] = {}
+        self._said: dict[object, dict[int, Formula]] = {}
         for value in lets.values():
             # In order of dependence, so that no chain of lets is followed by deep recursion.
-            if isinstance(value.type, Bool):
-                self.formula(value)
+            self._timer.is_unsure(value)
+            for part in (value, *_tests(value)):
+                if isinstance(part.type, Bool):
+                    self.formula(part)
 
     def formula(self, expr: Expr) -> Formula:
         """The formula of an expression of type bool."""
@@ -134,8 +138,8 @@ class Translator:
                 return join(parts)
             case Choice(test=test, then=then, otherwise=otherwise):
                 return self.make.choice(*(self._bool(p, bound) for p in (test, then, otherwise)))
-            case Compare(op=op, left=left, right=right):
-                return self._compare(expr, op, left, right, bound)
+            case Compare():
+                return self._compare(expr, bound)
             case Among(item=item, members=members):
                 return self._among(expr, item, members, bound)
             case IsNone(value=value):
@@ -186,18 +190,22 @@ class Translator:
             formula = self.make.choice(before, self.make.constant(holds), formula)
         return formula
 
-    def _compare(self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths) -> Formula:
+    def _compare(self, whole: Compare, bound: Depths) -> Formula:
         """`left op right`; a choice of values becomes a choice of comparisons."""
         turns = self._timer.turns(whole)
         if turns is not None:
             return self._in_time(whole, turns)
-        left, right = self._look_through(left), self._look_through(right)
-        if isinstance(left, Choice) or isinstance(right, Choice):
-            numbers = (self._numbering.number(side, bound) for side in (left, right))
-            key = (op, *numbers, len(bound))
-            if key not in self._compared:
-                self._compared[key] = self._compare_choices(whole, op, left, right, bound)
-            return self._compared[key]
+        op, left, right = whole.op, self._look_through(whole.left), self._look_through(whole.right)
+        if isinstance(left, Choice):
+            key = "left", op, self._numbering.number(right, bound)
+            return self._split(
+                left, key, bound, lambda a: self._compare(replace(whole, left=a), bound)
+            )
+        if isinstance(right, Choice):
+            key = "right", op, self._numbering.number(left, bound)
+            return self._split(
+                right, key, bound, lambda b: self._compare(replace(whole, right=b), bound)
+            )
         if isinstance(left.type, (Bool, Enum, Text)):
             return self._same(whole, left, right, op == "==", bound)
         question = self._question(op, left, right, bound)
@@ -206,25 +214,28 @@ class Translator:
         variable, test, holds = question
         return self._ask(variable, test, whole, holds)
 
-    def _compare_choices(
-        self, whole: Expr, op: str, left: Expr, right: Expr, bound: Depths
+    def _split(
+        self, choice: Choice, key: object, bound: Depths, said_of: Callable[[Expr], Formula]
     ) -> Formula:
-        if isinstance(left, Choice):
-            return self.make.choice(
-                self._bool(left.test, bound),
-                *(
-                    self._compare(_like(whole, op, a, right), op, a, right, bound)
-                    for a in self._arms(left)
-                ),
-            )
-        assert isinstance(right, Choice)  # one of the two is
-        return self.make.choice(
-            self._bool(right.test, bound),
-            *(
-                self._compare(_like(whole, op, left, b), op, left, b, bound)
-                for b in self._arms(right)
-            ),
-        )
+        """What is said of a choice, as a choice of what is said of values; once for each `key`.
+
+        Values are followed through lets, of which a chain may be long: so without recursion.
+        """
+        known = self._said.setdefault((key, len(bound)), {})
+        number = partial(self._numbering.number, bound=bound)
+        open_: list[Expr] = [choice]
+        while open_:
+            value = self._look_through(open_[-1])
+            if not isinstance(value, Choice):
+                known[number(open_.pop())] = said_of(value)
+                continue
+            arms = self._arms(value)
+            if missing := [arm for arm in arms if number(arm) not in known]:
+                open_ += missing
+            else:
+                both = (known[number(arm)] for arm in arms)
+                known[number(open_.pop())] = self.make.choice(self._bool(value.test, bound), *both)
+        return known[number(choice)]
 
     def _arms(self, choice: Choice) -> tuple[Expr, Expr]:
         """The values that a choice is one of: an integer beside a real becomes a float."""
@@ -299,14 +310,9 @@ class Translator:
         item = self._look_through(item)
         number = self._numbering.number(item, bound)
         if isinstance(item, Choice):
-            key = members, number, len(bound)
-            if key not in self._compared:
-                self._compared[key] = self.make.choice(
-                    self._bool(item.test, bound),
-                    self._among(whole, item.then, members, bound),
-                    self._among(whole, item.otherwise, members, bound),
-                )
-            return self._compared[key]
+            return self._split(
+                item, members, bound, lambda one: self._among(whole, one, members, bound)
+            )
         known = self._numbering.value(number)
         enum = item.type
         if known is not None or not isinstance(enum, Enum) or members >= set(enum.members):
@@ -316,18 +322,12 @@ class Translator:
     def _is_none(self, whole: Expr, value: Expr, bound: Depths) -> Formula:
         """Whether an optional value is missing; a choice may miss one in each branch."""
         value = self._look_through(value)
-        key = "none", self._numbering.number(value, bound), len(bound)
-        if key not in self._compared:
-            self._compared[key] = self._missing(whole, value, bound)
-        return self._compared[key]
-
-    def _missing(self, whole: Expr, value: Expr, bound: Depths) -> Formula:
-        match value:
-            case Nothing():
-                return self.make.true
-            case Choice(test=test, then=then, otherwise=otherwise):
-                branches = (self._is_none(_none(b), b, bound) for b in (then, otherwise))
-                return self.make.choice(self._bool(test, bound), *branches)
+        if isinstance(value, Nothing):
+            return self.make.true
+        if isinstance(value, Choice):
+            return self._split(
+                value, "none", bound, lambda one: self._is_none(_none(one), one, bound)
+            )
         if not isinstance(value.type, OptionalOf):
             return self.make.false
         number = self._numbering.number(whole, bound)
@@ -357,12 +357,14 @@ def _as_float(arm: Expr, place: Type) -> Expr:
     return Builtin("float", (arm,), type=place)
 
 
+def _tests(value: Expr) -> Iterator[Expr]:
+    """The tests that choose what a value is."""
+    if isinstance(value, Choice):
+        yield from (value.test, *_tests(value.then), *_tests(value.otherwise))
+
+
 def _none(value: Expr) -> Expr:
     return IsNone(value, type=Bool())
-
-
-def _like(whole: Expr, op: str, left: Expr, right: Expr) -> Expr:
-    return Compare(op, left, right, type=whole.type)  # type: ignore[arg-type]  # one of the six
 
 
 def _either(same: Formula, other: Formula, holds: bool) -> tuple[Formula, Formula]:

@@ -4,6 +4,7 @@ Calls are counted and not seconds, so that every machine agrees; `bench/growth.p
 """
 
 import io
+import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -11,7 +12,7 @@ from types import FrameType
 
 import pytest
 
-from bench.harness.lists import COMPONENTS, DOUBLED, GROWING, MAIN, put
+from bench.harness.lists import COMPONENTS, DOUBLED, GROWING, MAIN, put, small, written
 from specc.cli.main import main
 
 SIZES = (25, 50, 100)
@@ -91,3 +92,38 @@ def test_lets_that_double_are_looked_into_once(
     monkeypatch.chdir(tmp_path)
     put(DOUBLED[name](36), tmp_path)
     assert main(["build", MAIN, "--out", "gen"]) in (0, 1), capsys.readouterr()
+
+
+DEEP = {
+    "not": "not (b)",
+    "and, or": "(b and True) or False",
+    "choice": "b if x.c.go > 1 else x.c.go > 2",
+    "choice of numbers": "n if x.c.go > 1 else 4",
+    "test of numbers": "3 if n > x.c.go else 4",
+}
+
+
+@pytest.mark.parametrize("value", DEEP.values(), ids=DEEP)
+@pytest.mark.parametrize("rows", [["c", "other"], ["c", "always"]], ids=["sound", "overlap"])
+def test_chains_of_deep_lets_are_followed(
+    value: str, rows: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each text is within its limits; all of them written out are nested over 1200 deep."""
+    form = re.sub(r"\b[bn]\b", "{}", value)
+    name, last = ("b", "l49") if "b" in value else ("n", "l49 > 3")
+    spec, lets = small(), {"l0": "x.c.go > 0" if name == "b" else "x.c.go"}
+    for i in range(1, 50):
+        text = f"l{i - 1}"
+        for _ in range(25):
+            text = f"({form.format(text)})"
+        lets[f"l{i}"] = text
+    effector = spec["agents"]["a"]["virtual_effectors"]["m"]
+    effector["let"] = lets
+    effector["conditions"]["initial"] = {"c": last, "other": f"not ({last})"}
+    effector["behaviours"]["pass"]["terminal"] = "always"
+    effector["transitions"] = [["S0", "terminal", row, "S0"] for row in rows]
+    put({MAIN: written(spec)}, tmp_path)
+    found = main(["validate", str(tmp_path / MAIN)])
+    said = capsys.readouterr().err
+    assert found == (1 if "always" in rows else 0), said
+    assert ("E0602" in said) == ("always" in rows)

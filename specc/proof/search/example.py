@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.lang import show
+from specc.lang.order import InOrder
 from specc.model import expr as m
 from specc.model.types import (
     Bool,
@@ -39,25 +40,23 @@ def leaves(asked: Iterable[m.Expr], lets: Mapping[str, m.Expr]) -> Iterator[m.Ex
 
     Of a record its field; arguments of an operator do not count, its result does.
     """
-    seen = set[str]()
-    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, lets, seen)))
+    of_lets = InOrder(lets, lambda name: tuple(dict.fromkeys(_leaves(lets[name], of_lets))))
+    return iter(dict.fromkeys(leaf for expr in asked for leaf in _leaves(expr, of_lets)))
 
 
-def _leaves(expr: m.Expr, lets: Mapping[str, m.Expr], seen: set[str]) -> Iterator[m.Expr]:
+def _leaves(expr: m.Expr, of_lets: Mapping[str, Iterable[m.Expr]]) -> Iterator[m.Expr]:
     match expr:
         case m.Call():
             if not any(isinstance(node, m.BoundVariable) for node in m.walk(expr)):
                 yield expr
-        case m.LetRef(name=name) if name in lets:
-            if name not in seen:
-                seen.add(name)
-                yield from _leaves(lets[name], lets, seen)
+        case m.LetRef(name=name) if name in of_lets:
+            yield from of_lets[name]
         case m.FieldOf() if _is_path(expr):
             yield expr
         case m.Input() | m.MemoryRef() | m.Fresh() | m.Present() | m.Clock(name="elapsed"):
             yield expr
         case _:
-            yield from (leaf for part in m.children(expr) for leaf in _leaves(part, lets, seen))
+            yield from (leaf for part in m.children(expr) for leaf in _leaves(part, of_lets))
 
 
 def says_all(asked: m.Expr) -> bool:

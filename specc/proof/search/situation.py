@@ -10,6 +10,7 @@ from typing import Any
 
 from specc.frozen import frozen
 from specc.lang import Environment, evaluate
+from specc.lang.order import InOrder
 from specc.lang.values import compose, translation
 from specc.model import expr as m
 from specc.model.expr import Expr
@@ -225,24 +226,23 @@ NO_VALUE = (
 """What evaluating an expression raises that has no value: a root of -1, a part of None."""
 
 
-class Values(Mapping[str, Value]):
-    """Values by name, computed when they are first asked for."""
+class Values(InOrder[Value]):
+    """Values by name, computed when they are first asked for; asking for one may raise NO_VALUE."""
 
-    def __init__(self, names: Mapping[str, Expr], compute: Callable[[Expr], Value]) -> None:
-        self._names = names
-        self._compute = compute
-        self._known: dict[str, Value] = {}
+    def __init__(self, named: Mapping[str, Expr], compute: Callable[[Expr], Value]) -> None:
+        def attempt(name: str) -> Value:
+            try:
+                return compute(named[name])
+            except NO_VALUE as error:
+                return error
+
+        super().__init__(named, attempt)
 
     def __getitem__(self, name: str) -> Value:
-        if name not in self._known:
-            self._known[name] = self._compute(self._names[name])
-        return self._known[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
+        value = super().__getitem__(name)
+        if isinstance(value, NO_VALUE):
+            raise value
+        return value
 
 
 class Meaning:
