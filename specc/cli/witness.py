@@ -44,7 +44,17 @@ def _write_all(options: argparse.Namespace, result: Result) -> int:
     from specc.tools.witness.subject import refutations
 
     facts = result.proofs
-    found = [item for item in refutations(facts) if _is_asked(item, options)]
+    every = list(refutations(facts))
+    found = [item for item in every if _is_asked(item, options)]
+    if every and not found:
+        first = every[0]
+        state = f", state {first.state}" if first.state else ""
+        more = f" and {len(every) - 1} more" if len(every) > 1 else ""
+        return _say(
+            f"{options.spec}: no error that a run can show is left by `--code`, `--subsystem` and "
+            f"`--state`; without these there is {first.code} in {first.subsystem}{state}{more}",
+            0,
+        )
     if not found:
         others = sum(1 for finding in result.diagnostics if finding.severity == "error")
         hint = "; `specc validate` reports errors of other kinds" if others else ""

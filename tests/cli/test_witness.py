@@ -5,10 +5,12 @@ from pathlib import Path
 import pytest
 
 from specc.cli import main
+from specc.tools.witness.subject import Refutation
+from specc.tools.witness.text import file_name
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 OVERLAP = CASES / "machines" / "E0602-both-fresh.yaml"
-NAME = "test_a_m_S0_terminal_E0602.py"
+NAME = "test_a__m__S0__terminal__E0602.py"
 
 
 @pytest.fixture
@@ -54,6 +56,7 @@ def test_nothing_is_refuted(here: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert main(["witness", str(CASES / "machines" / "E0608-two-writers.yaml")]) == 0
     assert "errors of other kinds" in capsys.readouterr().err
     assert main(["witness", str(OVERLAP), "--code", "e0601"]) == 0
+    assert "without these there is E0602 in a.m, state S0" in capsys.readouterr().err
     assert main(["witness", str(CASES / "open" / "O0401-no-agents.yaml")]) == 0
     assert not (here / "witnesses").exists()
 
@@ -102,3 +105,9 @@ def test_no_specification_is_too_odd(here: Path, capsys: pytest.CaptureFixture[s
         for path in sorted(CASES.rglob("*.yaml"))
     }
     assert {name for name, code in codes.items() if code not in (0, 1, 2)} == set()
+
+
+def test_tests_of_different_inputs_have_different_names() -> None:
+    inputs = [("p", "q_r"), ("p_q", "r"), ("p_", "q"), ("p", "_q"), ("p__q", "r"), ("p", "q__r")]
+    found = [Refutation("E0701", "a.m", "S0", None, "", absent=name) for name in inputs]
+    assert len(set(map(file_name, found))) == len(inputs)

@@ -10,7 +10,7 @@ import pytest
 from tests.witness.runs import CASES, run, written
 
 FILES = sorted(path for n in range(1, 5) for path in (CASES / "presence").glob(f"E070{n}-*"))
-ELEMENT = re.compile(r"_c_([de])_E070\d$")
+ELEMENT = re.compile(r"__c__([de])__E070\d$")
 
 
 def given(text: str, element: str) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import wrap
+from zlib import crc32
 
 from specc.emit import emit
 from specc.lower import FilePlan
@@ -49,9 +49,12 @@ def scenario(refutation: Refutation, script: Script, spec: str) -> str:
 
 
 def _identifier(refutation: Refutation) -> str:
+    """Names with two underscores between them; names that have such themselves get a number."""
     about = (refutation.cause or "", *(refutation.absent or ()))
-    parts = (refutation.subsystem, refutation.state, *filter(None, about), refutation.code)
-    return re.sub(r"[^A-Za-z0-9_]", "_", "_".join(parts))
+    whole = ".".join((refutation.subsystem, refutation.state, *filter(None, about)))
+    unclear = any("__" in f"_{name}_" for name in whole.split("."))
+    number = f"__{crc32(whole.encode()):08x}" if unclear else ""
+    return f"{whole.replace('.', '__')}__{refutation.code}{number}"
 
 
 def _title(refutation: Refutation) -> str:
