@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from specc.analysis.connections import Arrivals
 from specc.analysis.graph import Held, Step, must_hold
-from specc.analysis.guards import Guards, Implied, Use, ended, negation, said, there
+from specc.analysis.guards import Guards, Implied, Tests, Use, ended, negation, said, there
 from specc.analysis.reads import Dependences, all_inputs, nodes, texts
 from specc.model.expr import (
     TRUE,
@@ -201,6 +201,7 @@ class Values:
         self._prover = prover
         self._dependences = dependences
         self._guards = Guards(subsystem.lets, _behind, _either, _outside)
+        self._lacking: dict[tuple[int, Known, Tests, Moment], Sequence[Need]] = {}
 
     @cached_property
     def needed(self) -> bool:
@@ -213,21 +214,29 @@ class Values:
             if isinstance(part.expr, Sure):
                 yield Need(part.expr, part.known, part.let)
 
-    def at(self, use: Use) -> Context:
-        """What is known where an expression is evaluated."""
-        if use.state is None:
-            return ()
-        if isinstance(use.owner, Function):
-            return _in_order(self._held[use.state.name])
-        known = self._when_asked(use.state, self._held[use.state.name])
-        return (*_in_order(known), *said(use.tests))
+    def lacking(self, use: Use) -> Sequence[Need]:
+        """What may be missing where it is needed; what errors stand before, is not known.
 
-    def lacks(self, need: Need, use: Use) -> bool:
-        """Whether a value may be missing; where an error stands before it, that is not known."""
-        known = self.at(use)
+        The same expression where the same is known, in however many states, is one question.
+        """
+        known = self._known_at(use)
+        key = id(use.text.expr), known, use.tests, self._moment(use)
+        if key not in self._lacking:
+            context = (*_in_order(known), *said(use.tests))
+            needs = self.needs(use.text.expr)
+            self._lacking[key] = [n for n in needs if self._lacks(n, context, key[-1])]
+        return self._lacking[key]
+
+    def _known_at(self, use: Use) -> Known:
+        """What is known where an expression is evaluated, beside the tests before it."""
+        if use.state is None:
+            return frozenset()
+        held = self._held[use.state.name]
+        return held if isinstance(use.owner, Function) else self._when_asked(use.state, held)
+
+    def _lacks(self, need: Need, known: Context, moment: Moment) -> bool:
         legible = (way for way in need.ways if not any(map(has_unknown, way)))
         contexts = ((*known, *way) for way in legible)
-        moment = self._moment(use)
         return any(
             need.fact not in context
             and not self._prover.implies(_with_items(context), need.fact, moment)

@@ -144,10 +144,10 @@ def values_there(facts: Facts) -> Iterator[Diagnostic]:
 def _missing(machine: Machine) -> Iterator[Diagnostic]:
     values, told = machine.values, set[Place]()
     for use in uses(machine.subsystem, (step.row for step in machine.steps)):
-        for need in values.needs(use.text.expr):
+        for need in values.lacking(use):
             text = text_of(need.let) if need.let else use.text
             place = text.place(need.sure)
-            if place not in told and values.lacks(need, use):
+            if place not in told:
                 told.add(place)
                 yield _without_value(need, use, place, machine)
 
