@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, partial
-from itertools import chain, count
 from typing import TYPE_CHECKING
 
 from specc.analysis import Decided, Facts
@@ -14,7 +13,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang import show
 from specc.model.expr import Call, Expr, walk
-from specc.model.fsm import Behaviour, Cause, State, Transition
+from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
 from specc.model.system import Subsystem
 from specc.proof import Witness
 
@@ -195,28 +194,21 @@ def _gap(decided: Decided) -> Witness | None:
 
 
 def _with_one_more_row(told: Shared) -> str:
-    decided, gap = told.first, told.witness
-    taken = {condition.name for condition in decided.subsystem.conditions}
-    name = next(n for n in chain(("otherwise",), _numbered()) if n not in taken)
-    assert gap.repair is not None  # there are rows
-    also = " to each of these states" if told.others else ""
+    decided, also = told.first, " to each of these states" if told.others else ""
+    row = f"add the row `[{decided.state.name}, {decided.cause}, {OTHERWISE}, ...]`{also}, or one"
+    if any((c.kind, c.name) == ("initial", OTHERWISE) for c in decided.subsystem.conditions):
+        row = f"add a row{also}"  # the word has a meaning of its own here
     return (
-        f"add the row `[{decided.state.name}, {decided.cause}, {name}, ...]` with the initial "
-        f'condition `{name}: "{show(gap.repair)}"`{also}, or say under `assume:` '
-        "why this cannot occur"
-        f"{_operators_in(gap)}"
+        f"{row} with a condition for this case, or say under `assume:` why it cannot occur"
+        f"{_operators_in(told.witness)}"
     )
-
-
-def _numbered() -> Iterator[str]:
-    return (f"otherwise_{number}" for number in count(2))
 
 
 # Whenever a state ends by a cause, at most one row of that state and cause applies (2.4).
 
 
 _MOST = 6
-"""Most rows of which every two are compared, and most other pairs that are reported."""
+"""Most rows of which every two are compared."""
 
 
 def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
@@ -234,7 +226,7 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
             "E0602",
             f"two rows of {told.states} apply {situation(overlap)}",
             second.place,
-            f"applies when it ended {ending(decided.state.behaviour, decided.cause)}",
+            f"applies when the state ended {ending(decided.state.behaviour, decided.cause)}",
             (Related(first.place, also), *others, *told.places),
             _with_one_row_less(told),
             example=examples().text(widest, overlap, facts_of(overlap)),
@@ -242,17 +234,16 @@ def rows_exclusive(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _others(told: Shared) -> Iterator[Related]:
-    """The other pairs of rows that can apply together, at the second of them."""
-    rows, holding = told.first.verdict.rows, told.witness.holding
-    pairs = ((i, j) for j in range(len(rows)) for i in range(j) if (i, j) != holding)
-    left = _MOST
-    for pair in pairs if len(rows) <= _MOST else ():
-        overlap = told.widest.overlap(pair)
-        if overlap and left:
-            left -= 1
-            name = rows[pair[0]].condition.name
+    """The other rows that can apply together with one, at their places."""
+    rows, shown = told.first.verdict.rows, set(told.witness.holding)
+    pairs = ((i, j) for j in range(len(rows)) for i in range(j))
+    for one, other in pairs if len(rows) <= _MOST else ():
+        there, beside = (one, other) if other in shown else (other, one)
+        if there not in shown and (overlap := told.widest.overlap((one, other))):
+            shown.add(there)
+            name = rows[beside].condition.name
             words = f"applies {situation(overlap)}, and so does the row with `{name}`"
-            yield Related(rows[pair[1]].place, words)
+            yield Related(rows[there].place, words)
 
 
 def _with_one_row_less(told: Shared) -> str:

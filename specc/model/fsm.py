@@ -12,6 +12,8 @@ from specc.source import Place
 
 ConditionKind = Literal["initial", "terminal", "error"]
 Cause = Literal["terminal", "error"]
+OTHERWISE = "otherwise"
+"""As the initial condition of a row: none of the other rows of its state and cause applies."""
 
 
 @frozen

@@ -16,7 +16,7 @@ from specc.proof.formula import Formula
 from specc.proof.relations import conjuncts, related
 from specc.proof.translate import Translator
 from specc.proof.verdict import Decision, InputName, RowVerdict
-from specc.proof.witness import none_of, only
+from specc.proof.witness import only
 
 Moment = Literal["conditions", "functions", "start"]
 """When something holds. Axioms hold except at the start of a run; `entered` and `elapsed` are known
@@ -86,7 +86,7 @@ class Prover:
             facts = [self._translator.present(*name) for name in sorted(known)]
             facts += [self._translator.fresh(*name) for name in sorted(new)]
             self._decisions[key] = _where_fresh(question.decide(facts), sorted(new))
-        return RowVerdict(rows, _with_repairs(self._decisions[key], rows))
+        return RowVerdict(rows, _with_repair(self._decisions[key], rows))
 
     def _question(self, state: str, cause: Cause, without: int | None) -> Question:
         """What is asked about a state and cause; states whose conditions are the same share it."""
@@ -187,16 +187,12 @@ def _where_fresh(decision: Decision, fresh: Iterable[InputName]) -> Decision:
     return replace(decision, gap=gap, overlap=overlap) if known else decision
 
 
-def _with_repairs(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
-    """The decision with a repair in terms of the other conditions where none is short."""
-    gap, overlap = decision.gap, decision.overlap
-    if gap and gap.repair is None and rows:
-        gap = replace(gap, repair=none_of([row.condition.when for row in rows]))
-    if overlap and overlap.repair is None and overlap.repaired is not None:
-        one = overlap.repaired
-        (other,) = (index for index in overlap.holding if index != one)
-        pair = rows[one].condition.when, rows[other].condition.when
-        overlap = replace(overlap, repair=only(*pair))
-    if (gap, overlap) == (decision.gap, decision.overlap):
+def _with_repair(decision: Decision, rows: tuple[Transition, ...]) -> Decision:
+    """The decision with a repair in terms of the other condition where none is short."""
+    overlap = decision.overlap
+    if overlap is None or overlap.repair is not None or overlap.repaired is None:
         return decision
-    return replace(decision, gap=gap, overlap=overlap)
+    one = overlap.repaired
+    (other,) = (index for index in overlap.holding if index != one)
+    repair = only(rows[one].condition.when, rows[other].condition.when)
+    return replace(decision, overlap=replace(overlap, repair=repair))

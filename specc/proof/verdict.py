@@ -41,9 +41,9 @@ class Witness:
     the situations there are, or `everywhere` holds in all of them and in no other; where this would
     take too many words, they are only `some`.
 
-    `holding` are indices of conditions that all hold. `repair` is a new condition or, if there is a
-    `repaired`, what replaces the condition of that index. It is None where one of the conditions
-    that hold has to be removed, since others hold wherever it does.
+    `holding` are indices of conditions that all hold. `repair` is what replaces the condition of
+    index `repaired`. It is None where one of the conditions that hold has to be removed, since
+    others hold wherever it does.
     """
 
     facts: Facts

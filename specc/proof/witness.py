@@ -1,4 +1,4 @@
-"""Situations that refute a table, and the condition that would repair it."""
+"""Situations that refute a table, and the condition that would end an overlap."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atom
 from specc.proof.table import Cases, Column, Table
 from specc.proof.verdict import Answers, Facts, UnsureError, Witness
 
-# Conditions that close a gap or end an overlap, in the words that the conditions use.
+# Conditions that say where a fault is, or end an overlap, in the words that the conditions use.
 
 
 MOST_CASES = 4
@@ -50,11 +50,6 @@ def condition_for(table: Table, cases: Cases, target: int, asked: frozenset[Atom
         left &= ~bits
         found.append(_joined("and", [literal.expr for literal in case]))
     return _joined("or", found) if found else None
-
-
-def none_of(conditions: Sequence[Expr]) -> Expr:
-    """The condition that none of some holds."""
-    return _joined("and", [opposite(condition) for condition in conditions])
 
 
 def only(condition: Expr, other: Expr) -> Expr:
@@ -123,15 +118,14 @@ def _joined(op: str, parts: Sequence[Expr]) -> Expr:
     return Logic(op, tuple(parts), type=_BOOL)  # type: ignore[arg-type]  # and, or
 
 
-# What is said about a fault: a situation that shows it, all that do, and a repair.
+# What is said about a fault: a situation that shows it, all that do, the repair of an overlap.
 
 
 def no_row(table: Table, cases: Cases, faults: int, conditions: Sequence[Formula]) -> Witness:
     """That none of the conditions holds in the combinations `faults`, of which the first can be."""
     asked = frozenset(atoms_of(conditions))
     try:
-        found = _witness(table, cases, faults, faults, asked)
-        return replace(found, repair=condition_for(table, cases, faults, asked))
+        return _witness(table, cases, faults, faults, asked)
     except UnsureError:
         facts, answers, _ = describe(table, faults & -faults, cases.conceivable, asked)
         return Witness(facts, answers=answers, some=True)

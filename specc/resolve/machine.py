@@ -20,6 +20,7 @@ from specc.model.expr import (
     walk,
 )
 from specc.model.fsm import (
+    OTHERWISE,
     Assignment,
     Axiom,
     Behaviour,
@@ -111,10 +112,6 @@ def _may_fail(value: Expr, expressions: Expressions) -> bool:
 
 
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
-
-
-OTHERWISE = "otherwise"
-"""As the initial condition of a row: none of the other rows of its state and cause applies."""
 
 
 @dataclass(slots=True)

@@ -14,9 +14,7 @@ from specc.diagnostics import Diagnostic
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "tests" / "cases"
-ADDED = re.compile(
-    r'the row `\[(\w+), (\w+), (\w+), \.\.\.\]` with the initial condition `\w+: "(.*)"`'
-)
+ADDED = re.compile(r"the row `\[(\w+), (\w+), (\w+), \.\.\.\]`")
 ASKED = re.compile(r'give (this row|the other row) the condition "(.*)" instead of `(\w+)`')
 _serial = itertools.count()
 
@@ -63,8 +61,7 @@ def mended(text: str, finding: Diagnostic) -> str:
     lines = text.splitlines()
     initial = lines.index("          initial:")
     if found := ADDED.search(finding.help):
-        state, cause, name, asked = found.groups()
-        lines.insert(initial + 1, f'            {name}: "{asked}"')
+        state, cause, name = found.groups()
         for lacking in (state, *others_of(finding)):
             lines.append(f"          - [{lacking}, {cause}, {name}, {lacking}]")
     elif asked_instead := ASKED.search(finding.help):

@@ -34,7 +34,7 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
     edits: list[Edit] = []
     others = others_of(finding)
     if found := ADDED.search(finding.help):
-        state, cause, name, asked = found.groups()
+        state, cause, name = found.groups()
         for lacking in (state, *others):
             row = machine.rows_of(lacking, cause)[0][0]
             edits.append(sheet.beside(row, f"[{lacking}, {cause}, {name}, {lacking}]"))
@@ -46,9 +46,9 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
         rows = [each for state in others for each in machine.rows_of(state, cause)]
         also = [other for other, cells in rows if cells[2] == old]
         edits += [sheet.replaced(sheet.at((*each, 2)), name) for each in (row, *also)]
+        edits.append(sheet.beside(conditions[0], f'{name}: "{asked}"'))
     else:
         return None
-    edits.append(sheet.beside(conditions[0], f'{name}: "{asked}"'))
     return Seed(tuple(edits), ()).text(sheet)
 
 
@@ -69,7 +69,7 @@ def test_a_suggested_repair_makes_the_scenario_pass(name: str, code: str, tmp_pa
             state, cause = STATE.search(told[0].message), CAUSE.search(told[0].label)
             assert state and cause
             chosen = ("--code", code, "--state", state[1])
-            end = f"_{state[1]}_{cause[1]}_{code}"
+            end = f"__{state[1]}__{cause[1]}__{code}"
             scenarios = written(path, tmp_path / "out", *chosen)
             scenario = next(s for s in scenarios if s.stem.endswith(end))
             assert run(scenario, tmp_path) is not None

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain, count
+from collections.abc import Iterator, Sequence
 
 from specc.analysis import Decided
 from specc.diagnostics import Diagnostic, Fix
 from specc.diagnostics.report import repair
 from specc.diagnostics.sides import settled
 from specc.frozen import frozen
-from specc.lang import show
+from specc.model.fsm import OTHERWISE
 from specc.read import read_text
 from specc.source import Node, Place, Route, SourceFile
 from specc.tools.fmt import LayoutError, formatted
@@ -100,23 +99,13 @@ def _is_about(diagnostic: Diagnostic, decided: Decided) -> bool:
 def _insertions(
     analysis: Analysis, decided: Decided, others: Sequence[Decided]
 ) -> Iterator[Insertion]:
-    """The initial condition, if one is needed, and a row for it behind the last one of each state.
-
-    `others` are the states that lack the same row.
-    """
+    """A row behind the last one of each state; `others` are those that lack the same row."""
     place = decided.state.place
     source = analysis.loader.sources.get(place.file)
     owner = place.route[:-2]
-    gap = decided.verdict.decision.gap
-    name = "always"
-    if decided.verdict.rows and gap is not None and gap.repair is not None:
-        taken = {condition.name for condition in decided.subsystem.conditions}
-        name = next(n for n in chain(("otherwise",), _numbered()) if n not in taken)
-        written = show(gap.repair).replace("\\", "\\\\").replace('"', '\\"')
-        condition = _behind(source, (*owner, "conditions", "initial"), None, f'{name}: "{written}"')
-        if condition is None:
-            return
-        yield condition
+    name = OTHERWISE if decided.verdict.rows else "always"
+    if any((c.kind, c.name) == ("initial", name) for c in decided.subsystem.conditions):
+        return  # the word has a meaning of its own here
     for lacking in (decided, *others):
         state = lacking.state.name
         rows = [i for i, t in enumerate(lacking.subsystem.transitions) if t.source == state]
@@ -157,10 +146,6 @@ def _begin(source: SourceFile, whole: Node, step: str | int) -> int:
 def _line_end(source: SourceFile, node: Node) -> int:
     found = [at for at in (source.text.find(c, node.end) for c in "\r\n") if at >= 0]
     return min(found, default=len(source.text))
-
-
-def _numbered() -> Iterable[str]:
-    return (f"otherwise_{number}" for number in count(2))
 
 
 # What an editor asks of a file or a stretch of it: outline, repairs, layout, calls.

@@ -58,7 +58,7 @@ def test_a_repair_keeps_quotes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("break_", ["\n", "\r\n"])
-def test_inserts_the_missing_row_and_its_condition(break_: str, tmp_path: Path) -> None:
+def test_inserts_the_missing_row(break_: str, tmp_path: Path) -> None:
     project, system, _ = opened(tmp_path)
     whole = SYSTEM.replace("\n", break_)
     expected = codes(project, system, whole)
@@ -68,9 +68,16 @@ def test_inserts_the_missing_row_and_its_condition(break_: str, tmp_path: Path) 
     assert not action.preferred
     mended = edited(text, action)
     assert f"- [S0, terminal, going, S1]{break_}          - [S0, terminal, otherwise, S0]" in mended
-    assert 'otherwise: "' in mended
     # `resting` is not used any more; nothing else is new.
     assert set(codes(project, system, mended)) - set(expected) <= {"W0611"}
+
+
+def test_inserts_no_row_where_otherwise_is_a_condition_of_its_own(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    text = SYSTEM.replace("          - [S0, terminal, resting, S0]\n", "")
+    text = text.replace("resting:", "otherwise:")
+    assert "E0601" in codes(project, system, text)
+    assert offered(project, system, text, "{S0|: idle, S1") == []
 
 
 def test_inserts_the_missing_row_of_all_states_that_lack_it(tmp_path: Path) -> None:
@@ -81,7 +88,6 @@ def test_inserts_the_missing_row_of_all_states_that_lack_it(tmp_path: Path) -> N
     (action,) = offered(project, system, text, "{S0|: idle, S1")
     assert "S0, S1" in action.title
     mended = edited(text, action)
-    assert mended.count("otherwise: ") == 1
     assert "[S0, terminal, otherwise, S0]" in mended
     assert "[S1, terminal, otherwise, S1]" in mended
     assert "E0601" not in codes(project, system, mended)
