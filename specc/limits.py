@@ -34,6 +34,8 @@ MAX_EXPRESSION_PARTS = 2_000
 """Of an expression with the constants of a description written out."""
 MAX_IGNORED = 20
 """Codes of one comment that suppresses findings."""
+MAX_FAULTS = 999
+"""Of the text of one file, and of its shape; what comes after the last is not looked at."""
 MAX_SHOWN = 1_000
 """Findings that a report shows; the others are counted."""
 

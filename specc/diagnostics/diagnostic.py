@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Literal
 
 from specc.frozen import frozen
+from specc.limits import MAX_FAULTS
 from specc.source import Place
 
 Severity = Literal["error", "warning", "open"]
@@ -99,3 +100,23 @@ def stops(code: str, command: Command) -> bool:
     if severity_of(code) != "open":
         return severity_of(code) == "error"
     return code not in _FOR_NOTHING and (command == "run" or code not in _FOR_RUNS)
+
+
+class TooManyFaultsError(Exception):
+    """A file has more than `MAX_FAULTS`; the last finding says so."""
+
+
+class Faults(list[Diagnostic]):
+    """What is wrong with a file, as far as that is worth telling."""
+
+    def add(self, fault: Diagnostic) -> None:
+        """Add a finding.
+
+        Raises:
+            TooManyFaultsError: it is the last one that is told.
+        """
+        self.append(fault)
+        if len(self) == MAX_FAULTS:
+            hint = f"correct these {MAX_FAULTS} first; what follows them was not looked at"
+            self.append(Diagnostic("E0017", "too many mistakes", fault.primary, help=hint))
+            raise TooManyFaultsError

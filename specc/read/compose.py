@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics import Diagnostic, Faults, Related, TooManyFaultsError
 from specc.limits import MAX_DEPTH, MAX_KEYS, MAX_VALUES
 from specc.read.syntax import (
     AliasEvent,
@@ -124,7 +124,7 @@ def compose(path: str, text: str) -> tuple[Built | None, tuple[Diagnostic, ...]]
         root = composer.document()
     except YamlSyntaxError as fault:
         return None, (*composer.findings, syntax_error(path, text, fault))
-    except _GiveUpError:
+    except (_GiveUpError, TooManyFaultsError):
         return None, tuple(composer.findings)
     if root is None or (root.node.scalar == "" and not root.node.style):
         composer.report("E0007", "the file is empty", 0, 0, "start with `specc: 1`")
@@ -140,7 +140,7 @@ class _Composer:
     """Gives every event its meaning; what cannot be kept becomes a finding."""
 
     def __init__(self, path: str, text: str) -> None:
-        self.findings: list[Diagnostic] = []
+        self.findings = Faults()
         self._path = path
         self._text = text
         self._events = events(text)
@@ -163,7 +163,7 @@ class _Composer:
     def report(self, code: str, message: str, start: int, end: int, hint: str) -> None:
         """Add a finding about a stretch of the text."""
         place = Place(self._path, (), "text", start, end)
-        self.findings.append(Diagnostic(code, message, place, help=hint))
+        self.findings.add(Diagnostic(code, message, place, help=hint))
 
     def _value(self, event: Any, depth: int, key: Node | None) -> Built:
         """The value that begins with an event, below `depth` collections and perhaps a key."""
@@ -268,7 +268,7 @@ class _Composer:
         related = (Related(earlier, "first given here"),)
         hint = "give it once: rename or delete one of the two"
         message = f"the key `{key}` is given twice"
-        self.findings.append(Diagnostic("E0011", message, place, "", related, hint))
+        self.findings.add(Diagnostic("E0011", message, place, "", related, hint))
 
     def _alias(self, event: Any, depth: int) -> Built:
         if event.anchor not in self._anchors:

@@ -5,9 +5,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Literal, TypeVar
 
-from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
+from specc.diagnostics import (
+    Diagnostic,
+    Edit,
+    Faults,
+    Fix,
+    TooManyFaultsError,
+    nearest,
+    surely_meant,
+)
 from specc.schema.files import SpecFile
 from specc.schema.keys import (
     OTHERS,
@@ -62,8 +71,9 @@ def shape(data: object, file: str) -> tuple[SpecFile | None, list[Diagnostic]]:
 
 def checked(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
     """A mapping made of data, or None and what is wrong with their shape."""
-    check = _Check(file)
-    made = check.value(part, data, ())
+    check, made = _Check(file), None
+    with suppress(TooManyFaultsError):
+        made = check.value(part, data, ())
     unsupported = [finding for finding in check.findings if finding.code == "E0105"]
     found = unsupported or check.findings
     return (None if found else made), found
@@ -73,7 +83,7 @@ class _Check:
     """Makes parts of data; for what does not fit there is a finding, and what is made is void."""
 
     def __init__(self, file: str) -> None:
-        self.findings: list[Diagnostic] = []
+        self.findings = Faults()
         self._file = file
 
     def value(self, kind: Kind, value: Any, route: Route) -> Any:
@@ -192,7 +202,7 @@ class _Check:
         meant = surely_meant(name, close)
         fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
         words = f"unknown key `{name}`{_inside(route)}"
-        self.findings.append(Diagnostic("E0101", words, place, help=hint, fix=fix))
+        self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 
     def _misfit(self, expected: str, value: Any, route: Route, help: str = "") -> None:
         """A value of another kind than expected."""
@@ -207,7 +217,7 @@ class _Check:
         self, code: str, words: str, route: Route, help: str, part: _PartOfPlace = "value"
     ) -> None:
         place = Place(self._file, route, part)
-        self.findings.append(Diagnostic(code, words, place, help=help))
+        self.findings.add(Diagnostic(code, words, place, help=help))
 
 
 _MAKERS: dict[type, Callable[..., Any]] = {

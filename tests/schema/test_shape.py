@@ -1,9 +1,12 @@
 """Findings about shapes, on small mappings that cover what the schema is written in."""
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
 
+from specc.limits import MAX_FAULTS
+from specc.pipeline import compile_spec
 from specc.schema.files import SpecFile
 from specc.schema.keys import OTHERS, Listed, Part, Text, key
 from specc.schema.shape import checked
@@ -222,3 +225,13 @@ def test_another_version_silences_everything_else() -> None:
 
 def test_everything_wrong_is_reported_at_once() -> None:
     assert len(findings(system=5, rows=[5, 6], count=[], wiht=1)) == 5
+
+
+@pytest.mark.parametrize("fault", ["{from: 1}", "!tag 1"])
+def test_of_very_many_faults_the_first_are_told(fault: str, tmp_path: Path) -> None:
+    rows = ", ".join([fault] * 2 * MAX_FAULTS)
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(f"specc: 1\nsystem: s\nagents: {{a: {{control: {{transitions: [{rows}]}}}}}}\n")
+    found = compile_spec(str(spec)).diagnostics
+    assert len(found) == MAX_FAULTS + 1
+    assert found[-1].code == "E0017"
