@@ -57,7 +57,7 @@ class Facts:
         # The objects themselves, since what is equal may stand elsewhere in its text.
         made_of = id(subsystem), tuple(map(id, self._constants.values())), arrivals, faulty
         known: Machine | None = self._kept.answer(f"machine {name}", made_of)
-        if known is not None and known.prover.is_repeatable:
+        if known is not None and known.is_repeatable:
             return known
         made = Machine(subsystem, self._constants, arrivals, faulty=faulty)
         self._kept.keep(f"machine {name}", made_of, made)

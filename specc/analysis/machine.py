@@ -81,6 +81,7 @@ class Machine:
         self._constants = constants
         self._verdicts: dict[tuple[str, Cause], RowVerdict] = {}
         self._settled: dict[int, bool | None] = {}
+        self._provers: list[Prover] = []
         self._told: dict[Callable[[Machine], Iterable[Any]], tuple[Any, ...]] = {}
 
     def told(self, check: Callable[[Machine], Iterable[T]]) -> tuple[T, ...]:
@@ -98,7 +99,13 @@ class Machine:
 
     def _new_prover(self, subsystem: Subsystem) -> Prover:
         values = {name: constant.value for name, constant in self._constants.items()}
-        return Prover(subsystem, values, self.arrivals.declared)
+        self._provers.append(Prover(subsystem, values, self.arrivals.declared))
+        return self._provers[-1]
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether answers do not depend on earlier questions, as those of solvers may."""
+        return all(prover.is_repeatable for prover in self._provers)
 
     @cached_property
     def views(self) -> Views:

@@ -44,6 +44,7 @@ class Prover:
         self._elsewhere = partial(Translator, *known)
         self.numbering = self._translator.numbering
         self._solver = Solver(self.numbering)
+        self._solvers = [self._solver]
         self._formula = self._translator.formula
         self._always_present = frozenset(always_present)
         self._behaviours = {state.name: state.behaviour for state in subsystem.states}
@@ -61,7 +62,7 @@ class Prover:
     @property
     def is_repeatable(self) -> bool:
         """Whether answers do not depend on earlier questions, as those of the solver may."""
-        return not self._solver.was_asked
+        return not any(solver.was_asked for solver in self._solvers)
 
     def prove_rows(
         self,
@@ -168,7 +169,8 @@ class Prover:
     def _anywhere(self) -> tuple[Translator, Solver]:
         """Formulas about any moment, in functions as well."""
         translator = self._elsewhere()
-        return translator, Solver(translator.numbering)
+        self._solvers.append(Solver(translator.numbering))
+        return translator, self._solvers[-1]
 
     def _can_hold(self, formulas: list[Formula]) -> bool | None:
         key = tuple(formulas)

@@ -13,10 +13,12 @@ import pytest
 from specc.lang import Environment, evaluate
 from specc.model.expr import Binary, Builtin, Compare, Expr, Logic, MemoryRef, Number, Unary
 from specc.model.types import Bool, Int
-from specc.proof import Prover
+from specc.proof import Moment, Prover
 from specc.proof.formula import atoms_of
 from specc.proof.solver import solve
 from tests.checks.conditions import condition, machine
+from tests.checks.texts import condition as typed
+from tests.checks.texts import prover
 
 ROOT = Path(__file__).resolve().parents[2]
 BOOL, INT = Bool(), Int()
@@ -114,3 +116,10 @@ def test_the_flagship_needs_no_solver() -> None:
         [sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True
     )
     assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("moment", ["conditions", "functions", "start"])
+def test_answers_that_needed_the_solver_are_not_kept(moment: Moment) -> None:
+    proofs = prover("d < 1")
+    assert proofs.implies([typed("d + e < 1"), typed("e > 0")], typed("d < 2"), moment)
+    assert not proofs.is_repeatable
