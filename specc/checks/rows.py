@@ -365,8 +365,8 @@ def _dead(row: Transition, decided: Decided) -> Iterator[Diagnostic]:
 
 
 _WAY_OUT = (
-    "the generated code checks it in every run; to have it proved, use fewer "
-    "conditions in one table"
+    "the generated code checks it in every run; to have it proved, let the conditions of these "
+    "rows ask fewer questions, or divide the state into several"
 )
 
 

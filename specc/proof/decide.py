@@ -12,7 +12,15 @@ from specc.proof.formula import Arrival, Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Relations, components, conjuncts, related, variables_of
 from specc.proof.table import Cases, DecisionProcedure, Table
-from specc.proof.verdict import Decision, InputName, TooLargeError, UnsureError, rounding, time
+from specc.proof.verdict import (
+    INSTALL,
+    Decision,
+    InputName,
+    TooLargeError,
+    UnsureError,
+    rounding,
+    time,
+)
 from specc.proof.witness import describe, no_row, two_rows
 
 if TYPE_CHECKING:
@@ -50,7 +58,7 @@ class Solver:
         try:
             from specc.proof.solver import Session
         except ImportError:
-            raise UnsureError("it needs the solver, which is not installed") from None
+            raise UnsureError("it needs the solver, which is not installed", INSTALL) from None
         return Session()
 
 
@@ -101,7 +109,7 @@ class Question:
         except TooLargeError as error:
             reason = str(error)
         except UnsureError as error:
-            return self._unknown(str(error))
+            return self._unknown(str(error), error.way_out)
         # What the context says of other things cannot help a proof, but makes the table larger.
         try:
             smaller = self._by_table(related(assumed, self._conditions))
@@ -151,11 +159,12 @@ class Question:
             rounded = procedure.rounded
             return solve(rounded, lambda: procedure.exact, self._conditions, assumed)
         except UnsureError as error:
-            return self._unknown(f"{reason}, and {error}")
+            return self._unknown(f"{reason}, and {error}", error.way_out)
 
-    def _unknown(self, reason: str) -> Decision:
+    def _unknown(self, reason: str, way_out: str = "") -> Decision:
         return Decision(
             unknown=reason,
+            way_out=way_out,
             satisfiable=(True,) * len(self._conditions),
             ensures=(frozenset(),) * len(self._conditions),
         )

@@ -19,6 +19,10 @@ class TooLargeError(Exception):
 class UnsureError(Exception):
     """The solver gave no answer within its bounds, or is not installed; the message says so."""
 
+    def __init__(self, reason: str, way_out: str = "") -> None:
+        super().__init__(reason)
+        self.way_out = way_out
+
 
 # What the proofs say.
 
@@ -130,6 +134,9 @@ class RowVerdict:
 WAY_OUT = (
     "the generated code checks it in every run; to have it proved, compare one and the same sum "
     "in all rows, as in `a + b < c` and `not (a + b < c)`"
+)
+INSTALL = (
+    "the generated code checks it in every run; to have it proved, `pip install 'specc[proof]'`"
 )
 TIMED = (
     "the generated code checks it in every run; to have it proved, compare `elapsed` itself with "
