@@ -16,6 +16,7 @@ from specc.lang.order import InOrder
 from specc.model.expr import (
     Among,
     Binary,
+    Builtin,
     Choice,
     Compare,
     Expr,
@@ -140,12 +141,14 @@ class Constancy:
 
 
 def _leaves(expr: Expr) -> Iterator[Expr]:
-    """The values that an expression may have: the branches of a choice, or itself."""
-    if isinstance(expr, Choice):
-        yield from _leaves(expr.then)
-        yield from _leaves(expr.otherwise)
-    else:
-        yield expr
+    """The values that an expression may have: one of several, or its own."""
+    match expr:
+        case Choice(then=then, otherwise=otherwise):
+            yield from (*_leaves(then), *_leaves(otherwise))
+        case Builtin(name="min" | "max", args=args):
+            yield from (leaf for arg in args for leaf in _leaves(arg))
+        case _:
+            yield expr
 
 
 def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
