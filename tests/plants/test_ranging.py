@@ -67,7 +67,7 @@ def test_noise_changes_distances_and_leads_none_beyond_the_cutoff(tmp_path):
 
 
 def test_without_a_cutoff_nothing_in_the_beam_is_an_error_not_a_distance(tmp_path):
-    with pytest.raises(PlantError, match=r"meets nothing.*`cutoff`"):
+    with pytest.raises(PlantError, match=r"'endless' meets nothing.*`cutoff`"):
         sampled(tmp_path, "near", "endless")
 
 

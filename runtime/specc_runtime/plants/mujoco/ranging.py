@@ -1,5 +1,6 @@
 """Range finders: what they give where their beam meets nothing."""
 
+from collections.abc import Sequence
 from math import inf
 from typing import Any
 
@@ -34,9 +35,13 @@ class Ranges:
     MuJoCo gives -1 where a beam meets nothing, and the `cutoff` where what it meets is farther.
     """
 
-    def __init__(self, binding: SensorBinding, reach: Array) -> None:
-        """Of raw numbers with that reach (n,), 0 where a number is not from a range finder."""
+    def __init__(self, binding: SensorBinding, reach: Array, names: Sequence[str]) -> None:
+        """Of raw numbers with that reach (n,), 0 where a number is not from a range finder.
+
+        `names` are those of the sensors that give each of them.
+        """
         self._binding = binding
+        self._names = names
         self._where = np.flatnonzero(reach)
         self._reach = reach[self._where]
 
@@ -56,9 +61,10 @@ class Ranges:
         nothing = (exact < 0.0) | (exact >= self._reach)
         distances = np.where(nothing, self._reach, np.minimum(noisy[self._where], self._reach))
         if self._binding.through is None and np.isinf(distances).any():
+            name = self._names[self._where[np.isinf(distances)][0]]
             raise PlantError(
-                "the beam of a range finder meets nothing, so there is no distance; a `cutoff` of "
-                "the sensor in the model is what it gives then"
+                f"the beam of the range finder {name!r} meets nothing, so there is no distance; a "
+                "`cutoff` of the sensor in the model is what it gives then"
             )
         numbers = noisy.copy()
         numbers[self._where] = distances

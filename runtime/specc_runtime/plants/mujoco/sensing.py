@@ -36,7 +36,7 @@ class Sensor:
             self._take = self._take_image
         else:
             self._read = _number_reader(model, data, binding)
-            self._ranges = Ranges(binding, _reach(model, binding))
+            self._ranges = Ranges(binding, _reach(model, binding), _names(model, binding))
             self._take = self._take_numbers
         self._sigma = _sigma(model, binding)
         self.reset(0)
@@ -156,6 +156,12 @@ def _reach(model: Any, binding: SensorBinding) -> Array:
     """How far each raw number can reach, m; 0 of all that are not from range finders."""
     sensors = [find(model, "sensor", name) for name in binding.sensors]
     return _spread(model, binding, [reach_m(model, sensor) for sensor in sensors])
+
+
+def _names(model: Any, binding: SensorBinding) -> list[str]:
+    """The sensor that gives each raw number; empty for those of joints and actuators."""
+    places = _spread(model, binding, range(1, len(binding.sensors) + 1))
+    return [("", *binding.sensors)[int(place)] for place in places]
 
 
 def _spread(model: Any, binding: SensorBinding, of_sensors: Sequence[float]) -> Array:
