@@ -15,7 +15,6 @@ from specc.schema.texts import (
     Name,
     RateText,
     ReadableName,
-    SafeText,
     StateName,
     Traced,
     TypeText,
@@ -65,11 +64,11 @@ class InterfaceDef(Traced, first="frames types"):
 class SafeDef(Part, short="is"):
     """What an element of a device gets when a run ends."""
 
-    value: SafeText = key(
+    value: ConstantText = key(
         about="An expression of constants, operators and what the device reported last.",
         spelled="is",
     )
-    otherwise: SafeText | None = key(None, "A constant that is sent if the expression fails.")
+    otherwise: ConstantText | None = key(None, "A constant that is sent if the expression fails.")
 
 
 class CommandDef(InputDef):

@@ -53,7 +53,6 @@ ReadableName = Annotated[str, Text(fault=_of_readable_name)]
 FieldName = Annotated[str, Text(fault=_of_field_name)]
 """A name that can stand behind a point, in expressions and in Python."""
 
-SafeText = Annotated[str, Text(None, _EXPRESSION, scalars=True)]
 ConstantText = Annotated[str, Text(Role("constant"), _EXPRESSION, scalars=True)]
 InitialText = Annotated[str, Text(Role("initial"), _EXPRESSION, scalars=True)]
 ExprText = Annotated[str, Text(Role("full"), _EXPRESSION, scalars=True)]
