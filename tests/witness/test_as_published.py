@@ -19,5 +19,5 @@ def test_every_overlap_runs(tmp_path: Path) -> None:
     for scenario in scenarios:
         error = run(scenario, tmp_path)
         assert isinstance(error, UndecidedTransition)
-        assert f"irp_m_{error.state}_{error.cause}" in scenario.name
+        assert f"irp__m__{error.state}__{error.cause}" in scenario.name
         assert len(error.rows) > 1

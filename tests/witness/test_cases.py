@@ -36,7 +36,7 @@ def test_it_fails_for_the_reason_reported(case: Path, tmp_path: Path) -> None:
         error = run(scenario, tmp_path)
         assert isinstance(error, UndecidedTransition)
         assert case.stem[:5] in scenario.name
-        assert f"_{error.state}_{error.cause}_" in scenario.name
+        assert f"__{error.state}__{error.cause}__" in scenario.name
         if len(scenarios) == 1:
             assert error.rows == rows_named(case)
         else:

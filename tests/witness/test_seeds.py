@@ -52,6 +52,6 @@ def test_scenarios_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> Non
         error = run(scenario, tmp_path)
         assert isinstance(error, UndecidedTransition)
         assert (len(error.rows) > 1) == scenario.stem.endswith("E0602")
-        assert scenario.stem[:-6].endswith(f"{error.state}_{error.cause}")
+        assert scenario.stem[:-7].endswith(f"{error.state}__{error.cause}")
     part.write_text(bed.sheet.text, encoding="utf-8")
     assert [run(scenario, tmp_path) for scenario in scenarios] == [None] * len(scenarios)
