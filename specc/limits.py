@@ -20,6 +20,8 @@ MAX_KEYS = 2_000
 """Of one mapping: of the states of a subsystem, say, or of the constants of a file."""
 MAX_PARTS = 400
 """Agents, subsystems and devices that a file describes."""
+MAX_COPIES = 1_000
+"""That `for` makes of one part."""
 MAX_ASSUMPTIONS = 400
 """Of a subsystem."""
 MAX_DEPTH = 64

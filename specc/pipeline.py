@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from specc.diagnostics import Command, Diagnostic, stops, without_follow_ups
+from specc.diagnostics import Command, Diagnostic, once, stops, without_follow_ups
 from specc.frozen import frozen
 from specc.limits import one_run
 from specc.model.system import System
@@ -103,7 +103,8 @@ def _compiled(
         resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.kept
     )
     own = told_of_comments(findings.diagnostics, loader.sources)
-    found = (*without_follow_ups(own, checked), *checked)
+    agents = [agent.name for agent in resolved.system.agents]
+    found = tuple(once((*without_follow_ups(own, checked), *checked), agents))
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken)
 
 

@@ -1,6 +1,7 @@
 """A finding as a value: what is wrong, where, and a way out; no lines, columns or colours."""
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
@@ -83,6 +84,38 @@ def without_follow_ups(
             for depth in range(len(place.route) + 1)
         ):
             yield use
+
+
+_MOST_NAMED = 3
+
+
+def once(found: Iterable[Diagnostic], agents: Collection[str]) -> list[Diagnostic]:
+    """The findings, each one about a description once, with the other agents that it is about.
+
+    Findings with one code and place whose words differ only by the names of agents are one.
+    """
+    names = re.compile(rf"\b(?:{'|'.join(sorted(map(re.escape, agents), key=len))})\b")
+    if not agents:
+        return list(dict.fromkeys(found))
+    groups: dict[object, list[Diagnostic]] = {}
+    for finding in found:
+        words = names.sub("", finding.message), names.sub("", finding.help)
+        groups.setdefault((finding.code, finding.primary, finding.label, words), []).append(finding)
+    return [_one_of(group, names) for group in groups.values()]
+
+
+def _one_of(group: list[Diagnostic], names: re.Pattern[str]) -> Diagnostic:
+    first = group[0]
+    said = set(names.findall(first.message))
+    others = dict.fromkeys(
+        name for d in group[1:] for name in names.findall(d.message) if name not in said
+    )
+    if not others:
+        return first
+    shown = [f"`{name}`" for name in others][:_MOST_NAMED]
+    rest = len(others) - len(shown)
+    listed = ", ".join(shown) + (f" and {rest} more" if rest else "")
+    return replace(first, message=f"{first.message}; so with {listed}")
 
 
 def severity_of(code: str) -> Severity:

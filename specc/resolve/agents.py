@@ -17,7 +17,7 @@ from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver, with_safe
-from specc.resolve.reuse import Setting, reuse
+from specc.resolve.reuse import Setting, indexed, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef
 from specc.source import Place
@@ -36,6 +36,7 @@ class AgentResolver:
 
     def resolve(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
         """The agent, or None if the file that it uses cannot be used."""
+        at = indexed(at, definition.each, where, self.findings)
         if definition.use is not None:
             return self._reused(name, definition, where, at)
         subsystems = []
@@ -105,6 +106,8 @@ class AgentResolver:
     ) -> Subsystem | None:
         """The subsystem that `where` describes or uses, or None if what it uses cannot be used."""
         before, withheld = len(self.findings.diagnostics), self.findings.withheld
+        repeated = len(self.findings.repeated)
+        at = indexed(at, definition.each, where, self.findings)
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
             described, here = levels[-1]
@@ -142,7 +145,8 @@ class AgentResolver:
         resolved = self._kept(
             f"{agent}.{name}", (*given, inside.definitions.made_from), here.raw, made
         )
-        if found := self.findings.diagnostics[before:]:
+        found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
+        if found:
             inner = all(_only_inside(finding, here) for finding in found)
             (self.faulty if inner else self.broken).add(resolved.qualified_name)
         elif self.findings.withheld > withheld:
@@ -231,7 +235,6 @@ class AgentResolver:
     def _devices(
         self, agent: str, around: AgentDef, where: Where, at: Setting
     ) -> tuple[Device, ...]:
-        expressions = Expressions(self.findings, at.definitions)
         groups: tuple[tuple[str, DeviceKind, Mapping[str, DeviceDef]], ...] = (
             ("real_effectors", "real_effector", around.real_effectors),
             ("real_receptors", "real_receptor", around.real_receptors),
@@ -240,11 +243,13 @@ class AgentResolver:
         for group, kind, members in groups:
             for name, item in members.items():
                 here = where[group][name]
+                inside = indexed(at, item.each, here, self.findings)
+                expressions = Expressions(self.findings, inside.definitions)
                 x = resolve_elements(item.x, here["x"], expressions)
                 y = resolve_elements(item.y, here["y"], expressions)
                 x = with_safe(x, item, here["x"], y, expressions)
                 trace = trace_of(item)
-                device = Device(agent, name, kind, item.title, x, y, trace, here.key, at.given)
+                device = Device(agent, name, kind, item.title, x, y, trace, here.key, inside.given)
                 if len(x) + len(y) < len(item.x) + len(item.y):
                     self.broken.add(device.qualified_name)
                 found.append(device)

@@ -16,6 +16,7 @@ from specc.model.types import Type
 from specc.model.units import UnitError, parse_unit
 from specc.read import Reach
 from specc.schema.texts import Traced
+from specc.schema.unfold import route_below
 from specc.source import Place, Route
 
 # What every part of resolving shares: a cursor into the files and the list of findings.
@@ -36,7 +37,7 @@ class Where:
                 raw = self.raw[key]  # type: ignore[index]  # a list takes the int, a dict the key
             except (KeyError, IndexError):
                 raw = None
-        return Where(self.file, (*self.route, key), raw)
+        return Where(self.file, route_below(self.raw, key, self.route), raw)
 
     def scalar(self, key: str) -> Where:
         """The value at `key`, or this value itself where the short form is used."""
@@ -85,6 +86,8 @@ class Findings:
     kept: Kept | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
+    repeated: list[Diagnostic] = field(default_factory=list)
+    """Missing parts that are reported at another place that needs them."""
     _lacking: dict[object, int] = field(default_factory=dict)
 
     def report(
@@ -185,6 +188,7 @@ class Findings:
                 if len(earlier.related) < _MOST_RELATED and found.primary not in known:
                     self.diagnostics[index] = replace(earlier, related=earlier.related + more)
                 self.withheld += 1
+                self.repeated.append(found)
                 return
         self.diagnostics.append(found)
 

@@ -11,10 +11,10 @@ from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.lang import ExprError, TypeNames
 from specc.limits import MAX_EXPRESSION_PARTS
-from specc.model.expr import ConstantRef, Expr, mapped
+from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
-from specc.model.types import Frame, Type
+from specc.model.types import Frame, Int, Type
 from specc.resolve.context import Findings, Where
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
@@ -76,6 +76,14 @@ class Interface:
     definitions: Definitions
 
 
+def indices_of(each: Mapping[str, str], where: Where) -> tuple[Constant, ...]:
+    """The indices of the `for` of a part at `where`, each with its one value."""
+    return tuple(
+        Constant(name, Number(int(text), type=Int()), "", where["for"][name].key)
+        for name, text in each.items()
+    )
+
+
 # What the expressions of one file may name: frames, types, constants, files and operators.
 
 
@@ -126,6 +134,8 @@ class Definitions:
     """The parameters of a described file with their values; None for any other file."""
     has_points: bool = True
     """As `Scope.has_points`."""
+    in_place: bool = False
+    """Whether the parameters are indices, and all other constants those of the file."""
     made_from: str = ""
     """All that this follows from: what is defined in the file and in those that it uses."""
 
@@ -143,7 +153,27 @@ class Definitions:
 
     def inlined(self, expr: Expr) -> Expr:
         """The expression without constants of descriptions; see `inlining` for the error."""
-        return expr if self.given is None else inlined(expr, self.constants, self.given)
+        kept = self.given is None or self.in_place
+        return expr if kept else inlined(expr, self.constants, self.given or ())
+
+    def indexed(self, indices: tuple[Constant, ...], findings: Findings) -> Definitions:
+        """The same definitions with the indices of a `for`, which are like parameters."""
+        found = replace(
+            self,
+            constants=dict(self.constants),
+            given=(self.given or {}) | {index.name: index for index in indices},
+            in_place=self.given is None or self.in_place,
+            made_from=f"{self.made_from} {indices}",
+            _serial=dict(self._serial),
+        )
+        for index in indices:
+            if earlier := self.constants.get(index.name):
+                message = f"`{index.name}` is the name of a constant already"
+                related = (Related(earlier.place, "first defined here"),)
+                help_text = "choose another name for the index"
+                findings.report("E0205", message, index.place, related=related, help=help_text)
+            found.add(index)
+        return found
 
     def names(self, *, variables: bool = False) -> TypeNames:
         """What type texts may name; with `variables`, undeclared frames are variables."""

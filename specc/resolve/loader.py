@@ -10,7 +10,7 @@ from specc.limits import MAX_FILES, MAX_PARTS, MAX_VALUES
 from specc.read import ANYWHERE, Document, Reach, read_file, specification
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
-from specc.schema import ROW_KEYS, SpecFile, shape
+from specc.schema import ROW_KEYS, SpecFile, shape, written_out
 from specc.source import COMMAND_LINE, Sources, on_command_line, real_path
 
 _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
@@ -66,11 +66,12 @@ class Loader:
         self.findings.diagnostics += [_at(finding, named_at) for finding in document.diagnostics]
         if not document.ok:
             return None
-        spec, wrong = shape(document.data, path)
-        self.findings.diagnostics += wrong
+        data, faults = written_out(document.data, path)
+        spec, wrong = (None, []) if faults else shape(data, path)
+        self.findings.diagnostics += (*faults, *wrong)
         if spec is None:
             return None
-        top = Where(path, (), document.data)
+        top = Where(path, (), data)
         if _parts(spec) > MAX_PARTS:
             message = f"the file describes more than {MAX_PARTS} agents, subsystems and devices"
             hint = "describe repeated parts once, in a file of their own, or split the system"

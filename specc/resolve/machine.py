@@ -36,6 +36,7 @@ from specc.model.trace import Trace
 from specc.model.types import Bool
 from specc.reachable import reachable
 from specc.resolve.context import Where, nobody_knows, trace_of
+from specc.resolve.definitions import indices_of, inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
@@ -218,9 +219,15 @@ class MachineResolver:
         if found is None:
             self.expressions.inside(here, item.value, self.scope)
             return None
-        value = self.expressions.value(here, item.value, self.scope, found.type, found.place)
+        scope = self.scope
+        indices = {index.name: index for index in indices_of(item.each, at)}
+        if indices:
+            known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
+            scope = replace(scope, constants={**scope.constants, **known})
+        value = self.expressions.value(here, item.value, scope, found.type, found.place)
         if value is None:
             value = nobody_knows(at, found.type)
+        value = inlined(value, indices)
         return Assignment(peer, name, value, trace_of(item), at.key)
 
     def _target(self, target: str, at: Where) -> tuple[str, str, Element | Memory | None]:

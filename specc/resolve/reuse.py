@@ -14,7 +14,7 @@ from specc.model.system import Constant
 from specc.model.types import Frame, Type
 from specc.reachable import reachable
 from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions, inlined
+from specc.resolve.definitions import Definitions, indices_of, inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile, SubsystemDef
@@ -62,6 +62,15 @@ def reuse(
     definitions = library.definitions(file, frames, given)
     definitions.agents = agents
     return Setting(file, definitions, given, (*using, file.path))
+
+
+def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findings) -> Setting:
+    """A setting with the indices of the `for` of a part at `where`, each with its one value."""
+    if not each:
+        return at
+    indices = indices_of(each, where)
+    definitions = at.definitions.indexed(indices, findings)
+    return replace(at, definitions=definitions, given=(*at.given, *indices))
 
 
 def is_agent(kind: str, known: Definitions) -> bool:

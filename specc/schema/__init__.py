@@ -1,7 +1,7 @@
 """The shape of the YAML. References are still text; meaning comes in `specc.resolve`."""
 
 from specc.schema.files import SpecFile
-from specc.schema.shape import shape
+from specc.schema.shape import shape, written_out
 from specc.schema.subsystem import ROW_KEYS, SubsystemDef
 
-__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "shape"]
+__all__ = ["ROW_KEYS", "SpecFile", "SubsystemDef", "shape", "written_out"]

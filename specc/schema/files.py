@@ -5,12 +5,15 @@ from typing import Annotated, Literal
 from specc.schema.keys import Choice, Listed, Part, Role, Text, key
 from specc.schema.subsystem import CommandDef, ElementDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
+    OF_EACH,
     ArgumentText,
     ConstantText,
     FieldName,
     FilePath,
     GapText,
+    Name,
     PythonPath,
+    RangeText,
     RateText,
     ReadableName,
     Traced,
@@ -45,9 +48,10 @@ class OperatorDef(Traced, first="signature python title"):
     python: PythonPath | None = None
 
 
-class DeviceDef(Traced, first="title eq table fig"):
+class DeviceDef(Traced, first="for title eq table fig"):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     x: dict[ReadableName, CommandDef] = key(
         {}, "What the device accepts.", defines="element", step="buffers"
     )
@@ -58,11 +62,12 @@ class DeviceDef(Traced, first="title eq table fig"):
 
 class AgentDef(
     Traced,
-    first="use title kind with eq table fig real_effectors real_receptors "
+    first="for use title kind with eq table fig real_effectors real_receptors "
     "virtual_effectors virtual_receptors",
 ):
     """An embodied agent, or the use of one that another file describes."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     use: FilePath | None = key(None, "File that describes the agent.")
     arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
     kind: str | None = key(None, "Letters of section 2.2, e.g. CERT.", step="control")
@@ -83,9 +88,12 @@ class AgentDef(
     )
 
 
-class BindingDef(Part, first="actuators joints sensors camera image rate sporadic max_gap through"):
+class BindingDef(
+    Part, first="for actuators joints sensors camera image rate sporadic max_gap through"
+):
     """What stands behind one element of a device in the plant."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     joints: list[str] = key([], "Joints of the model.")
     sensors: list[str] = key([], "Sensors of the model.")
     actuators: list[str] = key([], "Actuators of the model.")

@@ -31,6 +31,7 @@ from specc.schema.keys import (
     Truth,
     Whole,
 )
+from specc.schema.unfold import Unfolded, route_below, unfolded
 from specc.source import Place, Route
 
 _FOUND: tuple[tuple[type, str], ...] = (
@@ -69,6 +70,11 @@ def shape(data: object, file: str) -> tuple[SpecFile | None, list[Diagnostic]]:
     return checked(SpecFile, data, file)
 
 
+def written_out(data: object, file: str) -> tuple[object, list[Diagnostic]]:
+    """The data of a file with one part for each of those that `for` stands for."""
+    return unfolded(data, SpecFile, file)
+
+
 def checked(part: type[P], data: object, file: str) -> tuple[P | None, list[Diagnostic]]:
     """A mapping made of data, or None and what is wrong with their shape."""
     check, made = _Check(file), None
@@ -76,7 +82,7 @@ def checked(part: type[P], data: object, file: str) -> tuple[P | None, list[Diag
         made = check.value(part, data, ())
     unsupported = [finding for finding in check.findings if finding.code == "E0105"]
     found = unsupported or check.findings
-    return (None if found else made), found
+    return (None if found else made), list(dict.fromkeys(found))
 
 
 class _Check:
@@ -110,10 +116,11 @@ class _Check:
             return self._misfit("a mapping", value, route)
         made = {}
         for name, one in value.items():
+            at = route_below(value, name, route)
             if kind.name.fault and (fault := kind.name.fault(name)):
                 words = f"{_shown(name)} {fault[0]}"
-                self._tell("E0104", words, (*route, name), fault[1], "key")
-            made[name] = self.value(kind.value, one, (*route, name))
+                self._tell("E0104", words, at, fault[1], "key")
+            made[name] = self.value(kind.value, one, at)
         return made
 
     def _several(self, kind: Several, value: Any, route: Route) -> Any:
@@ -177,7 +184,7 @@ class _Check:
         made = {}
         for name, one in data.items():
             if name in known:
-                at = route if name == OTHERS else (*route, name)
+                at = route if name == OTHERS else route_below(data, name, route)
                 made[known[name].attribute] = self.value(known[name].kind, one, at)
         return part(given=frozenset(data), **made)
 
@@ -242,6 +249,8 @@ def _written_out(part: type[Part], value: Any) -> Any:
 
 def _others_apart(data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
     others = {name: value for name, value in data.items() if name not in known}
+    if isinstance(data, Unfolded):
+        others = Unfolded(others, data.routes)
     return {name: value for name, value in data.items() if name in known} | {OTHERS: others}
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from specc.limits import MAX_ASSUMPTIONS
 from specc.schema.keys import OTHERS, Listed, Part, Role, Text, key
 from specc.schema.texts import (
+    OF_EACH,
     ArgumentText,
     ConstantText,
     DurationText,
@@ -13,6 +14,7 @@ from specc.schema.texts import (
     InitialText,
     InterfaceText,
     Name,
+    RangeText,
     RateText,
     ReadableName,
     StateName,
@@ -36,16 +38,17 @@ class InputDef(ElementDef):
     max_age: DurationText | None = None
 
 
-class BufferDef(Part, short="is", first="is"):
+class BufferDef(Part, short="is", first="for is"):
     """The elements of an output buffer: those of an interface, and further ones."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     interface: InterfaceText | None = key(
         None, "Interface that names the elements, e.g. `Report[W]`.", spelled="is"
     )
     elements: dict[ReadableName, ElementDef] = key({}, spelled=OTHERS, defines="element")
 
 
-class InputBufferDef(BufferDef, first="is"):
+class InputBufferDef(BufferDef, first="for is"):
     """The elements of an input buffer: those of an interface, and further ones."""
 
     elements: dict[ReadableName, InputDef] = key(  # type: ignore[assignment]  # is never written to
@@ -97,9 +100,10 @@ class ConditionDef(Traced, short="when", first="eq table fig title"):
     when: ExprText | None = key(None, "A Boolean expression, e.g. `fresh(x.c.T_d)`.")
 
 
-class AssignmentDef(Traced, short="is"):
+class AssignmentDef(Traced, short="is", first="for is"):
     """The value of one target of a transition function."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     value: ExprText = key(about="What the target gets in the next period.", spelled="is")
 
 
@@ -186,9 +190,10 @@ class AxiomDef(Part):
     )
 
 
-class SubsystemDef(Traced, first="use title rate with uses eq table fig"):
+class SubsystemDef(Traced, first="for use title rate with uses eq table fig"):
     """A control subsystem, virtual effector or virtual receptor, or the use of one."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     use: FilePath | None = key(None, "File that describes the subsystem.")
     arguments: dict[str, ArgumentText] = key({}, "Values of parameters.", spelled="with")
     rate: RateText | None = key(None, step="role")

@@ -80,6 +80,10 @@ InterfaceText = Annotated[
         examples=("Report", "Report[W]"),
     ),
 ]
+RangeText = Annotated[
+    str,
+    Text(about="First and last value, e.g. `1..5`.", scalars=True, examples=("1..5", "0..3")),
+]
 RateText = Annotated[
     str,
     Text(
@@ -114,6 +118,9 @@ Numbers = Annotated[
     tuple[int, ...],
     Listed(alone=(int,), help="write a number or a list of numbers, e.g. `[4, 5]`"),
 ]
+
+
+OF_EACH = "Indices with their ranges: there is one such part for each value, e.g. `{i: 1..5}`."
 
 
 class Traced(Part):

@@ -46,6 +46,9 @@ def _fixed(index: Index, symbol: Symbol) -> str:
     """Why nobody may rename a symbol; empty if somebody may."""
     if symbol.kind == "subsystem" and symbol.place.route[-1] in ("control", "subsystem"):
         return "a control subsystem is called `c` everywhere"
+    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    if node is not None and "for" in node.values:
+        return "it is the name of many, which others spell with their indices"
     if symbol.kind == "field":
         type_ = node_at(index.sources.get(symbol.place.file), symbol.place.route[:2])
         return "the field belongs to a Python class" if type_ and "python" in type_.values else ""

@@ -1,4 +1,4 @@
-"""Elements that buffers have through an interface are known to the editor like any others."""
+"""Interfaces and many agents of a kind are known to the editor like anything written out."""
 
 from pathlib import Path
 
@@ -6,8 +6,10 @@ import pytest
 
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
+from specc.tools.lsp.rename import RenameError
 from tests.tools.lsp.workspace import place
 
+CASES = Path(__file__).resolve().parents[2] / "cases" / "structure"
 SYSTEM = """\
 specc: 1.1
 system: pair
@@ -95,3 +97,19 @@ def test_renaming_an_element_renames_it_wherever_it_is_used(project: tuple[Proje
     assert found is not None
     places = {o.start for _, o in index.references(found.symbol)}
     assert len(places) == 4
+
+
+def test_many_of_a_kind_are_known_by_the_name_of_their_template() -> None:
+    path = str(CASES / "ok-ring.yaml")
+    project = Project((str(CASES),))
+    text = Path(path).read_text(encoding="utf-8")
+    project.put(path, text)
+    analysis = project.analyse(path)
+    assert analysis.diagnostics == ()
+    index = analysis.index
+    for marked in ('x: {"rob|ots_{i}": {for', '"y.rob|ots_{i}.halt"'):
+        found = index.at(path, place(text, marked))
+        assert found is not None
+        assert found.symbol.place.route == ("agents", "robots")
+        with pytest.raises(RenameError, match="the name of many"):
+            answers.rename_at(project, path, place(text, marked), "others")

@@ -1,0 +1,301 @@
+"""Parts that are written once for many: `for: {i: 1..5}` unfolded before anything is read.
+
+A part with `for` becomes one part for each value of its indices. In its names and texts braces hold
+arithmetic on indices: `left_{i}`, `robot_{i % 5 + 1}`. What is unfolded knows the route of the text
+that it comes from. In expressions blanks fill the room of the braces, so that columns stay right.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+from specc.diagnostics import Diagnostic
+from specc.limits import MAX_COPIES, MAX_VALUES
+from specc.schema.keys import OTHERS, Kind, Named, Part, Several, Text, bare
+from specc.source import Place, Route
+
+FOR = "for"
+Indices = Mapping[str, int]
+
+
+class Unfolded(dict[Any, Any]):
+    """A mapping in which some values come from elsewhere; `routes` has where they stand."""
+
+    def __init__(self, values: Mapping[Any, Any], routes: Mapping[Any, Route]) -> None:
+        super().__init__(values)
+        self.routes = routes
+
+
+def route_below(value: object, key: str | int, route: Route) -> Route:
+    """Where the value at `key` of a mapping or list stands, which stands at `route` itself."""
+    routes = value.routes if isinstance(value, Unfolded) else {}
+    return routes.get(key) or (*route, key)
+
+
+def unfolded(data: Any, kind: type[Part], file: str) -> tuple[Any, list[Diagnostic]]:
+    """The data of a file without `for`, and what is wrong with those that it had."""
+    if not _has_for(data):
+        return data, []
+    unfolding = _Unfolding(file)
+    try:
+        made = unfolding.value(kind, data, (), {})
+    except _TooManyError as error:
+        unfolding.tell("E0017", str(error), error.route, _FEWER)
+        made = data
+    return made, list(dict.fromkeys(unfolding.findings))
+
+
+def _has_for(data: Any) -> bool:
+    if isinstance(data, dict):
+        return FOR in data or any(map(_has_for, data.values()))
+    return isinstance(data, list) and any(map(_has_for, data))
+
+
+class _TooManyError(Exception):
+    def __init__(self, message: str, route: Route) -> None:
+        super().__init__(message)
+        self.route = route
+
+
+class _IndexFault(Exception):
+    """Why braces have no value."""
+
+
+_FEWER = "give the indices smaller ranges, or split the system"
+_LONG = 100
+"""Characters of a text that count as much as a value."""
+_RANGE = re.compile(r"\s*(-?\d{1,18})\s*(?:\.\.\s*(-?\d{1,18})\s*)?", re.ASCII)
+_A_RANGE = "write the first and the last value, e.g. `for: {i: 1..5}`"
+_BRACES = re.compile(r"\{([^{}]*)\}")
+_EXPRESSIONS = ("constant", "initial", "full", "argument")
+
+
+@dataclass(slots=True)
+class _Unfolding:
+    file: str
+    findings: list[Diagnostic] = field(default_factory=list)
+    values: int = 0
+
+    def value(self, kind: Kind, value: Any, route: Route, indices: Indices) -> Any:
+        """What a value becomes for the values of the indices around it."""
+        self.values += 1 + (len(value) // _LONG if isinstance(value, str) else 0)
+        if self.values > MAX_VALUES:
+            message = f"with its parts unfolded, the file has more than {MAX_VALUES} values"
+            raise _TooManyError(message, route[:2])
+        kind = _shortened(bare(kind), value)
+        if isinstance(value, dict):
+            return self._mapping(kind, value, route, indices)
+        if isinstance(value, list):
+            kinds = _of_items(kind, len(value))
+            items = enumerate(zip(kinds, value, strict=True))
+            return [self.value(k, one, (*route, n), indices) for n, (k, one) in items]
+        if isinstance(value, str) and indices:
+            form = kind.role.form if isinstance(kind, Text) and kind.role else ""
+            return self._filled(value, indices, route, padded=form in _EXPRESSIONS)
+        return value
+
+    def _mapping(self, kind: Kind, value: dict[Any, Any], route: Route, indices: Indices) -> Any:
+        made: dict[Any, Any] = {}
+        routes: dict[Any, Route] = {}
+        for key, one in value.items():
+            inner, is_chosen = _below(kind, key)
+            at = route_below(value, key, route)
+            copies: Iterator[tuple[Any, Any]]
+            is_many = isinstance(one, dict) and FOR in one and FOR in _keys(inner)
+            if is_many and not is_chosen:
+                words = f"there is only one `{key}`, so there is nothing for `for` to count"
+                self.tell("E0108", words, (*at, FOR), "write `for` below a name", is_key=True)
+            if is_many and is_chosen:
+                copies = self._copies(inner, str(key), one, at, indices)
+            else:
+                name = self._name(key, indices, at) if indices and is_chosen else key
+                copies = iter([(name, self.value(inner, one, at, indices))])
+            for name, copy in copies:
+                if name in made and not _BRACES.search(str(name)):
+                    help = "let the name have all indices in braces, or choose another one"
+                    self.tell("E0205", f"`{name}` is defined twice", at, help)
+                made[name] = copy
+                if name != key:
+                    routes[name] = at
+        return Unfolded(made, routes) if routes else made
+
+    def _copies(
+        self, kind: Kind, name: str, value: dict[Any, Any], at: Route, around: Indices
+    ) -> Iterator[tuple[str, Any]]:
+        """Name and value of each copy of a part; without braces, the indices end the name."""
+        ranges = self._ranges(value[FOR], (*at, FOR), around)
+        if ranges is None:
+            return
+        for chosen in product(*ranges.values()):
+            own = dict(zip(ranges, chosen, strict=True))
+            indices = {**around, **own}
+            if _BRACES.search(name):
+                copy = self._name(name, indices, at)
+            else:
+                copy = "_".join((name, *map(str, chosen)))
+            yield copy, self.value(kind, {**value, FOR: own}, at, indices)
+
+    def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
+        """The values of each index, or None after reporting."""
+        if not isinstance(value, dict) or not value:
+            self.tell("E0108", "`for` has no index", route, _A_RANGE)
+            return None
+        found: dict[str, range] = {}
+        total = 1
+        for name, text in value.items():
+            at = (*route, name)
+            written = self._filled(str(text), around, at) if around else str(text)
+            limits = _RANGE.fullmatch(written)
+            if not str(name).isidentifier() or name in around:
+                why = "is an index already" if name in around else "is not a name"
+                self.tell("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
+                return None
+            if limits is None or isinstance(text, bool):
+                self.tell("E0108", f"`{written}` is not a range", at, _A_RANGE)
+                return None
+            first = int(limits[1])
+            found[str(name)] = range(first, int(limits[2] or first) + 1)
+            total *= len(found[str(name)])
+        if not 0 < total <= MAX_COPIES:
+            message = f"these are {total:,} copies, and at most {MAX_COPIES} are made"
+            message = message if total else "there is nothing between the ends of the range"
+            self.tell("E0017" if total else "E0108", message, route, _FEWER if total else _A_RANGE)
+            return None
+        return found
+
+    def _name(self, name: Any, indices: Indices, at: Route) -> Any:
+        """A name without braces."""
+        if not isinstance(name, str):
+            return name
+        filled = self._filled(name, indices, at, is_key=True)
+        if unknown := _BRACES.search(filled):
+            known = ", ".join(f"`{index}`" for index in indices)
+            message = f"`{unknown[0]}` has no value: the indices are {known}"
+            self.tell("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
+        return filled
+
+    def _filled(
+        self,
+        text: str,
+        indices: Indices,
+        route: Route,
+        *,
+        padded: bool = False,
+        is_key: bool = False,
+    ) -> str:
+        """A text with the values of braces that name indices and nothing else.
+
+        Where it is `padded`, blanks behind the word fill the room that the braces had.
+        """
+        made, end, room = "", 0, 0
+        padded = padded and '"' not in text and "'" not in text
+        for braces in _BRACES.finditer(text):
+            try:
+                number = _number(braces[1], indices)
+            except _IndexFault as fault:
+                self.tell("E0108", f"`{braces[0]}` {fault}", route, _ARITHMETIC, is_key)
+                number = None
+            if number is None:
+                continue
+            between, room = _padded(text[end : braces.start()], room, is_last=False)
+            made, end = f"{made}{between}{number}", braces.end()
+            room += len(braces[0]) - len(str(number)) if padded else 0
+        if end == len(text):
+            return made
+        return made + _padded(text[end:], room, is_last=True)[0]
+
+    def tell(self, code: str, words: str, route: Route, help: str, is_key: bool = False) -> None:
+        """Report a fault."""
+        place = Place(self.file, route, "key" if is_key else "value")
+        self.findings.append(Diagnostic(code, words, place, help=help))
+
+
+_ARITHMETIC = "indices take `+`, `-`, `*`, `//` and `%`"
+_WORD = re.compile(r"\w*")
+
+
+def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
+    """A text with `room` blanks behind the rest of a word at its beginning, and what is left."""
+    found = _WORD.match(text)
+    end = found.end() if found else 0
+    if room <= 0 or (end == len(text) and not is_last):
+        return text, room
+    return text[:end] + " " * room + text[end:], 0
+
+
+def _number(text: str, indices: Indices) -> int | None:
+    """The value of arithmetic on indices; None for any other text, as that of a set."""
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return _value(tree, indices) if names and names <= indices.keys() else None
+
+
+def _value(node: ast.expr, indices: Indices) -> int:
+    match node:
+        case ast.Name(id=name):
+            return indices[name]
+        case ast.Constant(value=int(number)) if not isinstance(number, bool):
+            return number
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_value(operand, indices)
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATIONS:
+            values = _value(left, indices), _value(right, indices)
+            if isinstance(op, (ast.FloorDiv, ast.Mod)) and values[1] == 0:
+                raise _IndexFault("divides by zero")
+            return _OPERATIONS[type(op)](*values)
+    raise _IndexFault("is not arithmetic on indices")
+
+
+_OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+}
+
+
+# What stands below a value, by the schema.
+
+
+def _shortened(kind: Kind, value: Any) -> Kind:
+    """The kind of a scalar that stands for a mapping or a list."""
+    if isinstance(value, str) and isinstance(kind, type) and kind.short:
+        return bare(kind.keys[kind.short].kind)
+    return bare(kind.item) if isinstance(value, str) and isinstance(kind, Several) else kind
+
+
+def _below(kind: Kind, key: Any) -> tuple[Kind, bool]:
+    """The kind of the value at a key, and whether the key is a name that somebody chose."""
+    if isinstance(kind, Named):
+        return bare(kind.value), True
+    if isinstance(kind, type):
+        if key in kind.keys:
+            return bare(kind.keys[key].kind), False
+        if OTHERS in kind.keys:
+            return _below(bare(kind.keys[OTHERS].kind), key)
+    return _ANYTHING, False
+
+
+def _of_items(kind: Kind, count: int) -> list[Kind]:
+    if isinstance(kind, Several):
+        return [bare(kind.item)] * count
+    if isinstance(kind, type) and len(kind.row) == count:
+        return [bare(kind.keys[key].kind) for key in kind.row]
+    return [_ANYTHING] * count
+
+
+def _keys(kind: Kind) -> Collection[str]:
+    return kind.keys if isinstance(kind, type) else ()
+
+
+_ANYTHING = Text()
