@@ -12,11 +12,11 @@ from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKi
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, Meaning, Where, trace_of
 from specc.resolve.definitions import Definitions
-from specc.resolve.elements import resolve_elements
+from specc.resolve.elements import resolve_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.library import Library
-from specc.resolve.machine import MachineResolver, with_safe
+from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, indexed, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import SubsystemDef

@@ -10,14 +10,9 @@ from specc.lang import Declared, Scope
 from specc.model.expr import (
     FALSE,
     TRUE,
-    Call,
     Expr,
-    FileRef,
     Logic,
-    MemoryRef,
     Unary,
-    constants_in,
-    walk,
 )
 from specc.model.fsm import (
     OTHERWISE,
@@ -31,86 +26,19 @@ from specc.model.fsm import (
     State,
     Transition,
 )
-from specc.model.system import Element, Memory, Port, Safe
+from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
-from specc.reachable import reachable
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.definitions import indices_of, inlined
 from specc.resolve.expressions import Expressions
-from specc.resolve.library import constant_scope
-from specc.schema.files import DeviceDef
 from specc.schema.subsystem import (
     AssignmentDef,
     ConditionDef,
     FunctionDef,
-    SafeDef,
     SubsystemDef,
     UsedFunctionDef,
 )
-
-# What a device gets when a run ends: an expression over what the device reported last.
-
-
-def with_safe(
-    accepted: tuple[Element, ...],
-    definition: DeviceDef,
-    where: Where,
-    reported: tuple[Element, ...],
-    expressions: Expressions,
-) -> tuple[Element, ...]:
-    """What the device accepts, with the safe values that are declared in `where`, its `x`."""
-    found = []
-    for element in accepted:
-        declared = definition.x[element.name].safe
-        if declared is None:
-            found.append(element)
-            continue
-        at = where[element.name]["safe"]
-        safe = _safe(declared, at, element, reported, expressions)
-        found.append(replace(element, safe=safe))
-    return tuple(found)
-
-
-def _safe(
-    declared: SafeDef,
-    at: Where,
-    element: Element,
-    reported: tuple[Element, ...],
-    expressions: Expressions,
-) -> Safe | None:
-    constants = constant_scope(expressions.definitions)
-    scope = replace(constants, memory={e.name: Declared(e.type, e.place) for e in reported})
-    here = at.scalar("is")
-    value = expressions.value(here, declared.value, scope, element.type, element.place)
-    otherwise = None
-    if declared.otherwise is not None:
-        there = at["otherwise"]
-        otherwise = expressions.value(
-            there, declared.otherwise, constants, element.type, element.place
-        )
-        if otherwise is not None and _may_fail(otherwise, expressions):
-            message = "this is sent if `safe` fails, so it must not be able to fail itself"
-            help_text = "write numbers, or constants that no operator computes"
-            expressions.findings.report("E0412", message, there.place, help=help_text)
-    elif value is not None and _may_fail(value, expressions):
-        message = f"`safe` of `{element.name}` may fail, and nothing says what is sent then"
-        help_text = "add `otherwise:` with a constant: `safe: {is: ..., otherwise: ...}`"
-        expressions.findings.report("E0412", message, here.place, help=help_text)
-    return Safe(value, otherwise, at.key) if value is not None else None
-
-
-def _may_fail(value: Expr, expressions: Expressions) -> bool:
-    """Whether it calls an operator, reads a file, or asks for what may never have been reported."""
-    constants = expressions.definitions.constants
-
-    def used(part: Expr) -> list[str]:
-        return [name for name in constants_in(part) if name in constants]
-
-    names = reachable(used(value), lambda name: used(constants[name].value))
-    parts = (value, *(constants[name].value for name in names))
-    return any(isinstance(node, Call | FileRef | MemoryRef) for p in parts for node in walk(p))
-
 
 # The machine of a subsystem: conditions, functions, behaviours, states and transitions.
 
