@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from bench import analysis, growth
+from bench import analysis, growth, startup
 
 Main = Callable[[Sequence[str]], object]
 
@@ -16,8 +16,9 @@ Main = Callable[[Sequence[str]], object]
     [
         (analysis.main, "--repeats 1 --states 4 --rows 2", "4"),
         (growth.main, "--sizes 3 --only enum", "enum"),
+        (startup.main, "--repeats 1", "first step"),
     ],
-    ids=["analysis", "growth"],
+    ids=["analysis", "growth", "startup"],
 )
 def test_it_runs(main: Main, arguments: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(arguments.split())
