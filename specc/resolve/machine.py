@@ -35,8 +35,10 @@ from specc.resolve.expressions import Expressions
 from specc.schema.subsystem import (
     AssignmentDef,
     ConditionDef,
+    ErrorDef,
     FunctionDef,
     SubsystemDef,
+    TerminalDef,
     UsedFunctionDef,
 )
 
@@ -90,11 +92,13 @@ class MachineResolver:
         for kind, conditions in kinds:
             for name, item in conditions.items():
                 at = self.where["conditions"][kind][name]
-                when = self._when(kind, name, item, at)
-                if when is None:
-                    when = nobody_knows(at, Bool())
-                found = Condition(name, kind, when, item.title, trace_of(item), at.key)
-                self._conditions[kind, name] = found
+                self._conditions[kind, name] = self._declared(kind, name, item, at)
+
+    def _declared(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Condition:
+        when = self._when(kind, name, item, at)
+        if when is None:
+            when = nobody_knows(at, Bool())
+        return Condition(name, kind, when, item.title, trace_of(item), at.key)
 
     def _when(self, kind: ConditionKind, name: str, item: ConditionDef, at: Where) -> Expr | None:
         if item.when is not None:
@@ -195,7 +199,7 @@ class MachineResolver:
                 if (function := self._used(name, index, used, at["functions"][index]))
             ]
             terminal = self._terminal(name, item.terminal, at)
-            error = self._condition("error", item.error, at["error"])
+            error = self._end("error", name, item.error or ErrorDef(condition="never"), at["error"])
             whole = len(functions) == len(item.functions) and all(f.whole for f in functions)
             self._behaviours[name] = Behaviour(
                 name, tuple(functions), terminal, error, item.title, trace_of(item), at.key, whole
@@ -219,12 +223,26 @@ class MachineResolver:
             self.expressions.findings.unknown("E0215", "function", used.function, known, place)
         return self._functions.get(used.function)
 
-    def _terminal(self, behaviour: str, name: str | None, at: Where) -> Condition:
-        if name is not None:
-            return self._condition("terminal", name, at["terminal"])
+    def _terminal(self, behaviour: str, given: TerminalDef | None, at: Where) -> Condition:
+        if given is not None:
+            return self._end("terminal", behaviour, given, at["terminal"])
         message = f"nothing says when behaviour `{behaviour}` ends"
         self._open("O0606", message, at, "add `terminal:` with a condition, `always` or `never`")
         return _vague(behaviour, "terminal", at["terminal"], at)
+
+    def _end(
+        self, kind: ConditionKind, behaviour: str, given: TerminalDef | ErrorDef, at: Where
+    ) -> Condition:
+        """A condition of a behaviour: one that is declared, or one that stands there."""
+        if given.condition is None:
+            name = f"{behaviour}.{kind}"
+            self._conditions[kind, name] = self._declared(kind, name, given, at)
+            return self._conditions[kind, name]
+        if given.when is not None:
+            message = f"`{given.condition}` has its expression where it is declared"
+            hint = "write the name alone, or leave it out"
+            self.expressions.findings.report("E0104", message, at.place, help=hint)
+        return self._condition(kind, given.condition, at.scalar("condition"))
 
     def _states(self) -> tuple[State, ...]:
         states, where = [], self.where["states"]

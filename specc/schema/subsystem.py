@@ -100,6 +100,22 @@ class ConditionDef(Traced, short="when", first="eq table fig title"):
     when: ExprText | None = key(None, "A Boolean expression, e.g. `fresh(x.c.T_d)`.")
 
 
+class TerminalDef(ConditionDef, short="condition"):
+    """What ends a behaviour: the name of a condition, or one that stands in place."""
+
+    condition: Annotated[str, Text(Role("name", "terminal condition"))] | None = key(
+        None, "A terminal condition that is declared, `always` or `never`."
+    )
+
+
+class ErrorDef(ConditionDef, short="condition"):
+    """What aborts a behaviour: the name of a condition, or one that stands in place."""
+
+    condition: Annotated[str, Text(Role("name", "error condition"))] | None = key(
+        None, "An error condition that is declared, or `never`."
+    )
+
+
 class AssignmentDef(Traced, short="is", first="for is"):
     """The value of one target of a transition function."""
 
@@ -144,11 +160,11 @@ class BehaviourDef(Traced, first="eq table fig title"):
     functions: list[UsedFunctionDef] = key(
         [], "Transition functions that are executed in every period, by name or in place."
     )
-    terminal: Annotated[str, Text(Role("name", "terminal condition"))] | None = key(
-        None, "A terminal condition, `always` or `never`.", step="ends"
+    terminal: TerminalDef | None = key(
+        None, "A terminal condition, by name or in place, `always` or `never`.", step="ends"
     )
-    error: Annotated[str, Text(Role("name", "error condition"))] = key(
-        "never", "An error condition, or `never`.", step="ends"
+    error: ErrorDef | None = key(
+        None, "An error condition, by name or in place; `never` if left out.", step="ends"
     )
 
 

@@ -287,8 +287,8 @@ class Machine:
                 used.append(f"f{index}")
             behaviours[f"b{index}"] = {
                 "functions": used,
-                "terminal": self._named("terminal", self._end()),
-                "error": self._named(
+                "terminal": self._given("terminal", self._end()),
+                "error": self._given(
                     "error", self._end() if self.rng.randrange(3) == 0 else "never"
                 ),
             }
@@ -313,6 +313,11 @@ class Machine:
             return f"elapsed {self.rng.choice(('>', '>='))} 0.{self.rng.randrange(1, 5)}[s]"
         return phrases.condition(self.rng.randrange(3))
 
+    def _given(self, kind: str, text: str) -> str | Tree:
+        """A condition of a behaviour, by name or in its place."""
+        in_place = text not in ("always", "never") and Random(text).randrange(4) == 0
+        return {"when": text} if in_place else self._named(kind, text)
+
     def _named(self, kind: str, text: str) -> str:
         if text in ("always", "never"):
             return text
@@ -327,9 +332,11 @@ class Machine:
     def _table(self, state: str, states: Tree, behaviours: Tree) -> Iterator[list[str]]:
         behaviour = behaviours[states[state]]
         for cause in ("terminal", "error"):
-            if behaviour[cause] == "never":
+            end = behaviour[cause]
+            if end == "never":
                 continue
-            ended = self.conditions.get(cause, {}).get(behaviour[cause], "")
+            in_place = isinstance(end, dict)
+            ended = end["when"] if in_place else self.conditions.get(cause, {}).get(end, "")
             texts = self._partition(ended)
             # Drawn apart, so that the rest of what a seed makes does not depend on it.
             remainder = len(texts) > 1 and Random(f"{state} {texts}").randrange(4) == 0
