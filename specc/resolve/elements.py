@@ -1,4 +1,4 @@
-"""The elements of a buffer, of a device or of an interface."""
+"""The elements of a buffer, of a device or of an interface; safe values of those of devices."""
 
 from __future__ import annotations
 
