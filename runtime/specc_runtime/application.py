@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.clock import WallClock
-from specc_runtime.companion import Companion, FilmError, Keeper, Viewer
+from specc_runtime.companion import Companion, Keeper, OutputLost, Viewer
+from specc_runtime.cycle import Observer
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
@@ -62,7 +63,7 @@ class _Attempt:
 
     def __init__(self, options: Options, interruption: Interruption) -> None:
         self.session: Session | None = None
-        self.lost: list[FilmError] = []
+        self.lost: list[OutputLost] = []
         self._options = options
         self._interruption = interruption
         self._clock = WallClock()
@@ -82,7 +83,7 @@ class _Attempt:
 
     def _run(self) -> None:
         options = self._options
-        for file in (options.report, options.video):
+        for file in (options.report, options.video, options.record):
             if file is not None:
                 check_writable(file)
         with Watchdog(lambda: self.session.progress if self.session else -1, self._clock):
@@ -102,12 +103,28 @@ class _Attempt:
             plant = self._plant = _plant(system.plant, Path(options.base), options.renderer)
             self._check_interrupted()
             _prepare(plant, system.task.scene if system.task else "", options.seed)
-        session = _session(options, system, plant, self._clock, interruption)
+        recorder = self._recorder(system, plant)
+        session = _session(options, system, plant, self._clock, interruption, recorder)
+        if recorder is not None:
+            recorder.report = session.report
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(Keeper(session.report, options.report, self._clock))
         self.session = session
         session.run(self._companions)
+
+    def _recorder(self, system: System, plant: Any) -> Any:
+        """What records the run, if anything does."""
+        options = self._options
+        if options.record is None:
+            if options.record_exact:
+                raise UsageError("--record-exact: the run is not recorded; add --record")
+            return None
+        from specc_runtime.recording.recorder import Recorder
+
+        recorder = Recorder(options, system, plant, self._clock)
+        self._companions.append(recorder)
+        return recorder
 
     def _check_interrupted(self) -> None:
         if self._interruption.requested:
@@ -158,11 +175,11 @@ class _Attempt:
             os._exit(code)
 
 
-def _closed(companion: Companion) -> FilmError | None:
+def _closed(companion: Companion) -> OutputLost | None:
     """Close a companion; returns the error of a film that is missing."""
     try:
         companion.close()
-    except FilmError as error:
+    except OutputLost as error:
         return error
     except BaseException:  # noqa: BLE001  # it had nothing to say to the run, nor has its end
         return None
@@ -235,14 +252,20 @@ def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
 
 
 def _session(
-    options: Options, system: System, plant: Any, clock: WallClock, interruption: Interruption
+    options: Options,
+    system: System,
+    plant: Any,
+    clock: WallClock,
+    interruption: Interruption,
+    observer: Observer | None,
 ) -> Session:
     if options.cycles is not None and system.task is None:
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
     alone = options.duration_s is not None and options.cycles is None
     if options.cycle_limit_s is not None and (alone or system.task is None):
         raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
-    return Session(options, system, plant, open_judge(system, plant), clock, interruption)
+    judge = open_judge(system, plant)
+    return Session(options, system, plant, judge, clock, interruption, observer)
 
 
 def _accompany(

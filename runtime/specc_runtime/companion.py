@@ -15,8 +15,8 @@ INTERVAL_S = 5.0
 """Wall time between two versions of the report."""
 
 
-class FilmError(Exception):
-    """The film of a run is missing, or a part of it."""
+class OutputLost(Exception):
+    """A file that goes along with a run is missing, or a part of it."""
 
 
 @dataclass(frozen=True, slots=True)

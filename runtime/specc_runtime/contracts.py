@@ -226,7 +226,7 @@ def as_record(kind: type, /, **parts: Contract) -> Contract:
 
     Raises TypeError for a class whose values can be changed, or that has other fields.
     """
-    build = _builder(kind, parts.keys())
+    build = builder(kind, parts.keys())
     items = tuple(parts.items())
 
     def accept(value: Any) -> Any:
@@ -316,7 +316,7 @@ def _each(contract: Contract, values: Iterable[Any]) -> Iterable[Any]:
             raise unfit.inside(f"[{index}]") from None
 
 
-def _builder(kind: Any, names: Set[str]) -> Callable[[dict[str, Any]], Any]:
+def builder(kind: Any, names: Set[str]) -> Callable[[dict[str, Any]], Any]:
     """What rebuilds a record from its fields once they are checked.
 
     No code of the class is executed, which could change them.

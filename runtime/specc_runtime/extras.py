@@ -6,6 +6,10 @@ _EXTRAS = {
     "pinocchio": "run",
     "rich": "run",
     "cv2": "vision",
+    "mcap": "record",
+    "orjson": "record",
+    "lz4": "record",
+    "zstandard": "record",
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
@@ -14,6 +15,7 @@ from typing import Any
 from specc_runtime.examination import examine, refusal, shortcomings
 from specc_runtime.extras import remedy
 from specc_runtime.faults import Fault, JudgeFailed, PlantFailed, SceneFailed, StepFailed
+from specc_runtime.forms import Layout
 from specc_runtime.options import UsageError
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.system import System
@@ -48,6 +50,19 @@ def load_system(
     if not isinstance(system, System):
         raise UsageError(f"{directory}: build() does not return a system")
     return system
+
+
+def load_layouts(system: System) -> Mapping[str, Layout]:
+    """How the values of each subsystem look in recordings.
+
+    Raises UsageError for a package that does not say so, or whose codecs cannot be loaded.
+    """
+    package = type(system.subsystems[0].subsystem).__module__.rpartition(".")[0]
+    try:
+        layouts: Mapping[str, Layout] = import_module(f"{package}.layouts").LAYOUTS
+    except (Exception, SystemExit) as error:  # modules of codecs may raise anything
+        raise UsageError(f"cannot load how values are recorded: {_reason(error)}") from error
+    return layouts
 
 
 def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:

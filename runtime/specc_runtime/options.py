@@ -38,6 +38,10 @@ class Options:
     inline: bool = False
     quiet: bool = False
     check_operators: bool = False
+    record: Path | None = None
+    record_exact: bool = False
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """The specification, first, and the files that it uses: names and texts, for recordings."""
     built_with: Mapping[str, str] = field(default_factory=dict)
     """Constants and the texts of their values that the code was built with instead of its own."""
 
@@ -69,6 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"simulated seconds after which a cycle is given up (default: {CYCLE_LIMIT_S:g})",
     )
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
+    add("--record", metavar="FILE.mcap", type=Path, help="record every step")
+    add("--record-exact", action="store_true", help="with images as they are, to replay all of it")
     add("--video", metavar="FILE.mp4", type=Path, help="record the scene")
     add(
         "--camera",

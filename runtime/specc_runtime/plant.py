@@ -5,7 +5,8 @@ Implementations live in `specc_runtime.plants`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from threading import Condition, Lock, Thread
 from typing import Any, Final, Protocol
@@ -159,6 +160,33 @@ class Pictured(Protocol):
 
     def picture(self, camera: str, width: int, height: int) -> Any:
         """What a camera for people sees now: an array (height, width, 3) of uint8, RGB."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A part of a body: a `cube`, `sphere` or `cylinder` with the lengths of its edges in m.
+
+    `pose` is x, y, z in m and the quaternion w, x, y, z in the body; `colour` is RGBA from 0 to 1.
+    """
+
+    body: str
+    kind: str
+    size: tuple[float, float, float]
+    pose: tuple[float, ...]
+    colour: tuple[float, ...]
+
+
+class Posed(Protocol):
+    """What a plant whose bodies are recorded has in addition."""
+
+    def body_names(self) -> Sequence[str]:
+        """Names of n bodies."""
+
+    def body_poses(self) -> Any:
+        """(n, 7) where the bodies are in the world: x, y, z in m, quaternion w, x, y, z."""
+
+    def shapes(self) -> Sequence[Shape]:
+        """What the bodies look like."""
 
 
 class Viewable(Protocol):

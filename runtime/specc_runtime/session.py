@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
-from specc_runtime.cycle import Executor
+from specc_runtime.cycle import Executor, Observer
 from specc_runtime.faults import Fault, JudgeFailed
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options
@@ -41,6 +41,7 @@ class Session:
         judge: Judge | None,
         clock: WallClock,
         interruption: Interruption,
+        observer: Observer | None = None,
     ) -> None:
         """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
         that does not hang together.
@@ -65,7 +66,8 @@ class Session:
         self._statistics = Statistics(system)
         self._digest = RecordDigest()
         self._cycles = Cycles(system, judge, lambda: self._executor.time_s)
-        observers = (self._digest, self._statistics, self._cycles)
+        own = (self._digest, self._statistics, self._cycles)
+        observers = (observer, *own) if observer else own
         self._executor = Executor(system, plant, observers, inline=options.inline, clock=clock)
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from specc_runtime.companion import FilmError, View
+from specc_runtime.companion import OutputLost, View
 from specc_runtime.faults import said
 from specc_runtime.options import UsageError
 from specc_runtime.values import Rgb
@@ -63,7 +63,7 @@ class Video:
         self._pictures += 1
 
     def close(self) -> None:
-        """See `Companion`. Raises FilmError unless the file has all pictures.
+        """See `Companion`. Raises OutputLost unless the file has all pictures.
 
         What the encoder cannot write it loses without a word, so the file is read again.
         """
@@ -74,10 +74,10 @@ class Video:
             found += 1
         film.release()
         if self._ended:
-            raise FilmError(f"the film {self._path}{self._ended}")
+            raise OutputLost(f"the film {self._path}{self._ended}")
         if found < self._pictures:
             state = f"has {found} of {self._pictures} pictures" if found else "is missing"
-            raise FilmError(f"the film {self._path} {state}: it could not be written")
+            raise OutputLost(f"the film {self._path} {state}: it could not be written")
 
 
 def annotated(picture: Rgb, lines: Sequence[tuple[str, str]]) -> Rgb:

@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
     commands = whole.add_subparsers(
         prog="specc", dest="command", metavar="COMMAND", required=True, parser_class=_Command
     )
-    for add in (_compiling, _writing, _looking, _comparing, _importing, _editing):
+    for add in (_compiling, _writing, _looking, _comparing, _importing, _editing, _replaying):
         add(commands)
     return whole
 
@@ -174,6 +174,15 @@ def _editing(commands: Any) -> None:
         "--stdio",
         action="store_true",
         help="accepted; the server always uses standard input and output",
+    )
+
+
+def _replaying(commands: Any) -> None:
+    words = "make a clean file of a recording that was cut"
+    recover = _command(commands, "recover", "recordings:recover", words)
+    recover.add_argument("file", metavar="FILE.mcap")
+    recover.add_argument(
+        "--out", metavar="FILE.mcap", help="file to write (default: in place of the old one)"
     )
 
 

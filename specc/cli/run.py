@@ -42,7 +42,7 @@ def run(options: Namespace) -> int:
         findings += resolve(output.write(directory, built.files), Sources())
         if findings and (code := tell(report(findings, [options.spec]))):
             return code
-        return launch(directory, options)
+        return launch(directory, options, built.result.sources)
 
 
 # What a run needs that a specification can otherwise do without: a plant, and a task to count.
@@ -64,7 +64,7 @@ def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
         )
 
 
-def launch(directory: Path, found: Namespace) -> int:
+def launch(directory: Path, found: Namespace, sources: Sources) -> int:
     """Exit code of a run of the code in `directory`; `found` is what was asked on the command line.
 
     Raises:
@@ -75,6 +75,7 @@ def launch(directory: Path, found: Namespace) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
+        texts={source.path: source.text for source in sources},
     )
     try:
         return int(import_module("specc_runtime.main").run(options) or 0)

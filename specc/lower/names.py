@@ -58,7 +58,7 @@ _AMBIGUOUS = frozenset("lOI")
 """Letters that fonts do not tell from digits; linters refuse them as names."""
 BUILTINS = frozenset(dir(builtins))
 _VALUES = ("Depth", "Pose", "Rgb", "Spatial", "Vector")
-_IN_TYPES = ("Any", "Literal", "annotations", "dataclass")
+_IN_TYPES = ("Any", "LAYOUTS", "Literal", "annotations", "dataclass", "forms")
 _IN_SUBSYSTEMS = (
     "Callable", "ClassVar", "Equations", "Final", "Inputs", "Mapping", "Memory", "Outputs",
     "PERIOD", "SafeOutputs", "Samples", "Subsystem", "Transition", "cache", "holds", "memory",

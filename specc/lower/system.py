@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from specc.analysis.rates import base_tick
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
 from specc.lower.flow import Proofs
+from specc.lower.layouts import layouts_plan
 from specc.lower.module import buffer_names, memory_names
 from specc.lower.names import (
     ALL_OWN_NAMES,
@@ -213,6 +214,8 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
             name = device.qualified_name
             part = device_plan(system, device, types, classes[name], stand_ins=stand_ins)
             files[f"{modules[name]}.py"] = part
+    if not stand_ins:
+        files["layouts.py"] = layouts_plan(system, types, title, spec)
     files["system.py"] = _whole(system, title, types, modules, classes, stand_ins=stand_ins)
     return files
 
@@ -229,7 +232,7 @@ def _classes(system: System, types: PythonTypes) -> dict[str, str]:
 
 
 def _modules(system: System) -> dict[str, str]:
-    names = Namespace(("system", "types", "__init__"))
+    names = Namespace(("system", "types", "layouts", "__init__"))
     found = {s.qualified_name: names.new(f"{s.agent}_{s.name}") for s in system.subsystems}
     for device in system.devices:
         found[device.qualified_name] = names.new(device.qualified_name.replace(".", "_").lower())

@@ -183,11 +183,15 @@ class Record:
 
 @frozen
 class Opaque:
-    """A value that only operators look into; `python` is its class, `module:Class`."""
+    """A value that only operators look into; `python` is its class, `module:Class`.
+
+    `codec` has the functions that make bytes of a value and a value of bytes, or is empty.
+    """
 
     name: str
     frames: tuple[Frame, ...]
     python: str
+    codec: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return _applied(self.name, self.frames)

@@ -320,6 +320,10 @@ class _TypeMaker:
             help_text = "keep the one that says what the type is"
             self.findings.report("E0104", message, self.where.place, help=help_text)
             return
+        if self.definition.codec is not None and not self.definition.opaque:
+            message = f"type `{self.name}` has a codec and is not opaque"
+            help_text = "remove `codec`: values of all other types are recorded as they are"
+            self.findings.report("E0104", message, self.where["codec"].place, help=help_text)
         try:
             self(frames)
         except ExprError as error:
@@ -351,7 +355,9 @@ class _TypeMaker:
             variables_allowed=False,
         )
         if definition.opaque:
-            return Opaque(self.name, frames, definition.python or "")
+            codec = definition.codec
+            functions = (codec.encode, codec.decode) if codec else ()
+            return Opaque(self.name, frames, definition.python or "", functions)
         if definition.fields is not None:
             texts, at = definition.fields.items(), self.where["fields"]
             fields = tuple((n, self._parsed(at[n], t, names)) for n, t in texts)

@@ -21,6 +21,13 @@ from specc.schema.texts import (
 )
 
 
+class CodecDef(Part):
+    """The bytes of a value of an opaque type: in recordings, and between processes."""
+
+    encode: PythonPath = key(about="Function that makes bytes of a value, `package.module:name`.")
+    decode: PythonPath = key(about="Function that makes the value of those bytes.")
+
+
 class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     """A name for a type, a record of fields, or an opaque type that only operators look into."""
 
@@ -29,6 +36,7 @@ class TypeDef(Traced, short="type", first="frames type eq table fig title"):
     fields: dict[FieldName, TypeText] | None = key(None, "Fields of a record.", defines="field")
     opaque: Literal[True] | None = key(None, "Only operators look into its values.")
     python: PythonPath | None = None
+    codec: CodecDef | None = key(None, "How a value of an opaque type becomes bytes.")
 
 
 class ConstantDef(Traced, short="is"):

@@ -12,17 +12,24 @@ RUNTIME = modules("runtime", "specc_runtime")
 # Package -> the modules, with what is inside them, that may import it.
 DOORS = {
     "_ruamel_yaml": {"specc.read"},
-    "cv2": {"specc_runtime.operators.vision.opencv", "specc_runtime.video"},
+    "cv2": {
+        "specc_runtime.operators.vision.opencv",
+        "specc_runtime.recording.pictures",
+        "specc_runtime.video",
+    },
     "jinja2": {"specc.emit"},
     "lsprotocol": {"specc.tools.lsp"},
+    "mcap": {"specc_runtime.recording.container", "specc_runtime.recording.reading"},
     "mujoco": {"specc_runtime.plants.mujoco"},
     "networkx": {"specc.analysis.graph"},
     "numpy": {"specc_runtime"},
+    "orjson": {"specc_runtime.recording.text"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema.json_schema"},
     "pygls": {"specc.tools.lsp.protocol", "specc.tools.lsp.server"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
+    "zstandard": {"specc_runtime.recording.container", "specc_runtime.recording.reading"},
     "z3": {"specc.proof.solver"},
 }
 

@@ -57,7 +57,9 @@ def test_the_compiler_needs_no_extra_but_for_proofs_and_editors() -> None:
 
 
 def test_the_runtime_needs_nothing_of_the_compiler() -> None:
-    assert distributions("runtime", "specc_runtime") == declared(EXTRAS["run"], EXTRAS["vision"])
+    assert distributions("runtime", "specc_runtime") == declared(
+        EXTRAS["run"], EXTRAS["vision"], EXTRAS["record"]
+    )
 
 
 def test_lock_pins_what_the_project_requires() -> None:

@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from specc_runtime.plant import Shape
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.plants.mujoco.bodies import Bodies
 from specc_runtime.plants.mujoco.cameras import Cameras, RendererName
 from specc_runtime.plants.mujoco.divergence import Divergence
 from specc_runtime.plants.mujoco.driving import Actuator
@@ -50,6 +52,7 @@ class MujocoPlant:
             self._cameras.open()
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
         self._divergence = Divergence(self._model, self._data)
+        self._bodies = Bodies(self._model, self._data)
         self.truth = GroundTruth(self._model, self._data)
         self.reset(0)
 
@@ -147,6 +150,18 @@ class MujocoPlant:
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""
         return self._cameras.picture(self._cameras.camera(camera, width, height))
+
+    def body_names(self) -> tuple[str, ...]:
+        """Names of all bodies but the world."""
+        return self._bodies.names
+
+    def body_poses(self) -> NDArray[np.float64]:
+        """(n, 7) where they are: x, y, z in m, quaternion w, x, y, z."""
+        return self._bodies.poses()
+
+    def shapes(self) -> list[Shape]:
+        """What they look like."""
+        return list(self._bodies.shapes())
 
     def open_viewer(self) -> Viewer:
         """A window on the plant for people. Raises PlantError where there is no display."""

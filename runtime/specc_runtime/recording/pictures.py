@@ -1,0 +1,86 @@
+"""Images in recordings, as messages of Foxglove: compressed for viewing, or as they are."""
+
+from __future__ import annotations
+
+from base64 import b64decode, b64encode
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from specc_runtime.forms import Misshapen, Schema, object_schema
+from specc_runtime.recording.text import dumped
+from specc_runtime.recording.times import TIME, stamped
+
+_TEXT, _WHOLE = {"type": "string"}, {"type": "integer"}
+_BYTES = {"type": "string", "contentEncoding": "base64"}
+_COMPRESSED = object_schema({"timestamp": TIME, "frame_id": _TEXT, "data": _BYTES, "format": _TEXT})
+_RAW = object_schema(
+    {
+        "timestamp": TIME,
+        "frame_id": _TEXT,
+        "width": _WHOLE,
+        "height": _WHOLE,
+        "encoding": _TEXT,
+        "step": _WHOLE,
+        "data": _BYTES,
+    }
+)
+RAW = "foxglove.RawImage"
+_ENCODINGS = {"rgb8": (np.uint8, 3), "32FC1": (np.float32, 1)}
+_QUALITY = 85
+_MM_PER_M = 1000.0
+
+Image = np.ndarray[Any, Any]
+Make = Callable[[Image, float, str], bytes]
+"""Makes the message of an image, a time and a frame."""
+
+
+def compressed(image: Image) -> tuple[str, Schema, Make]:
+    """JPEG of colours, PNG of whole millimetres of a depth map: schema and what makes a message."""
+    import cv2  # noqa: F401  # what is missing is told before the first message
+
+    return "foxglove.CompressedImage", _COMPRESSED, _compressed
+
+
+def _compressed(image: Image, time_s: float, frame: str) -> bytes:
+    import cv2
+
+    if image.ndim == 3:
+        form, shown, options = "jpeg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+    else:
+        in_mm = np.clip(np.rint(image * _MM_PER_M), 0, np.iinfo(np.uint16).max)
+        form, shown, options = "png", in_mm.astype(np.uint16), []
+    suffix = ".jpg" if form == "jpeg" else ".png"
+    _, data = cv2.imencode(suffix, np.ascontiguousarray(shown), options)
+    told = {"format": form, "data": b64encode(data.tobytes()).decode()}
+    return dumped(stamped(time_s) | {"frame_id": frame} | told)
+
+
+def raw(image: Image) -> tuple[str, Schema, Make]:
+    """The bytes themselves."""
+    return RAW, _RAW, _raw
+
+
+def _raw(image: Image, time_s: float, frame: str) -> bytes:
+    told = {
+        "frame_id": frame,
+        "width": image.shape[1],
+        "height": image.shape[0],
+        "encoding": "rgb8" if image.ndim == 3 else "32FC1",
+        "step": image.strides[0],
+        "data": b64encode(image.tobytes()).decode(),
+    }
+    return dumped(stamped(time_s) | told)
+
+
+def read_raw(message: Any) -> Image:
+    """The image of a message of `RAW`, read-only; raises Misshapen."""
+    try:
+        dtype, channels = _ENCODINGS[message["encoding"]]
+        shape = (message["height"], message["width"], 3)[: 3 if channels == 3 else 2]
+        image = np.frombuffer(b64decode(message["data"], validate=True), dtype).reshape(shape)
+    except (KeyError, TypeError, ValueError) as error:
+        raise Misshapen(f"no image: {error}") from None
+    image.setflags(write=False)
+    return image

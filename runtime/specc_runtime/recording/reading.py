@@ -1,0 +1,125 @@
+"""Reading recordings that may end anywhere, be damaged or be of strangers; mending them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import zstandard
+from mcap.records import Attachment, Channel, Chunk, DataEnd, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
+
+from specc_runtime.recording.container import MAGIC
+from specc_runtime.recording.log import LIBRARY
+
+LARGEST_BYTES = 1 << 28
+"""Of one record, packed or unpacked."""
+
+
+class Unusable(Exception):
+    """The file is no recording, or cannot be read; the message says why."""
+
+
+class Reading:
+    """The records of a file in their order, as far as they can be read.
+
+    `cut` says that the file has no proper end, `damaged` counts chunks that were passed over.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.cut = False
+        self.damaged = 0
+        self._path = path
+
+    def __iter__(self) -> Iterator[McapRecord]:
+        """Schemas, channels, messages, metadata and attachments. Raises Unusable."""
+        try:
+            file = self._path.open("rb")
+        except OSError as error:
+            raise Unusable(f"cannot read {self._path}: {error.strerror}") from error
+        with file:
+            if file.read(len(MAGIC)) != MAGIC:
+                raise Unusable(f"{self._path} is no MCAP file")
+            file.seek(0)
+            reader = StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_BYTES)
+            records = iter(reader.records)
+            is_over = False
+            while True:
+                try:
+                    record = next(records)
+                except Exception:  # noqa: BLE001  # the library reads what is no record as it may
+                    break
+                is_over |= isinstance(record, DataEnd)
+                if is_over:  # an index follows, made from the rest
+                    continue
+                yield from self._inside(record)
+            self.cut = not is_over
+
+    def _inside(self, record: McapRecord) -> Iterator[McapRecord]:
+        if not isinstance(record, Chunk):
+            if isinstance(record, Attachment | Channel | Message | Metadata | Schema):
+                yield record
+            return
+        try:
+            if record.compression == "zstd":
+                size = zstandard.frame_content_size(record.data)
+                if size != record.uncompressed_size or size > LARGEST_BYTES:
+                    raise ValueError("the chunk is not as large as it says")
+            elif record.compression:
+                raise ValueError("another compression")
+            inside = breakup_chunk(record, validate_crc=True)
+        except Exception:  # noqa: BLE001  # as above
+            self.damaged += 1
+            return
+        yield from inside
+
+
+class Recovered:
+    """What was saved: messages, the last simulated time in s, and what could not be read."""
+
+    def __init__(self, path: Path, out: Path) -> None:
+        """Write what can be read of the file `path` to `out`, with an index.
+
+        Whoever looks finds the old file or the whole new one. Raises Unusable, OSError.
+        """
+        self.messages = 0
+        self.last_s = 0.0
+        self._schemas: dict[int, int] = {}
+        self._channels: dict[int, int] = {}
+        reading = Reading(path)
+        aside = out.with_name(f".{out.name}.{os.getpid()}")
+        try:
+            with aside.open("wb") as file:
+                writer = Writer(file)
+                writer.start(library=LIBRARY)
+                for record in reading:
+                    self._copy(record, writer)
+                writer.finish()
+            aside.replace(out)
+        finally:
+            aside.unlink(missing_ok=True)
+        self.cut, self.damaged = reading.cut, reading.damaged
+
+    def _copy(self, record: McapRecord, writer: Writer) -> None:
+        match record:
+            case Schema(id=id, name=name, encoding=encoding, data=data):
+                if id not in self._schemas:
+                    self._schemas[id] = writer.register_schema(name, encoding, data)
+            case Channel(id=id, topic=topic, message_encoding=encoding, schema_id=schema):
+                if id not in self._channels:
+                    number = self._schemas.get(schema, 0)
+                    told = record.metadata
+                    self._channels[id] = writer.register_channel(topic, encoding, number, told)
+            case Message(channel_id=id, log_time=log, publish_time=publish, data=data):
+                if id in self._channels:
+                    number = self._channels[id]
+                    writer.add_message(number, log, data, publish, record.sequence)
+                    self.messages += 1
+                    self.last_s = max(self.last_s, log / 1e9)
+            case Metadata(name=name, metadata=told):
+                writer.add_metadata(name, told)
+            case Attachment(name=name, media_type=kind, data=data):
+                times = record.create_time, record.log_time
+                writer.add_attachment(*times, name, kind, data)

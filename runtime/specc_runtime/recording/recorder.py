@@ -1,0 +1,97 @@
+"""Recording a run: what is noted of it, and when. It changes nothing of what the run computes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import Any
+
+from specc_runtime.clock import WallClock
+from specc_runtime.companion import View
+from specc_runtime.examination import shortcomings
+from specc_runtime.loading import load_layouts
+from specc_runtime.options import Options
+from specc_runtime.plant import Posed
+from specc_runtime.recording.log import Log
+from specc_runtime.recording.scene import PERIOD_S, Scene
+from specc_runtime.recording.steps import Shelf, Steps
+from specc_runtime.recording.text import dumped
+from specc_runtime.records import StepRecord
+from specc_runtime.report import Report, versions
+from specc_runtime.system import System
+
+FORMAT = "1"
+"""Of what is inside of the messages; replay knows the ones that it can read."""
+
+
+class Recorder:
+    """Writes every step of a run; an observer of its records and a companion."""
+
+    def __init__(self, options: Options, system: System, plant: Any, clock: WallClock) -> None:
+        """Has the steps noted from now on. Raises UsageError if the file cannot be written."""
+        assert options.record is not None
+        layouts = load_layouts(system)
+        self._log = Log(options.record, clock)
+        self._log.note("specc", _about(options, system))
+        for name, text in options.texts.items():
+            self._log.attach(name, "application/yaml", text.encode())
+        shelf = Shelf(self._log, options.record_exact or not _has_pictures())
+        self._steps = {
+            s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf)
+            for s in system.subsystems
+        }
+        posed = plant is not None and not shortcomings(plant, Posed)
+        self._scene = Scene(self._log, plant) if posed else None
+        self.period_s = max(PERIOD_S, system.tick_s)
+        self.report: Callable[[], Report] | None = None
+
+    def __call__(self, record: StepRecord) -> None:
+        """Write a step that was committed."""
+        steps = self._steps[record.subsystem]
+        self._log.add(steps.channel, record.time_s, steps.message(record))
+
+    def tick(self, view: View) -> None:
+        """See `Companion`."""
+        if self._scene is not None:
+            self._scene.note(view.time_s)
+
+    def close(self) -> None:
+        """See `Companion`. Raises OutputLost if something could not be written."""
+        if self.report is not None:
+            report = self.report().as_data()
+            for fault in report["faults"]:
+                self._failed(fault)
+            self._log.note("report", {"report": dumped(report).decode()})
+        self._log.close()
+
+    def _failed(self, fault: dict[str, Any]) -> None:
+        """Write the step that a fault ended."""
+        steps = self._steps.get(fault["subsystem"])
+        if steps is not None and steps.taken is not None and fault["stamp"] >= 0:
+            told = steps.failed(fault["stamp"], fault["time_s"], fault["message"])
+            self._log.add(steps.channel, fault["time_s"], told)
+
+
+def _has_pictures() -> bool:
+    return find_spec("cv2") is not None
+
+
+def _about(options: Options, system: System) -> dict[str, str]:
+    """What a replay needs to know."""
+    return {
+        "format": FORMAT,
+        "system": system.name,
+        "spec": next(iter(options.texts), ""),
+        "seed": str(options.seed),
+        "exact": str(options.record_exact).lower(),
+        "set": dumped(dict(options.built_with)).decode(),
+        "versions": dumped(versions()).decode(),
+        "options": dumped(
+            {
+                "cycles": options.cycles,
+                "duration_s": options.duration_s,
+                "cycle_limit_s": options.cycle_limit_s,
+                "renderer": options.renderer,
+            }
+        ).decode(),
+    }

@@ -1,0 +1,108 @@
+"""The bodies of a plant for a view in 3D, as messages of Foxglove: shapes once, poses again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from specc_runtime.forms import Schema, object_schema
+from specc_runtime.plant import Posed, Shape
+from specc_runtime.recording.log import Log
+from specc_runtime.recording.text import dumped
+from specc_runtime.recording.times import TIME, stamped
+
+PERIOD_S = 0.04
+WORLD = "world"
+_DECIMALS = 5
+_TEXT: Schema = {"type": "string"}
+
+
+def _numbers(*names: str) -> Schema:
+    return object_schema({name: {"type": "number"} for name in names})
+
+
+_POSE = object_schema(
+    {"position": _numbers("x", "y", "z"), "orientation": _numbers("x", "y", "z", "w")}
+)
+_COLOUR = _numbers("r", "g", "b", "a")
+_TRANSFORM = object_schema(
+    {
+        "timestamp": TIME,
+        "parent_frame_id": _TEXT,
+        "child_frame_id": _TEXT,
+        "translation": _numbers("x", "y", "z"),
+        "rotation": _numbers("x", "y", "z", "w"),
+    }
+)
+_SIZED = object_schema({"pose": _POSE, "size": _numbers("x", "y", "z"), "color": _COLOUR})
+_ENTITY = object_schema(
+    {
+        "timestamp": TIME,
+        "frame_id": _TEXT,
+        "id": _TEXT,
+        "lifetime": TIME,
+        "frame_locked": {"type": "boolean"},
+        **{kind: {"type": "array", "items": _SIZED} for kind in ("cubes", "spheres", "cylinders")},
+    }
+)
+
+
+class Scene:
+    """Writes the bodies of a plant."""
+
+    def __init__(self, log: Log, plant: Posed) -> None:
+        """Writes their shapes."""
+        self._log = log
+        self._plant = plant
+        self._names = tuple(plant.body_names())
+        transforms = object_schema({"transforms": {"type": "array", "items": _TRANSFORM}})
+        self._poses = log.channel("/tf", "foxglove.FrameTransforms", transforms)
+        entities = object_schema({"entities": {"type": "array", "items": _ENTITY}})
+        shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
+        log.add(shapes, 0.0, dumped({"deletions": [], "entities": self._entities()}))
+
+    def note(self, time_s: float) -> None:
+        """Write where all bodies are."""
+        stamp = stamped(time_s)
+        told = []
+        for name, (x, y, z, w, i, j, k) in zip(
+            self._names, self._plant.body_poses().round(_DECIMALS).tolist(), strict=True
+        ):
+            told.append(
+                stamp
+                | {
+                    "parent_frame_id": WORLD,
+                    "child_frame_id": name,
+                    "translation": {"x": x, "y": y, "z": z},
+                    "rotation": {"x": i, "y": j, "z": k, "w": w},
+                }
+            )
+        self._log.add(self._poses, time_s, dumped({"transforms": told}))
+
+    def _entities(self) -> list[dict[str, Any]]:
+        found: dict[str, dict[str, Any]] = {}
+        for shape in self._plant.shapes():
+            entity = found.setdefault(
+                shape.body,
+                stamped(0.0)
+                | {
+                    "frame_id": shape.body,
+                    "id": shape.body,
+                    "lifetime": {"sec": 0, "nsec": 0},
+                    "frame_locked": True,
+                },
+            )
+            entity.setdefault(f"{shape.kind}s", []).append(_primitive(shape))
+        return list(found.values())
+
+
+def _primitive(shape: Shape) -> dict[str, Any]:
+    x, y, z, w, i, j, k = shape.pose
+    told: dict[str, Any] = {
+        "pose": {
+            "position": {"x": x, "y": y, "z": z},
+            "orientation": {"x": i, "y": j, "z": k, "w": w},
+        },
+        "size": dict(zip("xyz", shape.size, strict=True)),
+        "color": dict(zip("rgba", shape.colour, strict=True)),
+    }
+    return told | ({"bottom_scale": 1.0, "top_scale": 1.0} if shape.kind == "cylinder" else {})

@@ -1,0 +1,150 @@
+"""How the values of a system look in recordings: the forms of all elements, by subsystem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from specc.frozen import frozen
+from specc.lower.annotations import Annotations, PythonTypes, plain
+from specc.lower.module import buffer_names, memory_names
+from specc.lower.names import (
+    ALL_OWN_NAMES,
+    FilePlan,
+    Functions,
+    Imports,
+    NamedPlan,
+    Namespace,
+    identifier,
+    in_docstring,
+    literal,
+)
+from specc.model.system import Element, Memory, Subsystem, System
+from specc.model.types import (
+    Bool,
+    Enum,
+    File,
+    Image,
+    Int,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+    whole,
+)
+
+_PLAIN: dict[type[Type], str] = {
+    Bool: "forms.TRUTH",
+    Enum: "forms.TEXT",
+    File: "forms.TEXT",
+    Int: "forms.INTEGER",
+    Pose: "forms.array(4, 4)",
+    Real: "forms.REAL",
+    Spatial: "forms.array(6)",
+    Text: "forms.TEXT",
+}
+
+
+class _Forms:
+    """Forms for the module; those of records get a name there, in `named`."""
+
+    def __init__(self, types: PythonTypes, names: Namespace) -> None:
+        self.imports = Imports()
+        self.named: list[NamedPlan] = []
+        self._annotations = Annotations(self.imports, types)
+        self._functions = Functions(self.imports, names)
+        self._names = names
+        self._known: dict[Type, str] = {}
+
+    def of(self, type_: Type) -> str:
+        """The form of a type, as an expression."""
+        type_ = whole(type_)
+        if known := _PLAIN.get(type(type_)):
+            return known
+        match type_:
+            case Vector(size=size, element=Real()):
+                return f"forms.array({size})"
+            case Vector(element=element) | ListOf(element=element):
+                return f"forms.items({self.of(element)})"
+            case OptionalOf(value=value):
+                return f"forms.optional({self.of(value)})"
+            case Image(height=height, width=width, channels=channels):
+                return f"forms.image({height}, {width}, {channels})"
+            case Record():
+                return self._record(type_)
+            case Opaque():
+                functions = (self._functions.use(path) for path in type_.codec)
+                return f"forms.opaque({', '.join((literal(type_.name), *functions))})"
+        raise TypeError(f"no form for {type_!r}")
+
+    def _record(self, record: Record) -> str:
+        key = plain(record)  # frames do not show in values
+        if key not in self._known:
+            parts = [f"{name}={self.of(part)}" for name, part in record.fields]
+            value = f"forms.record({', '.join((self._annotations.of(record), *parts))})"
+            self._known[key] = self._names.new(identifier(record.name).upper())
+            self.named.append(NamedPlan(self._known[key], value))
+        return self._known[key]
+
+
+@frozen
+class _Layout:
+    groups: tuple[tuple[str, tuple[str, ...]], ...]
+    ends: tuple[tuple[str, str], ...]
+
+
+def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> FilePlan:
+    """The module of layouts; subsystems of one kind share theirs."""
+    names = Namespace((*ALL_OWN_NAMES, *types.of.values(), "LAYOUTS", "forms"))
+    forms = _Forms(types, names)
+    known: dict[_Layout, str] = {}
+    for subsystem in system.subsystems:
+        layout = _layout(subsystem, forms)
+        if layout not in known:
+            known[layout] = names.new(identifier(subsystem.qualified_name).upper())
+    parts = {
+        "title": title,
+        "spec": spec,
+        "imports": forms.imports.lines,
+        "records": forms.named,
+        "layouts": tuple((name, layout) for layout, name in known.items()),
+        "subsystems": tuple(
+            (literal(s.qualified_name), known[_layout(s, forms)]) for s in system.subsystems
+        ),
+    }
+    return FilePlan("layouts.py.j2", parts)
+
+
+def _layout(subsystem: Subsystem, forms: _Forms) -> _Layout:
+    memory = memory_names(subsystem)
+    remembered = (((item.name,), memory[item.name], item) for item in subsystem.memory)
+    groups = (
+        ("x", tuple(_elements(_buffer(subsystem.inputs), forms))),
+        ("y", tuple(_elements(_buffer(subsystem.outputs), forms))),
+        ("memory", tuple(_elements(remembered, forms))),
+    )
+    ends = (
+        (literal(s.name), literal((s.behaviour.terminal.name, s.behaviour.error.name)))
+        for s in subsystem.states
+    )
+    return _Layout(groups, tuple(ends))
+
+
+_Named = tuple[tuple[str, ...], str, Element | Memory]
+
+
+def _buffer(elements: dict[tuple[str, str], Element]) -> Iterator[_Named]:
+    attributes = buffer_names(elements)
+    return ((name, attributes[name], element) for name, element in elements.items())
+
+
+def _elements(named: Iterable[_Named], forms: _Forms) -> Iterator[str]:
+    for name, attribute, item in named:
+        said = ", ".join(filter(None, (str(item.type), in_docstring(item.title))))
+        told = (literal(attribute), literal(name), forms.of(item.type), literal(said))
+        yield ", ".join(told)

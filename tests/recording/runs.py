@@ -1,0 +1,40 @@
+"""Runs that are recorded, in processes of their own, and their files as the library reads them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+
+ROOT = Path(__file__).parents[2]
+CONVEYOR = ROOT / "specs" / "conveyor_gate.yaml"
+
+
+def specc(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end."""
+    command = [sys.executable, "-m", "specc", *map(str, arguments)]
+    return subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False, **options
+    )
+
+
+def begun(*arguments: object) -> subprocess.Popen[str]:
+    """Start a command."""
+    command = [sys.executable, "-m", "specc", *map(str, arguments)]
+    return subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+
+
+def messages(file: Path) -> dict[str, list[tuple[Any, Any]]]:
+    """The messages of a finished recording by topic, each with its record and its data."""
+    found = defaultdict(list)
+    with file.open("rb") as opened:
+        for _, channel, message in make_reader(opened, validate_crcs=True).iter_messages():
+            found[channel.topic].append((message, json.loads(message.data)))
+    return dict(found)

@@ -1,0 +1,254 @@
+"""What a recording has, how it ends, and what is left of it when it is cut or damaged."""
+
+from __future__ import annotations
+
+import json
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import jsonschema
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
+from specc_runtime.recording.reading import Reading, Recovered, Unusable
+
+from tests.recording.runs import CONVEYOR, ROOT, begun, messages, specc
+
+ENDLESS = ("run", CONVEYOR, "--duration", 1_000_000, "--record")
+LATE_NS = 1_000_000_000
+PLAIN = {"PYTHONPATH": "runtime", "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a short run: `run.mcap` and `run.json`."""
+    folder = tmp_path_factory.mktemp("recorded")
+    done = specc(
+        "run", CONVEYOR, "--duration", 12, "--record", folder / "run.mcap",
+        "--report", folder / "run.json",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_every_step_is_there(recorded: Path) -> None:
+    report = json.loads((recorded / "run.json").read_text())
+    found = messages(recorded / "run.mcap")
+    for name, told in report["subsystems"].items():
+        steps = found[f"/{name}"]
+        assert [data["stamp"] for _, data in steps] == list(range(told["steps"]))
+        states = [data["state"] for _, data in steps]
+        assert {s: states.count(s) for s in set(states)} == told["states_visited"]
+        rows = [data["transition"] for _, data in steps if data["row"] >= 0]
+        assert {r: rows.count(r) for r in set(rows)} == told["transitions_taken"]
+        for (_, last), (message, data) in pairwise(steps):
+            assert data["before"] == last["state"]
+            assert message.log_time == round(data["time"] * 1e9)
+            asked = data["conditions"]
+            ended = [name for name, holds in asked.items() if holds]
+            assert bool(ended) == (data["row"] >= 0)
+
+
+def test_what_one_sends_is_what_the_other_reads(recorded: Path) -> None:
+    found = messages(recorded / "run.mcap")
+    sent = {data["y"]["c"]["v"] for _, data in found["/belt.drive"]}
+    read = {data["x"]["drive"]["v"] for _, data in found["/belt.c"]}
+    assert len(read) > 10
+    assert read <= sent | {0.0}
+    assert any(data["fresh"]["gate.hold"] for _, data in found["/belt.c"])
+
+
+def test_messages_have_the_schemas_that_the_file_says(recorded: Path) -> None:
+    with (recorded / "run.mcap").open("rb") as file:
+        kinds = set()
+        for schema, channel, message in make_reader(file).iter_messages():
+            assert schema is not None and schema.encoding == "jsonschema"
+            assert channel.message_encoding == "json"
+            kinds.add(schema.name)
+            if message.log_time < 10**9:
+                form = json.loads(schema.data)
+                assert form["type"] == "object"
+                jsonschema.validate(json.loads(message.data), form)
+    assert {"foxglove.FrameTransforms", "foxglove.SceneUpdate", "specc.Step.belt.c"} <= kinds
+
+
+def test_specification_and_report_are_inside(recorded: Path) -> None:
+    with (recorded / "run.mcap").open("rb") as file:
+        reader = make_reader(file)
+        attached = {item.name: item.data for item in reader.iter_attachments()}
+        told = {item.name: item.metadata for item in reader.iter_metadata()}
+    assert attached == {str(CONVEYOR): CONVEYOR.read_bytes()}
+    assert told["specc"]["seed"] == "0"
+    report = json.loads((recorded / "run.json").read_text())
+    inside = json.loads(told["report"]["report"])
+    keys = ("records_sha256", "subsystems", "faults", "ended")
+    assert {key: inside[key] for key in keys} == {key: report[key] for key in keys}
+
+
+def test_a_recording_changes_no_record(recorded: Path, tmp_path: Path) -> None:
+    done = specc("run", CONVEYOR, "--duration", 12, "--report", tmp_path / "run.json")
+    assert done.returncode == 0
+    with_it, without = (
+        json.loads((folder / "run.json").read_text())["records_sha256"]
+        for folder in (recorded, tmp_path)
+    )
+    assert with_it == without
+
+
+def test_ctrl_c_leaves_a_finished_file(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    process = begun(*ENDLESS, file)
+    _await(file, 20_000)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+    with file.open("rb") as opened:
+        told = {item.name: item.metadata for item in make_reader(opened).iter_metadata()}
+    assert json.loads(told["report"]["report"])["ended"] == "interrupted"
+    steps = [data["stamp"] for _, data in messages(file)["/gate.eye"]]
+    assert steps == list(range(len(steps)))
+
+
+def _await(file: Path, size: int) -> None:
+    """Until the file is so large."""
+    while not file.exists() or file.stat().st_size < size:
+        time.sleep(0.01)
+
+
+MOMENTS = [*range(5), *(pytest.param(n, marks=pytest.mark.long) for n in range(5, 50))]
+
+
+@pytest.mark.parametrize("seed", MOMENTS)
+def test_a_killed_run_leaves_all_but_the_last_second(seed: int, tmp_path: Path) -> None:
+    file, out = tmp_path / "run.mcap", tmp_path / "clean.mcap"
+    process = begun(*ENDLESS, file)
+    _await(file, 1)
+    time.sleep(random.Random(seed).uniform(0.6, 2.6))
+    process.kill()
+    killed_ns = time.time_ns()
+    process.communicate(timeout=60)
+    done = specc("recover", file, "--out", out)
+    assert done.returncode == 0 and "it had been cut" in done.stderr
+    found = messages(out)
+    last_ns = max(message.publish_time for steps in found.values() for message, _ in steps)
+    assert killed_ns - last_ns < LATE_NS
+    for name in ("/belt.c", "/gate.c", "/gate.eye"):
+        stamps = [data["stamp"] for _, data in found[name]]
+        assert stamps == list(range(len(stamps)))
+
+
+def test_recovering_in_place_keeps_a_whole_file(recorded: Path, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    file.write_bytes((recorded / "run.mcap").read_bytes())
+    done = specc("recover", file)
+    assert done.returncode == 0 and "it was whole" in done.stderr
+    before, after = messages(recorded / "run.mcap"), messages(file)
+    assert {t: [d for _, d in m] for t, m in before.items()} == {
+        t: [d for _, d in m] for t, m in after.items()
+    }
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_damaged_files_are_read_as_far_as_they_go(
+    seed: int, recorded: Path, tmp_path: Path
+) -> None:
+    chance = random.Random(seed)
+    data = bytearray((recorded / "run.mcap").read_bytes())
+    if seed % 2:
+        del data[chance.randrange(len(data)) :]
+    for _ in range(chance.choice((0, 1, 20))):
+        data[chance.randrange(len(data))] = chance.randrange(256)
+    file = tmp_path / "damaged.mcap"
+    file.write_bytes(data)
+    try:
+        saved = Recovered(file, tmp_path / "clean.mcap")
+    except Unusable:
+        assert data[:8] != (recorded / "run.mcap").read_bytes()[:8]
+        return
+    whole = Recovered(recorded / "run.mcap", tmp_path / "whole.mcap")
+    assert saved.messages <= whole.messages
+    messages(tmp_path / "clean.mcap")
+
+
+@pytest.mark.parametrize("content", [b"", b"hello\n", b"x" * 5000])
+def test_foreign_files_are_refused_and_stay(content: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "foreign.mcap"
+    file.write_bytes(content)
+    done = specc("recover", file)
+    assert done.returncode == 2
+    assert done.stderr == f"specc: {file} is no MCAP file\n"
+    assert file.read_bytes() == content
+
+
+def test_a_chunk_that_claims_to_be_huge_is_passed_over(tmp_path: Path) -> None:
+    file = tmp_path / "huge.mcap"
+    writer = Writer(str(file))
+    writer.start()
+    number = writer.register_channel("a", "json", 0)
+    writer.add_message(number, 0, b" " * (1 << 29), 0)
+    writer.finish()
+    reading = Reading(file)
+    assert list(reading) == [] and reading.damaged == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--record", "{}/no/run.mcap"), "there is no folder"),
+        (("--record", "{}"), "it is a folder"),
+        (("--record", "/dev/null"), "it is no ordinary file"),
+        (("--record-exact",), "--record-exact: the run is not recorded; add --record"),
+    ],
+)
+def test_misuse_is_told_before_the_run(
+    arguments: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    done = specc("run", CONVEYOR, "--duration", 1, *(a.format(tmp_path) for a in arguments))
+    assert done.returncode == 2
+    assert words in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("size", [100, 30_000])
+def test_a_full_disk_is_told_and_leaves_what_was_written(size: int, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+
+    def limited() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    command = (
+        "import sys; from specc_runtime.main import main; "
+        f"sys.exit(main(['generated/conveyor_gate', '--base', 'specs', '--quiet', "
+        f"'--duration', '60', '--record', {str(file)!r}]))"
+    )
+
+    done = subprocess.run(
+        [sys.executable, "-c", command], cwd=ROOT, capture_output=True, text=True,
+        preexec_fn=limited, timeout=120, check=False, env=PLAIN,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert f"error: the recording {file} is not complete: File too large" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(list(Reading(file))) >= (size > 10_000)
+
+
+def test_without_the_library_the_extra_is_named(tmp_path: Path) -> None:
+
+    command = (
+        "import sys; sys.modules['mcap'] = None; from specc_runtime.main import main; "
+        "sys.exit(main(['generated/conveyor_gate', '--base', 'specs', '--duration', '1', "
+        f"'--record', {str(tmp_path / 'run.mcap')!r}]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", command], cwd=ROOT, capture_output=True, text=True,
+        timeout=120, check=False, env=PLAIN,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "mcap is not installed: `pip install 'specc[record]'` brings it" in done.stderr
