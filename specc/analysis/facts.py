@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from functools import cached_property
 
 from specc.analysis.ages import Ages
+from specc.analysis.arriving import Arriving
 from specc.analysis.connections import Connections
 from specc.analysis.dataflow import DataFlow, Node
 from specc.analysis.machine import Decided, Machine
@@ -126,6 +127,11 @@ class Facts:
         """How old values are where they are read."""
         sources = DataFlow(self.connections, self._machines, self.bindings)
         return Ages(sources, {s.qualified_name: 1 / s.rate_hz for s in self.subsystems})
+
+    @cached_property
+    def arriving(self) -> Arriving:
+        """What senders say of assumptions about arrival; nothing where rates do not fit."""
+        return Arriving(self.connections, {} if self.rates.clash else self._machines)
 
     def received(self) -> Iterator[tuple[Node, Element]]:
         """All elements that subsystems and devices receive, those with errors in them left out."""

@@ -10,6 +10,7 @@ from specc.analysis.graph import CAUSES
 from specc.diagnostics import Diagnostic, Related
 from specc.limits import spend
 from specc.model.fsm import Cause
+from specc.source import Place
 
 # The assumptions of a subsystem can all be true; contradictions would prove anything.
 
@@ -37,7 +38,37 @@ def axioms_consistent(facts: Facts) -> Iterator[Diagnostic]:
 def axioms_needed(facts: Facts) -> Iterator[Diagnostic]:
     """W0610; assumptions that concern wrong rows are not judged before these are correct."""
     for machine in facts.machines:
-        yield from machine.told(_useless)
+        proved = _proved(facts, machine) if machine.subsystem.axioms else ()
+        yield from (d for d in machine.told(_useless) if d.primary not in proved)
+
+
+def _proved(facts: Facts, machine: Machine) -> frozenset[Place]:
+    """Where assumptions stand that follow from what is sent."""
+    axioms = machine.subsystem.axioms
+    return frozenset(
+        a.place for a in axioms if facts.arriving.judged(machine, a).grounds == "proved"
+    )
+
+
+# No sender sends what an assumption excludes.
+
+
+def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
+    """W0619; only what is sent in one period of a sender is looked at."""
+    for machine in facts.whole:
+        for axiom in machine.subsystem.axioms:
+            judged = facts.arriving.judged(machine, axiom)
+            if judged.grounds == "broken":
+                yield Diagnostic(
+                    "W0619",
+                    f"state `{judged.states[0].name}` of the sender breaks this assumption",
+                    axiom.place,
+                    related=tuple(
+                        Related(state.place, "what it sends arrives together")
+                        for state in judged.states
+                    ),
+                    help="send it in different behaviours, or weaken the assumption",
+                )
 
 
 def _useless(machine: Machine) -> Iterator[Diagnostic]:
@@ -95,4 +126,4 @@ def _decided(machine: Machine, state: str, cause: Cause, without: int | None) ->
     return before.ensures, found
 
 
-CHECKS = (axioms_consistent, axioms_needed)
+CHECKS = (axioms_consistent, axioms_needed, axioms_kept)

@@ -6,10 +6,12 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from typing import Literal
 
+from specc.analysis import Facts
 from specc.cli import streams
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
 from specc.frozen import frozen
+from specc.lang.show import show
 from specc.model.system import Agent, Subsystem, System
 from specc.schema.places import along
 from specc.source import Place
@@ -197,15 +199,34 @@ def status(options: Namespace) -> int:
     if result.system is None:
         return streams.tell_of(result, options.spec)
     name, found = result.system.name, progress(result.system, result.diagnostics)
+    believed = list(assumptions(result.proofs))
     if options.format == "json":
-        streams.show(as_json(name, found), "json")
+        streams.show(as_json(name, found, believed), "json")
     else:
-        streams.show(as_text(name or options.spec, found))
+        streams.show(as_text(name or options.spec, found, believed))
     return 0
 
 
-def as_text(name: str, found: list[Progress]) -> str:
-    """Three tables, of the system, its agents and their subsystems, then what comes next."""
+_GROUNDS = {
+    "": "on your word",
+    "proved": "follows from what is sent",
+    "broken": "a sender breaks it",
+}
+
+
+def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
+    """Subsystem, assumption, and on what it rests, as far as senders alone tell."""
+    for machine in facts.machines:
+        for axiom in machine.subsystem.axioms:
+            grounds = facts.arriving.judged(machine, axiom).grounds
+            yield machine.subsystem.qualified_name, show(axiom.that), _GROUNDS[grounds]
+
+
+Believed = list[tuple[str, str, str]]
+
+
+def as_text(name: str, found: list[Progress], believed: Believed) -> str:
+    """Tables of the system, its agents, their subsystems and assumptions, then what comes next."""
     of_system = tuple(step.name for step in found[0].steps)
     groups = (("system", of_system), ("agent", AGENT_STEPS), ("subsystem", SUBSYSTEM_STEPS))
     blocks = []
@@ -214,12 +235,14 @@ def as_text(name: str, found: list[Progress]) -> str:
         if members:
             rows = [(_name(item, name), *(step.state for step in item.steps)) for item in members]
             blocks.append(streams.table([(kind, *steps), *rows]))
+    if believed:
+        blocks.append(streams.table([("subsystem", "assumption", "rests on"), *believed]))
     blocks.append("\n".join(_next(name, found)) + "\n")
     return "\n".join(blocks)
 
 
-def as_json(name: str, found: list[Progress]) -> str:
-    """An object with `version`, `system` and `parts`, each with `of` and `steps`."""
+def as_json(name: str, found: list[Progress], believed: Believed) -> str:
+    """An object with `version`, `system`, `assumptions`, and `parts` with `of` and `steps`."""
     parts = [
         {
             "of": _name(item, name),
@@ -229,7 +252,11 @@ def as_json(name: str, found: list[Progress]) -> str:
         }
         for item in found
     ]
-    return streams.as_json(VERSION, name, parts=parts)
+    told = [
+        {"subsystem": subsystem, "that": that, "rests_on": grounds}
+        for subsystem, that, grounds in believed
+    ]
+    return streams.as_json(VERSION, name, parts=parts, assumptions=told)
 
 
 def _name(item: Progress, system: str) -> str:

@@ -35,7 +35,7 @@ def compiled(text: str, folder: Path) -> Result:
 
 def explored(text: str, folder: Path) -> tuple[Result, Exploration]:
     result = compiled(text, folder)
-    return result, explore(result.proofs)
+    return result, explore(result.proofs, 20_000)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
@@ -83,3 +83,16 @@ def test_traces_are_runs(case: Path, tmp_path: Path) -> None:
                     assert failure.about == tuple(map(str, step.move.broken))
                 else:
                     assert expected[name][stamp] == (step.move.target, step.move.row)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_what_senders_tell_of_assumptions_is_what_exploring_finds(
+    case: Path, tmp_path: Path
+) -> None:
+    for text in (case.read_text(encoding="utf-8"), mended(case.read_text(encoding="utf-8"))):
+        result, found = explored(text, tmp_path)
+        for name, axiom, verdict in found.assumptions:
+            machine = next(m for m in result.proofs.machines if m.subsystem.qualified_name == name)
+            grounds = result.proofs.arriving.judged(machine, axiom).grounds
+            assert not (grounds == "proved" and verdict != "proved")
+            assert not (grounds == "broken" and verdict == "on your word")

@@ -6,7 +6,7 @@ its input buffers, and what it has computed and not yet sent (logical execution 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import product
 from math import lcm
@@ -15,7 +15,7 @@ from typing import NamedTuple
 from specc.analysis.rates import base_tick
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.values import Values
+from specc.tools.explore.values import Numbers, Values
 from specc.tools.explore.walker import Move, Outcome, Walker
 
 Moves = tuple[tuple[int, Move], ...]
@@ -31,10 +31,10 @@ class Part(NamedTuple):
 
 
 class Configuration(NamedTuple):
-    """All machines after the base tick of the hyperperiod that is `phase`."""
+    """All machines, by the numbers of their parts, after base tick `phase` of the hyperperiod."""
 
     phase: int
-    parts: tuple[Part, ...]
+    parts: tuple[int, ...]
 
 
 class Edge(NamedTuple):
@@ -60,6 +60,7 @@ class Composition:
         self.ticks = [int(period / self.tick_s) for period in periods]
         self.hyperperiod = lcm(*self.ticks)
         self._receivers = self._connected(abstraction)
+        self._parts = tuple(Numbers() for _ in names)
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._next = [self.next_phase(phase) for phase in range(self.hyperperiod)]
 
@@ -86,8 +87,16 @@ class Composition:
 
     def states(self, configuration: Configuration) -> tuple[str, ...]:
         """The states of all machines."""
-        parts = zip(self.walkers, configuration.parts, strict=True)
+        parts = zip(self.walkers, self._read(configuration), strict=True)
         return tuple(walker.locals.things[part.local].state for walker, part in parts)
+
+    def _read(self, configuration: Configuration) -> list[Part]:
+        found = zip(self._parts, configuration.parts, strict=True)
+        return [numbers.things[number] for numbers, number in found]
+
+    def _made(self, phase: int, parts: Iterable[Part]) -> Configuration:
+        numbered = zip(self._parts, parts, strict=True)
+        return Configuration(phase, tuple(numbers.of(part) for numbers, part in numbered))
 
     def start(self) -> tuple[Configuration, Moves]:
         """After time 0, at which every machine executes the behaviour of its initial state."""
@@ -97,13 +106,13 @@ class Composition:
             local, move = walker.start(buffers)
             parts.append(Part(local, buffers, move.sent))
             moves.append((index, move))
-        return Configuration(0, tuple(parts)), tuple(moves)
+        return self._made(0, parts), tuple(moves)
 
     def following(self, here: Configuration) -> Iterator[tuple[Configuration | None, Edge]]:
         """What may come next; None for a run that ends with a fault. Targets are not set."""
         phase = self._next[here.phase]
         due = self.due[phase]
-        parts = list(here.parts)
+        parts = self._read(here)
         overtaken = self._deliver(due, parts)
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
         seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
@@ -115,7 +124,7 @@ class Composition:
                 continue
             for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
                 parts[i] = _after(outcome, buffers)
-            yield Configuration(phase, tuple(parts)), edge
+            yield self._made(phase, parts), edge
 
     def _deliver(
         self, due: tuple[int, ...], parts: list[Part]

@@ -15,9 +15,6 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
 from specc.tools.explore.findings import Finding, findings
 
-BUDGET = 200_000
-"""Steps of the machines together, by default."""
-
 Verdict = Literal["proved", "refuted", "on your word", "not explored"]
 
 
@@ -61,14 +58,17 @@ class Exploration:
     """Machines that decide nothing."""
 
 
-def explore(facts: Facts, budget: int = BUDGET) -> Exploration:
-    """Explore a system without errors, with so many steps for each slice."""
+def explore(facts: Facts, budget: int) -> Exploration:
+    """Explore a system without errors in so many steps; where time is counted, twice as many."""
     abstraction = Abstraction(facts)
     result = Exploration()
     found: dict[tuple[object, ...], Finding] = {}
     verdicts: dict[tuple[str, int], set[Verdict]] = {}
-    for names in abstraction.slices():
-        graph = _explored(names, abstraction, facts, budget, found)
+    slices = abstraction.slices()
+    for index, names in enumerate(slices):
+        spent = sum(each.steps for each in result.slices)
+        share = max(0, budget - spent) // (len(slices) - index)
+        graph = _explored(names, abstraction, facts, share, found)
         result.slices.append(_summary(graph))
         for walker in graph.composition.walkers:
             for index in range(len(walker.subsystem.axioms)):
@@ -94,14 +94,13 @@ def _explored(
     found: dict[tuple[object, ...], Finding],
 ) -> Graph:
     """The graph that says most about a slice; its findings are added to those `found`."""
-    rough = Graph(Composition(names, abstraction, exact=False), budget)
-    there = findings(rough, abstraction, facts.system)
-    best = rough
-    if (there or not rough.complete) and _is_timed(rough):
+    best = Graph(Composition(names, abstraction, exact=False), budget)
+    there = findings(best, abstraction, facts.system)
+    if there and _is_timed(best):
         counted = Graph(Composition(names, abstraction, exact=True), budget)
         confirmed = findings(counted, abstraction, facts.system)
         there = confirmed if counted.complete else there | confirmed
-        best = counted if counted.complete or not rough.complete else rough
+        best = counted if counted.complete or not best.complete else best
     for about, finding in there.items():
         found.setdefault(_named(about, names), finding)
     return best

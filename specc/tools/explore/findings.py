@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
@@ -11,10 +12,11 @@ from specc.model.fsm import Axiom
 from specc.model.system import System
 from specc.proof import InputName
 from specc.source import Place
-from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.abstraction import Abstraction, conditions_of
 from specc.tools.explore.composition import Graph
 from specc.tools.explore.stays import Lasting, Stuck, lasting
-from specc.tools.explore.trace import Trace, trace
+from specc.tools.explore.trace import Step, Trace, trace
+from specc.tools.explore.walker import Walker
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ class Finding:
         )
 
 
-@dataclass(slots=True)
+@dataclass
 class Found:
     """The findings about a graph, by what they are about."""
 
@@ -55,10 +57,46 @@ class Found:
     findings: dict[tuple[object, ...], Finding] = field(default_factory=dict)
 
     def add(self, finding: Finding) -> None:
-        """Keep a finding; of several the one that rests on least."""
+        """Keep a finding; of several the one that rests on least, and none that our bounds made."""
+        if any(self._is_bounded(step) for step in finding.way.steps):
+            return
         known = self.findings.get(finding.about)
         if known is None or (finding.way.is_decided and not known.way.is_decided):
             self.findings[finding.about] = finding
+
+    def _is_bounded(self, step: Step) -> bool:
+        """Whether a choice was made only because values that are known were no longer followed."""
+        if not (step.move.free and self._blurred):
+            return False
+        walker = step.walker
+        rests = walker.kept.reading.all(conditions_of(walker.subsystem, step.move.source))
+        targets = {f"{walker.name}.{name}" for name in rests.memory}
+        targets |= {f"{walker.name}.x.{peer}.{name}" for peer, name in rests.inputs}
+        return bool(targets & self._blurred)
+
+    @cached_property
+    def _blurred(self) -> set[str]:
+        """The memory and inputs that are computed from those of too many values."""
+        found, before = set(self.graph.composition.values.widened), -1
+        while before < len(found):
+            before = len(found)
+            for walker in self.graph.composition.walkers:
+                found |= set(_blurred_by(found, walker, self.abstraction))
+        return found
+
+
+def _blurred_by(found: set[str], walker: Walker, abstraction: Abstraction) -> Iterator[str]:
+    kept, name = walker.kept, walker.name
+    for peer, item in kept.inputs:
+        sent = abstraction.sender_of(name, (peer, item))
+        if sent and f"{sent[0]}.y.{sent[1][0]}.{sent[1][1]}" in found:
+            yield f"{name}.x.{peer}.{item}"
+    for (peer, item), written in walker.subsystem.written.items():
+        rests = kept.reading.all(e for each in written.values() for e in each)
+        used = {f"{name}.{each}" for each in rests.memory}
+        used |= {f"{name}.x.{p}.{n}" for p, n in rests.inputs}
+        if used & found:
+            yield f"{name}.y.{peer}.{item}" if peer else f"{name}.{item}"
 
 
 def findings(

@@ -1,0 +1,126 @@
+"""Assumptions about arrival, compared with what senders send in one of their periods.
+
+A sender that is not faster than its reader sends at most once between two time stamps of the
+reader: what arrives there is what one of its behaviours sends, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import product
+from math import prod
+from typing import Literal
+
+from specc.analysis.connections import Connections
+from specc.analysis.machine import Machine
+from specc.frozen import frozen
+from specc.model.expr import Expr, Fresh, Input, LetRef, Unary, walk
+from specc.model.fsm import Axiom, State
+from specc.model.system import Subsystem
+from specc.model.types import Bool
+from specc.proof import InputName
+
+_MOST = 256
+"""Combinations of what several senders may send that are looked at."""
+
+Grounds = Literal["", "proved", "broken"]
+
+
+@frozen
+class Arrived:
+    """What may arrive together from one sender: what a state of it sends, or nothing."""
+
+    state: State | None
+    inputs: frozenset[InputName]
+
+
+@frozen
+class Judged:
+    """What senders say of an assumption: nothing (`""`), that it holds, or that `states` break it.
+
+    These are the states that send what the assumption excludes.
+    """
+
+    grounds: Grounds
+    states: tuple[State, ...] = ()
+
+
+class Arriving:
+    """Judges the assumptions of subsystems by what is sent to them."""
+
+    def __init__(self, connections: Connections, machines: dict[str, Machine]) -> None:
+        """`machines` by the qualified names of their subsystems."""
+        self._connections = connections
+        self._machines = machines
+
+    def judged(self, machine: Machine, axiom: Axiom) -> Judged:
+        """Whether an assumption of a machine follows from what its senders do."""
+        asked = _asked(axiom.that, machine.subsystem)
+        if not asked:
+            return Judged("")
+        cases = [list(each) for each in self._cases(machine.subsystem, asked)]
+        if not cases or prod(map(len, cases)) > _MOST:
+            return Judged("")
+        known = frozenset(name for each in cases for one in each for name in one.inputs)
+        all_hold = True
+        for combination in product(*cases):
+            new = frozenset[InputName]().union(*(one.inputs for one in combination))
+            context = list(_context(new, known, asked))
+            if machine.prover.implies(context, axiom.that, assuming=False):
+                continue
+            all_hold = False
+            if machine.prover.implies(context, _not(axiom.that), assuming=False):
+                states = tuple(one.state for one in combination if one.state)
+                return Judged("broken", states)
+        tautology = machine.prover.implies((), axiom.that, assuming=False)
+        return Judged("proved" if all_hold and not tautology else "")
+
+    def _cases(self, reader: Subsystem, asked: frozenset[InputName]) -> Iterator[list[Arrived]]:
+        """For each sender whose times are known, what may arrive from it together."""
+        for port in reader.ports:
+            sender = self._machines.get(port.other_end)
+            end = self._connections.other_port(reader, port)
+            mine = {element.name for element in port.elements}
+            about = any(peer == port.peer for peer, _ in asked)
+            if port.direction != "x" or not about or sender is None or end is None:
+                continue
+            subsystem = sender.subsystem
+            timed = reader.rated and subsystem.rated and subsystem.rate_hz <= reader.rate_hz
+            whole = all(state.behaviour.whole for state in subsystem.states)
+            if not (timed and whole and subsystem.states):
+                continue
+            found = {frozenset[InputName](): Arrived(None, frozenset())}
+            for state in subsystem.states:
+                if state.name in sender.reached:
+                    sent = {a.name for a in state.behaviour.assignments if a.peer == end.peer}
+                    names = frozenset((port.peer, name) for name in sent & mine) & asked
+                    found.setdefault(names, Arrived(state, names))
+            # What none of them sends never arrives.
+            yield list(found.values())
+
+
+def _asked(expr: Expr, subsystem: Subsystem) -> frozenset[InputName]:
+    """The inputs whose arrival an expression asks about, through lets."""
+    found = set[InputName]()
+    for node in walk(expr):
+        if isinstance(node, Fresh):
+            found.add((node.input.peer, node.input.element))
+        if isinstance(node, LetRef):
+            found |= _asked(subsystem.let(node.name).value, subsystem)
+    return frozenset(found)
+
+
+def _context(
+    new: frozenset[InputName], known: frozenset[InputName], asked: Iterable[InputName]
+) -> Iterator[Expr]:
+    """What is fresh and what is not, of the inputs about which that is known."""
+    for name in sorted(asked):
+        fresh = Fresh(Input(*name, type=Bool()), type=Bool())
+        if name in new:
+            yield fresh
+        elif name in known:
+            yield _not(fresh)
+
+
+def _not(expr: Expr) -> Expr:
+    return Unary("not", expr, type=Bool())
