@@ -69,8 +69,8 @@ class Arriving:
             if machine.prover.implies(context, axiom.that, assuming=False):
                 continue
             all_hold = False
-            if machine.prover.implies(context, _not(axiom.that), assuming=False):
-                states = tuple(one.state for one in combination if one.state)
+            states = tuple(one.state for one in combination if one.state)
+            if states and machine.prover.implies(context, _not(axiom.that), assuming=False):
                 return Judged("broken", states)
         tautology = machine.prover.implies((), axiom.that, assuming=False)
         return Judged("proved" if all_hold and not tautology else "")
@@ -89,12 +89,15 @@ class Arriving:
             whole = all(state.behaviour.whole for state in subsystem.states)
             if not (timed and whole and subsystem.states):
                 continue
-            found = {frozenset[InputName](): Arrived(None, frozenset())}
+            found = dict[frozenset[InputName], Arrived]()
             for state in subsystem.states:
                 if state.name in sender.reached:
                     sent = {a.name for a in state.behaviour.assignments if a.peer == end.peer}
                     names = frozenset((port.peer, name) for name in sent & mine) & asked
                     found.setdefault(names, Arrived(state, names))
+            # Of the same rate, and never silent: something arrives in every period.
+            if subsystem.rate_hz < reader.rate_hz or frozenset() in found:
+                found[frozenset()] = Arrived(None, frozenset())
             # What none of them sends never arrives.
             yield list(found.values())
 
