@@ -89,11 +89,9 @@ class Connections:
     def always_present(self, subsystem: Subsystem) -> frozenset[InputName]:
         """Inputs that have a value from the first period on."""
         return frozenset(
-            (port.peer, element.name)
-            for port in subsystem.ports
-            if port.direction == "x"
-            for element in port.elements
-            if element.init is not None or port.other_end in self.devices
+            name
+            for name, element in subsystem.inputs.items()
+            if element.init is not None or subsystem.sender(name[0]) in self.devices
         )
 
     def arrivals(

@@ -136,9 +136,8 @@ class Facts:
     def received(self) -> Iterator[tuple[Node, Element]]:
         """All elements that subsystems and devices receive, those with errors in them left out."""
         for subsystem in self.subsystems:
-            for port in subsystem.ports:
-                for element in port.elements if port.direction == "x" else ():
-                    yield Node(subsystem.qualified_name, port.peer, element.name), element
+            for name, element in subsystem.inputs.items():
+                yield Node(subsystem.qualified_name, *name), element
         for device in self.system.devices:
             if device.qualified_name not in self.broken:
                 for element in device.x:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from specc.analysis.connections import Arrivals
 from specc.analysis.graph import Held, Step, must_hold
 from specc.analysis.guards import Guards, Implied, Tests, Use, ended, negation, said, there
-from specc.analysis.reads import Dependences, all_inputs, nodes, texts
+from specc.analysis.reads import Dependences, nodes, texts
 from specc.model.expr import (
     TRUE,
     Builtin,
@@ -70,7 +70,7 @@ class Presence:
         self._arrivals = arrivals
         self._close = cache(arrivals.close)
         self._after = cache(self._once_taken)
-        self._everything = all_inputs(subsystem)
+        self._everything = frozenset(subsystem.inputs)
         self._told = Implied(subsystem.lets, self._asked).by
         self._guards = Guards(subsystem.lets, self.behind, frozenset.intersection)
         self.in_first_period = self._close(arrivals.always)

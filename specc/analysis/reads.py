@@ -86,16 +86,6 @@ def arrivals_asked(subsystem: Subsystem) -> frozenset[InputName]:
     return frozenset((element.peer, element.element) for element in asked)
 
 
-def all_inputs(subsystem: Subsystem) -> frozenset[InputName]:
-    """Every element of the input buffers."""
-    return frozenset(
-        (port.peer, element.name)
-        for port in subsystem.ports
-        if port.direction == "x"
-        for element in port.elements
-    )
-
-
 def names_any(expr: Expr, constants: Collection[str]) -> bool:
     """Whether an expression refers to one of some constants or parameters."""
     if not constants:

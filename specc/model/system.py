@@ -180,7 +180,15 @@ class Subsystem:
         return {(port.peer, item.name): item for port in ports for item in port.elements}
 
     def port(self, direction: str, peer: str) -> Port | None:
-        return next((p for p in self.ports if (p.direction, p.peer) == (direction, peer)), None)
+        return self._ports.get((direction, peer))
+
+    def sender(self, peer: str) -> str:
+        """The qualified name of what is at the other end of an input buffer."""
+        return self._ports["x", peer].other_end
+
+    @cached_property
+    def _ports(self) -> dict[tuple[str, str], Port]:
+        return {(port.direction, port.peer): port for port in reversed(self.ports)}
 
     def let(self, name: str) -> Let:
         return next(item for item in self.lets if item.name == name)

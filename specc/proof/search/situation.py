@@ -266,12 +266,8 @@ class Meaning:
 
     def blank(self, number: float) -> Situation:
         """Every input has the first value of its type, where numbers are `number`; none came."""
-        inputs = {
-            (port.peer, element.name): first_value(element.type, number)
-            for port in self.subsystem.ports
-            if port.direction == "x"
-            for element in port.elements
-        }
+        elements = self.subsystem.inputs.items()
+        inputs = {name: first_value(element.type, number) for name, element in elements}
         return Situation(inputs, frozenset(inputs))
 
     def value(self, expr: Expr, at: Situation, *, strictly: bool = False) -> Value:

@@ -68,15 +68,13 @@ class Inputs:
         self._meaning = meaning
         self._never = never
         self._arrivals = facts.of(original).arrivals
-        ports = [port for port in original.ports if port.direction == "x"]
-        self._elements = {(p.peer, e.name): e for p in ports for e in p.elements}
+        self._elements = original.inputs
         self.names = frozenset(self._elements)
         self.always = facts.connections.always_present(original)
         self.devices = frozenset(
-            (port.peer, element.name)
-            for port in ports
-            if port.other_end in facts.connections.devices
-            for element in port.elements
+            (peer, element)
+            for peer, element in original.inputs
+            if original.sender(peer) in facts.connections.devices
         )
         self.axioms = [(axiom.that, True) for axiom in meaning.subsystem.axioms]
 
