@@ -96,16 +96,6 @@ def _bounded(a: Any, b: Any, times: int) -> bool:
     return True
 
 
-_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
-    "<": lambda a, b: bool(a < b),
-    "<=": lambda a, b: bool(a <= b),
-    ">": lambda a, b: bool(a > b),
-    ">=": lambda a, b: bool(a >= b),
-    "==": lambda a, b: bool(a == b),
-    "!=": lambda a, b: bool(a != b),
-}
-
-
 def _logic(e: m.Logic, env: Environment) -> bool:
     values = (evaluate(operand, env) for operand in e.operands)
     return all(values) if e.op == "and" else any(values)
@@ -176,7 +166,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Builtin: lambda e, env: FUNCTIONS[e.name].value(*_placed(e, _arguments(e.args, env))),
     m.Unary: _unary,
     m.Binary: _binary,
-    m.Compare: lambda e, env: _COMPARISONS[e.op](evaluate(e.left, env), evaluate(e.right, env)),
+    m.Compare: lambda e, env: m.COMPARED[e.op](evaluate(e.left, env), evaluate(e.right, env)),
     m.Among: lambda e, env: evaluate(e.item, env) in e.members,
     m.Logic: _logic,
     m.Choice: _choice,

@@ -6,7 +6,6 @@ choice of a member came out, `all(P)` is `not any(not P)`.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Collection as Names
 from dataclasses import replace
@@ -14,6 +13,8 @@ from fractions import Fraction
 from functools import partial
 
 from specc.model.expr import (
+    COMPARED,
+    MIRRORED,
     Among,
     Builtin,
     Choice,
@@ -51,7 +52,6 @@ from specc.proof.numbering import Depths, Numbering, Scalar
 from specc.proof.verdict import InputName
 
 _OUTSIDE: Depths = {}
-_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 # The question that decides a comparison, and the answer with which the comparison holds.
 _QUESTIONS: dict[str, tuple[str, bool]] = {
     "<": ("<", True),
@@ -60,14 +60,6 @@ _QUESTIONS: dict[str, tuple[str, bool]] = {
     ">": ("<=", False),
     ">=": ("<", False),
     "!=": ("==", False),
-}
-_COMPUTED = {
-    "<": operator.lt,
-    "<=": operator.le,
-    "==": operator.eq,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "!=": operator.ne,
 }
 
 Question = tuple[Quantity, Threshold, bool]
@@ -247,13 +239,13 @@ class Translator:
         a, b = self._numbering.number(left, bound), self._numbering.number(right, bound)
         x, y = _as_number(self._numbering.value(a)), _as_number(self._numbering.value(b))
         if x is not None and y is not None:
-            return bool(_COMPUTED[op](x, y))
+            return bool(COMPARED[op](x, y))
         if a == b:
-            return bool(_COMPUTED[op](0, 0))
+            return bool(COMPARED[op](0, 0))
         if x is not None or (y is None and a > b):
-            left, right, a, b, y, op = right, left, b, a, x, _MIRRORED[op]
+            left, right, a, b, y, op = right, left, b, a, x, MIRRORED[op]
         if y is not None and isinstance(left, Unary):
-            return self._question(_MIRRORED[op], left.operand, _negative(right), bound)
+            return self._question(MIRRORED[op], left.operand, _negative(right), bound)
         whole = isinstance(left.type, Int)
         if y is None:
             whole = whole and isinstance(right.type, Int)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from specc.frozen import frozen
-from specc.model.expr import Among, Compare, Expr, Logic, Member, Unary
+from specc.model.expr import OPPOSITES, Among, Compare, Expr, Logic, Member, Unary
 from specc.model.types import Bool
 from specc.proof.formula import Arrival, Atom, EnumItem, Formula, Quantity, atoms_of
 from specc.proof.table import Cases, Column, Table
@@ -17,7 +17,6 @@ from specc.proof.verdict import Answers, Facts, UnsureError, Witness
 
 MOST_CASES = 4
 """Alternatives of a condition, beyond which the negation of the others is easier to read."""
-_OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 _BOOL = Bool()
 
 
@@ -63,7 +62,7 @@ def opposite(condition: Expr) -> Expr:
         case Unary(op="not", operand=operand):
             return operand
         case Compare(op=op, left=left, right=right):
-            other = _OPPOSITES[op]
+            other = OPPOSITES[op]
             return Compare(other, left, right, type=_BOOL)  # type: ignore[arg-type]  # one of six
     return Unary("not", condition, type=_BOOL)
 

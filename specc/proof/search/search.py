@@ -27,7 +27,7 @@ from specc.proof.search.situation import (
     others,
     runnable,
 )
-from specc.proof.search.trying import BUILTINS, HOLDS, SearchBudget, Thresholds, inverted
+from specc.proof.search.trying import BUILTINS, SearchBudget, Thresholds, inverted
 from specc.proof.verdict import InputName
 
 # Ways to give an expression a wanted value, by changing one thing that it depends on.
@@ -38,8 +38,6 @@ Situations = Iterator[Situation]
 MOST_WAYS = 60
 MOST_STEPS = 1000
 """Parts of expressions that are looked at for the ways of one condition."""
-_OPPOSITES = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
-_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 _OTHER_TEXT = "something else"
 
 
@@ -173,11 +171,11 @@ class Ways:
                 yield from self.ways(operand, wanted, at)
 
     def _compare(self, expr: m.Compare, wanted: bool, at: Situation) -> Situations:
-        op = expr.op if wanted else _OPPOSITES[expr.op]
+        op = expr.op if wanted else m.OPPOSITES[expr.op]
         left, right = self._now(expr.left, at), self._now(expr.right, at)
         for side, other, how in (
             (expr.left, right, op),
-            (expr.right, left, _MIRRORED[op]),
+            (expr.right, left, m.MIRRORED[op]),
         ):
             for value in self._values(side, how, other):
                 yield from self.ways(side, value, at)
@@ -192,7 +190,7 @@ class Ways:
         if isinstance(side, m.Clock):
             period, whole = self._meaning.period_s, int(other / self._meaning.period_s)
             near = (n * period for n in (whole, whole + 1, whole - 1, whole + 2))
-            return [time for time in near if HOLDS[op](time, other)]
+            return [time for time in near if m.COMPARED[op](time, other)]
         if isinstance(other, (int, float)):
             return self._thresholds.below_or_above(op, other, whole=isinstance(kind, Int))
         if isinstance(kind, Text):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 from specc.lang.values import compose, inverse, moved, position
-from specc.model.expr import Builtin, Compare, Expr, Number, walk
+from specc.model.expr import COMPARED, Builtin, Compare, Expr, Number, walk
 from specc.proof.search.situation import NO_VALUE, Meaning, Situation, Value
 
 # The budget of a search, counted in situations so that it always ends at the same one.
@@ -41,14 +40,6 @@ class SearchBudget:
 # Which numbers are worth trying: those that conditions compare with, and what lies between.
 
 
-HOLDS = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-}
 _MOST = 8
 
 
@@ -73,7 +64,7 @@ class Thresholds:
         found: dict[float, None] = {}
         for number in self._around(limit):
             rounded: float = round(number) if whole else number
-            if HOLDS[op](rounded, limit):
+            if COMPARED[op](rounded, limit):
                 found[rounded] = None
         yield from list(found)[:_MOST]
 
