@@ -42,6 +42,7 @@ def labels(project: Project, path: str, text: str, old: str, new: str) -> set[st
         ("GR()}\n        let", "GR().|}\n        let", "width force", "q_p"),
         ("grip.width < 0.1[m]", "grip.width < 0.1[|", "m rad N", "q_p"),
         ("x.c.mode in {go}", "x.c.mode in {|}", "go halt", ""),
+        ('"real[m]"}, y: {d_m', '{type: "real[m]", safe: |}}, y: {d_m', "limit DK", "q_p elapsed"),
         ("init: x.E.q_m, title: prev", "init: |, title: prev", "limit DK", "grip T_c elapsed"),
         ('"0.5[rad]"', '"|"', "DK", "q_p x"),
         # names in the structure
