@@ -23,7 +23,7 @@ class SafeOutputs(ABC):
     its attributes.
     """
 
-    name: ClassVar[str]
+    name: str
     elements: ClassVar[tuple[str, ...]]
     reports: ClassVar[Mapping[str, str]]
     memory: Any

@@ -46,7 +46,8 @@ class Subsystem(ABC):
     both by `<peer>_<element>`. The executor writes `x` and reads `y`; nobody else does.
     """
 
-    name: ClassVar[str]
+    name: str
+    """Qualified name, `irp.m`; a class that several subsystems share is given it."""
     period_s: ClassVar[float]
     initial_state: ClassVar[str]
     transitions: ClassVar[tuple[Transition, ...]]

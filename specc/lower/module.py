@@ -28,8 +28,10 @@ from specc.reachable import grouped, reachable
 # Constants of a module: declared ones, and literal arrays that need not be built every period.
 
 
-def computed(constants: dict[str, Constant]) -> frozenset[str]:
-    """Constants whose value an operator or a file gives: known when the system is built."""
+def computed(constants: dict[str, Constant], given: Collection[str] = ()) -> frozenset[str]:
+    """Constants whose value an operator or a file gives, or that are `given`: known when the system
+    is built.
+    """
     users = grouped(
         (used, name) for name, c in constants.items() for used in e.constants_in(c.value)
     )
@@ -38,7 +40,7 @@ def computed(constants: dict[str, Constant]) -> frozenset[str]:
         for name, constant in constants.items()
         if any(isinstance(node, (e.Call, e.FileRef)) for node in e.walk(constant.value))
     )
-    return frozenset(reachable(outside, lambda name: users.get(name, ())))
+    return frozenset(reachable((*given, *outside), lambda name: users.get(name, ())))
 
 
 def shared_name(value: e.Expr) -> str:
@@ -74,14 +76,19 @@ class Module:
         types: PythonTypes,
         *,
         stand_ins: bool = False,
+        given: Collection[str] = (),
     ) -> None:
+        """`given` are the parameters that the class gets when it is made."""
         self.imports = Imports()
         self.annotations = Annotations(self.imports, types)
         self.constants: dict[object, ConstantPlan] = {}
         self.uses_files = False
         declared = {c.name: c for c in (*system.constants, *part.constants)}
         self._declared: dict[str, Constant] = declared
-        self.computed = computed(declared)
+        self.computed = computed(declared, given)
+        arguments = Namespace(("self", "files", "name"))
+        self.given = {name: arguments.new(name) for name in given}
+        """Parameter of the specification -> argument of the class."""
         self._operators = {operator.name: operator for operator in system.operators}
         self._names = Namespace((*OWN_NAMES, *types.of.values()))
         self._aliases = {name: self._names.new(name) for name in self._operators}
@@ -119,6 +126,11 @@ class Module:
             "computed": tuple(c for c in constants if c.is_computed),
             "uses_files": self.uses_files,
         }
+
+    @property
+    def parts_are_needed(self) -> bool:
+        """Whether anything but imports was asked for."""
+        return bool(self.constants or self.operators or self.uses_files or self.contracts.named)
 
     def local_names(self) -> Namespace:
         """Names for the inside of a method."""

@@ -149,11 +149,15 @@ class Imports:
 
     def __init__(self) -> None:
         self._lines: dict[str, None] = {}
+        self.named: dict[tuple[str, str], None] = {}
+        """Module and name of all that is imported by its own name."""
 
     def add(self, module: str, name: str, alias: str = "") -> str:
         """Import `name`; the name it has here."""
         alias = alias or name
         renamed = f" as {alias}" if alias != name else ""
+        if not renamed:
+            self.named[module, name] = None
         self._lines[f"from {module} import {name}{renamed}"] = None
         return alias
 

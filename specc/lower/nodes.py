@@ -13,6 +13,7 @@ from specc.lower.names import ConstantPlan, Namespace, comment, literal
 from specc.lower.table import LARGEST, TermTable, TooLarge
 from specc.lower.terms import Term, is_array
 from specc.model import expr as e
+from specc.model.system import Constant
 from specc.model.types import (
     Enum,
     Int,
@@ -214,9 +215,23 @@ class Nodes:
         is_computed = name in self.module.computed
         if name not in self.module.constants:
             constant = self.module.declared(name)
+            if name in self.module.given:
+                self._receive(name, own, constant)
+                return f"self._{own}"
             term = self.table.of(constant.value)
             self._define(name, own, term, constant.title, is_computed=is_computed)
         return f"self._{own}" if is_computed else own
+
+    def _receive(self, name: str, own: str, constant: Constant) -> None:
+        """An attribute for a parameter that the class is given."""
+        type_ = constant.value.type
+        self.module.constants[name] = ConstantPlan(
+            name=own,
+            annotation=self.module.annotations.of(type_),
+            value=self.module.given[name],
+            comment=comment(_unit(type_), constant.title),
+            is_computed=True,
+        )
 
     def array(self, term: Term) -> str:
         """A constant for a literal array."""

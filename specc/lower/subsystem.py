@@ -8,6 +8,7 @@ from pathlib import PurePath
 from specc.lang import show
 from specc.lower.annotations import PythonTypes
 from specc.lower.cycle import Methods
+from specc.lower.families import Family, Part
 from specc.lower.flow import Proofs
 from specc.lower.module import Module
 from specc.lower.names import (
@@ -125,19 +126,37 @@ def _literal(numbers: Numbers) -> str:
 def subsystem_plan(
     system: System,
     subsystem: Subsystem,
+    family: Family,
     proofs: Proofs,
     types: PythonTypes,
     class_name: str,
     *,
     stand_ins: bool = False,
 ) -> FilePlan:
-    """What the module of a subsystem contains; raises `TooLarge`."""
+    """What the module of a family contains, whose first member is the subsystem.
+
+    Raises `TooLarge`.
+    """
     try:
-        module = Module(system, subsystem, types, stand_ins=stand_ins)
-        parts = _parts(system, subsystem, proofs, module)
+        module = Module(system, subsystem, types, stand_ins=stand_ins, given=family.given)
+        parts = _parts(system, subsystem, proofs, module) | _of_family(subsystem, family, module)
     except (TooLarge, RecursionError):
         raise TooLarge(subsystem.qualified_name) from None
     return FilePlan("subsystem.py.j2", {"class_name": class_name, **parts})
+
+
+def _of_family(part: Part, family: Family, module: Module) -> dict[str, object]:
+    """Name and arguments of a class, and for whom it is."""
+    types = {constant.name: constant.value.type for constant in part.constants}
+    trace = f" ({part.trace})" if part.trace else ""
+    return {
+        "about": in_docstring(_about(part, family) + trace),
+        "name": "" if family.is_shared else literal(part.qualified_name),
+        "arguments": tuple(
+            f"{argument}: {module.annotations.of(types[name])}"
+            for name, argument in module.given.items()
+        ),
+    }
 
 
 def _parts(
@@ -151,10 +170,8 @@ def _parts(
     outputs = tuple(_attribute(module, module.outputs[k], e) for k, e in subsystem.outputs.items())
     memory = tuple(_attribute(module, module.memory[m.name], m) for m in subsystem.memory)
     flags = _flags(module)
-    trace = f" ({subsystem.trace})" if subsystem.trace else ""
     return {
         "title": in_docstring(subsystem.title or subsystem.name),
-        "about": in_docstring(_about(subsystem) + trace),
         "spec": in_docstring(spec_file(system)),
         "inputs": inputs,
         "inputs_slots": literal((*(item.name for item in inputs), *flags)),
@@ -164,7 +181,6 @@ def _parts(
         "memory": memory,
         "memory_slots": _slots(memory),
         "doc": docstring(subsystem.title or subsystem.name, str(subsystem.trace)),
-        "name": literal(subsystem.qualified_name),
         "period_s": literal(float(1 / subsystem.rate_hz)),
         "rate": f"{subsystem.rate_hz} Hz",
         "initial_state": literal(subsystem.initial_state),
@@ -179,7 +195,7 @@ def _parts(
     }
 
 
-def _table(system: System, part: Subsystem | Device, module: Module) -> TermTable:
+def _table(system: System, part: Part, module: Module) -> TermTable:
     declared = (*system.constants, *part.constants)
     constants = {c.name: c.value for c in declared if c.name not in module.computed}
     parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
@@ -200,9 +216,16 @@ def spec_file(system: System) -> str:
     return PurePath(system.file).name
 
 
-def _about(part: Subsystem | Device) -> str:
+_MOST_NAMED = 3
+
+
+def _about(part: Part, family: Family) -> str:
     kind = "control subsystem" if part.kind == "control" else part.kind.replace("_", " ")
-    return f"{kind} {part.name} of agent {part.agent}"
+    if not family.is_shared:
+        return f"{kind} {part.name} of agent {part.agent}"
+    names = [member.qualified_name for member in family.members]
+    rest = len(names) - _MOST_NAMED
+    return f"{kind} {', '.join(names[:_MOST_NAMED])}" + (f" and {rest} more" if rest > 0 else "")
 
 
 def _attribute(module: Module, name: str, item: Element | Memory) -> AttributePlan:
@@ -255,10 +278,16 @@ def _slots(attributes: Iterable[AttributePlan]) -> str:
 
 
 def device_plan(
-    system: System, device: Device, types: PythonTypes, class_name: str, *, stand_ins: bool
+    system: System,
+    device: Device,
+    family: Family,
+    types: PythonTypes,
+    class_name: str,
+    *,
+    stand_ins: bool,
 ) -> FilePlan:
-    """What the module of a device with safe outputs contains."""
-    module = Module(system, device, types, stand_ins=stand_ins)
+    """What the module of a family of devices with safe outputs contains."""
+    module = Module(system, device, types, stand_ins=stand_ins, given=family.given)
     table = _table(system, device, module)
     methods = []
     for element, safe in device.safe:
@@ -274,15 +303,14 @@ def device_plan(
     )
     parts = {
         "title": in_docstring(device.title or device.name),
-        "about": in_docstring(_about(device)),
         "spec": in_docstring(spec_file(system)),
         "class_name": class_name,
-        "name": literal(device.qualified_name),
         "samples": samples,
         "samples_slots": _slots(samples),
         "elements": literal(tuple(element.name for element, _ in device.safe)),
         "reports": tuple((literal(e.name), literal(module.memory[e.name])) for e in device.y),
         "methods": methods,
+        **_of_family(device, family, module),
         **module.parts(),
     }
     return FilePlan("device.py.j2", parts)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from specc.analysis.rates import base_tick
+from specc.frozen import frozen
 from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal_type, named_types
+from specc.lower.families import Family, Part, families
 from specc.lower.flow import Proofs
 from specc.lower.layouts import layouts_plan
 from specc.lower.module import buffer_names, memory_names
@@ -24,7 +26,7 @@ from specc.lower.names import (
     literal,
 )
 from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
-from specc.model.system import Binding, Plant, Port, Subsystem, System, Task
+from specc.model.system import Binding, Device, Plant, Port, Subsystem, System, Task
 from specc.model.types import Enum, Record, Type, Vector
 
 # Connections between subsystems: which output element becomes which input element.
@@ -199,44 +201,80 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
     """
     types = PythonTypes(named_types(system))
     title = in_docstring(system.title or system.name)
-    classes = _classes(system, types)
-    modules = _modules(system)
+    found = [
+        *families(system, system.subsystems, proofs, types),
+        *families(system, [d for d in system.devices if d.safe], proofs, types),
+    ]
+    if stand_ins:
+        found = [Family((part,)) for family in found for part in family.members]
+    known = {part.qualified_name: family for family in found for part in family.members}
+    classes = _classes(found, types)
+    modules = _modules(found)
     spec = in_docstring(spec_file(system))
     files = {"__init__.py": FilePlan("package.py.j2", {"title": title, "spec": spec})}
     if types.declared:
         files["types.py"] = _types(system, types, title)
-    for s in system.subsystems:
-        name = s.qualified_name
-        part = subsystem_plan(system, s, proofs, types, classes[name], stand_ins=stand_ins)
-        files[f"{modules[name]}.py"] = part
-    for device in system.devices:
-        if device.safe:
-            name = device.qualified_name
-            part = device_plan(system, device, types, classes[name], stand_ins=stand_ins)
-            files[f"{modules[name]}.py"] = part
+    for family in found:
+        part, name = family.first, family.first.qualified_name
+        if isinstance(part, Device):
+            plan = device_plan(system, part, family, types, classes[name], stand_ins=stand_ins)
+        else:
+            plan = subsystem_plan(
+                system, part, family, proofs, types, classes[name], stand_ins=stand_ins
+            )
+        files[f"{modules[name]}.py"] = plan
     if not stand_ins:
         files["layouts.py"] = layouts_plan(system, types, title, spec)
-    files["system.py"] = _whole(system, title, types, modules, classes, stand_ins=stand_ins)
+    made = Made(known, classes, modules)
+    files["system.py"] = _whole(system, title, types, made, stand_ins=stand_ins)
     return files
 
 
-def _classes(system: System, types: PythonTypes) -> dict[str, str]:
-    """Class of every subsystem, after its agent and itself; titles may be reworded."""
+@frozen
+class Made:
+    """Of each part, by its qualified name: its family, class and module."""
+
+    families: Mapping[str, Family]
+    classes: Mapping[str, str]
+    modules: Mapping[str, str]
+
+    def call(self, part: Part, imports: Imports) -> str:
+        """The call that makes a part."""
+        name = part.qualified_name
+        for module, needed in self.families[name].imports:
+            imports.add(module, needed)
+        imports.add(f".{self.modules[name]}", self.classes[name])
+        return self.families[name].made(part, self.classes[name])
+
+
+def _classes(found: list[Family], types: PythonTypes) -> dict[str, str]:
+    """Class of every part, after its agent and itself; titles may be reworded."""
     names = Namespace((*ALL_OWN_NAMES, *types.of.values()))
-    found = {
-        s.qualified_name: names.new(class_name(f"{s.agent} {s.name}")) for s in system.subsystems
-    }
-    for device in system.devices:
-        found[device.qualified_name] = names.new(class_name(device.qualified_name))
-    return found
+    return _each(found, lambda family: names.new(class_name(" ".join(_words(family)))))
 
 
-def _modules(system: System) -> dict[str, str]:
+def _modules(found: list[Family]) -> dict[str, str]:
     names = Namespace(("system", "types", "layouts", "__init__"))
-    found = {s.qualified_name: names.new(f"{s.agent}_{s.name}") for s in system.subsystems}
-    for device in system.devices:
-        found[device.qualified_name] = names.new(device.qualified_name.replace(".", "_").lower())
-    return found
+
+    def module(family: Family) -> str:
+        name = "_".join(_words(family))
+        return names.new(name.lower() if isinstance(family.first, Device) else name)
+
+    return _each(found, module)
+
+
+def _words(family: Family) -> tuple[str, ...]:
+    agent, name = family.stem
+    if isinstance(family.first, Device):
+        letter = family.first.qualified_name.split(".")[1]
+        return agent, letter, name
+    return agent, name
+
+
+def _each(found: list[Family], of: Callable[[Family], str]) -> dict[str, str]:
+    """Something of the family of each part, made once for the family."""
+    made = [(family, of(family)) for family in found]
+    return {part.qualified_name: one for family, one in made for part in family.members}
 
 
 def _types(system: System, types: PythonTypes, title: str) -> FilePlan:
@@ -274,31 +312,26 @@ def _whole(
     system: System,
     title: str,
     types: PythonTypes,
-    modules: dict[str, str],
-    classes: dict[str, str],
+    made: Made,
     *,
     stand_ins: bool,
 ) -> FilePlan:
     imports = Imports()
     imports.add("specc_runtime.system", "Scheduled")
     imports.add("specc_runtime.system", "System")
-    for subsystem in system.subsystems:
-        name = subsystem.qualified_name
-        imports.add(f".{modules[name]}", classes[name])
     tick = base_tick(1 / s.rate_hz for s in system.subsystems)
     connected = tuple(connections(system))
     if connected:
         imports.add("specc_runtime.system", "Connection")
-    safe = tuple(d.qualified_name for d in system.devices if d.safe)
-    for name in safe:
-        imports.add(f".{modules[name]}", classes[name])
-    names = Namespace((*ALL_OWN_NAMES, *classes.values()))
-    owners = tuple(classes[name] for name in safe)
+    safe = [device for device in system.devices if device.safe]
+    names = Namespace((*ALL_OWN_NAMES, *made.classes.values()))
+    owners = tuple(made.call(device, imports) for device in safe)
     plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
     if system.files:
         imports.add("os.path", "join")
     if system.task:
         imports.add("specc_runtime.system", "Task")
+    scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
     parts = {
         "title": title,
         "spec": in_docstring(spec_file(system)),
@@ -307,9 +340,7 @@ def _whole(
         "name": literal(system.name),
         "tick_s": literal(float(tick)),
         "files": tuple((literal(name), literal(path)) for name, path in system.files),
-        "subsystems": tuple(
-            (classes[s.qualified_name], int(1 / s.rate_hz / tick)) for s in system.subsystems
-        ),
+        "subsystems": scheduled,
         "connections": connected,
         "plant": plant,
         "task": tuple(_task(system, system.task)) if system.task else (),

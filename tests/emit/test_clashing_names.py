@@ -260,6 +260,8 @@ KINDS: dict[str, Callable[[list[str]], Slots]] = {
 
 WRITTEN_OUT = ("member", "bound variable", "parameter")
 """Kinds whose names stand in texts of Python's grammar, which has no place for its keywords."""
+KEYS = {"element": ("is", "for")}
+"""Words of Python that are keys where names of a kind stand."""
 WORDS = {*RESERVED, *TYPE_WORDS, *keyword.kwlist}
 PRIVATE = {"field": {name for name in NAMES if name.startswith("__")}}
 NAMED = re.compile(r"E\d+ [^`]*`(\w+)`")
@@ -286,7 +288,7 @@ def errors(result: pipeline.Result) -> list[str]:
 
 def accepted(kind: str, names: tuple[str, ...], folder: Path) -> tuple[pipeline.Result, set[str]]:
     """The probe with all names that may stand there, and those that `validate` refuses."""
-    refused = {*keyword.kwlist} if kind in WRITTEN_OUT else set()
+    refused = {*keyword.kwlist} if kind in WRITTEN_OUT else set(KEYS.get(kind, ()))
     while True:
         result = compiled(kind, [name for name in names if name not in refused], folder)
         found = errors(result)

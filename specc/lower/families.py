@@ -1,0 +1,139 @@
+"""Which subsystems and devices share a module: uses of one description, or parts of one `for`.
+
+They differ in their names, their peers and the values of parameters, which their class is given.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import field, replace
+from itertools import takewhile
+
+from specc.analysis.reads import nodes
+from specc.frozen import frozen
+from specc.lower.annotations import PythonTypes
+from specc.lower.flow import Proofs
+from specc.lower.module import Module
+from specc.lower.names import literal
+from specc.lower.nodes import Nodes
+from specc.lower.table import TermTable
+from specc.lower.terms import is_array
+from specc.model.expr import ConstantRef, Expr, constants_in, mapped
+from specc.model.system import Constant, Device, Subsystem, System
+from specc.source import Place
+
+Part = Subsystem | Device
+
+
+@frozen
+class Family:
+    """The parts of one module. `given` are the parameters whose values differ among them."""
+
+    members: tuple[Part, ...]
+    given: tuple[str, ...] = ()
+    values: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Qualified name of a member -> its values of `given`, as arguments in Python."""
+    imports: tuple[tuple[str, str], ...] = ()
+    """What the values need: module and name."""
+
+    @property
+    def first(self) -> Part:
+        """The member that stands for all."""
+        return self.members[0]
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether there are several members."""
+        return len(self.members) > 1
+
+    @property
+    def stem(self) -> tuple[str, str]:
+        """Agent and own name, or what those of all members begin with."""
+        agents = [part.agent for part in self.members]
+        return _stem(agents), _stem([part.name for part in self.members])
+
+    def made(self, part: Part, class_name: str) -> str:
+        """The call that makes a member."""
+        own = (f"name={literal(part.qualified_name)}",) if self.is_shared else ()
+        return (
+            f"{class_name}({', '.join(('files', *own, *self.values.get(part.qualified_name, ())))})"
+        )
+
+
+def _stem(names: list[str]) -> str:
+    """What the names begin with, without numbers; the first name if they have nothing in common."""
+    if len(set(names)) == 1:
+        return names[0]
+    alike = takewhile(lambda chars: len(set(chars)) == 1, zip(*names, strict=False))
+    return re.sub(r"[_\d]+$", "", "".join(chars[0] for chars in alike)) or names[0]
+
+
+def families(
+    system: System, parts: Iterable[Part], proofs: Proofs, types: PythonTypes
+) -> Iterator[Family]:
+    """The parts by the module that they share, in the order of the first ones."""
+    alike: dict[object, list[Part]] = {}
+    for part in parts:
+        alike.setdefault(_shape(part, proofs), []).append(part)
+    for members in alike.values():
+        family = _family(system, members, types) if len(members) > 1 else None
+        yield from (family,) if family else (Family((part,)) for part in members)
+
+
+_NOWHERE = Place("")
+
+
+def _shape(part: Part, proofs: Proofs) -> object:
+    """What parts of one family have in common."""
+    constants = tuple((c.name, c.title, c.value.type) for c in part.constants)
+    if isinstance(part, Device):
+        return constants, replace(part, agent="", name="", place=_NOWHERE, constants=())
+    proved = tuple(
+        proofs.is_proved(part.qualified_name, state.name, cause)
+        for state in part.states
+        for cause in ("terminal", "error")
+    )
+    ports = tuple(replace(port, other_end="") for port in part.ports)
+    own = (part.kind, part.title, part.rate_hz, ports, part.memory, part.lets, part.conditions)
+    machine = (part.functions, part.behaviours, part.states, part.initial_state, part.transitions)
+    return constants, proved, own, machine, part.axioms, part.trace
+
+
+def _family(system: System, members: list[Part], types: PythonTypes) -> Family | None:
+    """The family of parts that are alike; none if Python cannot write their values down."""
+    first = {c.name: c.value for c in members[0].constants}
+    differ = {c.name for part in members for c in part.constants if c.value != first[c.name]}
+    given = tuple(name for name in first if name in differ & _used(members[0]))
+    known = {constant.name: constant.value for constant in system.constants}
+    values, imports = {}, dict[tuple[str, str], None]()
+    for part in members:
+        module = Module(system, part, types, given=given)
+        own = [constant for constant in part.constants if constant.name in given]
+        arguments = ((module.given[c.name], _written(module, c, known)) for c in own)
+        values[part.qualified_name] = tuple(f"{name}={text}" for name, text in arguments)
+        if module.parts_are_needed:
+            return None
+        imports |= dict.fromkeys(module.imports.named)
+    return Family(tuple(members), given, values, tuple(imports))
+
+
+def _used(part: Part) -> set[str]:
+    """The constants that a part names."""
+    if isinstance(part, Device):
+        safe = [value for _, s in part.safe for value in (s.value, s.otherwise) if value]
+        return {name for value in safe for name in constants_in(value)}
+    return {node.name for node in nodes(part) if isinstance(node, ConstantRef)}
+
+
+def _written(module: Module, constant: Constant, known: Mapping[str, Expr]) -> str:
+    """The value of a parameter in Python, without names of constants."""
+
+    def plain(expr: Expr) -> Expr:
+        if isinstance(expr, ConstantRef) and expr.name in known:
+            return plain(known[expr.name])
+        return mapped(expr, plain)
+
+    term = TermTable(()).of(plain(constant.value))
+    text = Nodes(module, TermTable(()), hoists=False).value(term).text
+    return f"{module.builtin('read_only')}({text})" if is_array(term.type) else text
