@@ -84,7 +84,7 @@ def test_parameters_of_a_shared_class_are_those_of_each_agent(tmp_path: Path) ->
     assert [d for d in result.diagnostics if d.severity == "error"] == []
     files = filled(lower(result.system, result.proofs))
     names = {"robots_c.py", "robots_wheel.py", "robots_e_wheel.py"}
-    assert files.keys() == names | {"__init__.py", "system.py"}
+    assert files.keys() == names | {"__init__.py", "layouts.py", "system.py"}
     for seed in ("a", "b"):
         script = Script(result.system, seed, (0.0, 1.0))
         with package(files) as modules:
@@ -100,7 +100,7 @@ def test_cases_of_many_agents(case: str) -> None:
     assert result.system is not None
     script = Script(result.system, case, (0.0, 1.0))
     files = filled(lower(result.system, result.proofs))
-    assert len(files) < 2 + len(result.system.subsystems + result.system.devices)
+    assert len(files) < 3 + len(result.system.subsystems + result.system.devices)
     with package(files) as modules:
         plant = ScriptedPlant(script) if result.system.devices else None
         made = executed(modules["system.py"].build(""), plant, 60)
