@@ -266,7 +266,7 @@ def opaque(kind: str, encode: Encode | None = None, decode: Decode | None = None
     return _Opaque(kind, encode, decode)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Element:
     """An element of a buffer or of memory: its attribute, its name in the specification."""
 

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from fractions import Fraction
 from importlib import import_module
+from math import inf
 from typing import Any
 
 from specc import __version__
@@ -178,6 +179,17 @@ def _editing(commands: Any) -> None:
 
 
 def _replaying(commands: Any) -> None:
+    words = "compare a recorded run with what the specification does now"
+    replay = _command(commands, "replay", "recordings:replay", words)
+    replay.add_argument("file", metavar="FILE.mcap")
+    words = "the specification (default: the one that was recorded)"
+    replay.add_argument("--spec", metavar="SPEC", help=words)
+    replay.add_argument("--subsystem", metavar="NAME", help="this subsystem only: irp.m")
+    replay.add_argument(
+        "--until", metavar="S", type=_until, default=inf, help="simulated time to compare"
+    )
+    words = "exit code 1 also if something cannot be compared"
+    replay.add_argument("--check", action="store_true", help=words)
     words = "make a clean file of a recording that was cut"
     recover = _command(commands, "recover", "recordings:recover", words)
     recover.add_argument("file", metavar="FILE.mcap")
@@ -271,6 +283,16 @@ def _steps(text: str) -> int:
     if not (text.isascii() and text.isdigit() and int(text[:9]) > 0 and len(text) < 9):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of steps")
     return int(text)
+
+
+def _until(text: str) -> float:
+    try:
+        until_s = float(text)
+    except ValueError:
+        until_s = -1.0
+    if not until_s >= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time in seconds")
+    return until_s
 
 
 def _wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:

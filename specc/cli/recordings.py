@@ -1,37 +1,166 @@
-"""`specc recover`: what can be done with recordings of runs; the runtime does it."""
+"""`specc replay` and `specc recover`: recordings of runs; the runtime reads them."""
 
 from __future__ import annotations
 
+import json
+import os
 from argparse import Namespace
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
+from specc import output
 from specc.cli import streams
+
+if TYPE_CHECKING:
+    from specc.model.system import Subsystem
+    from specc.pipeline import Result
+    from specc.source import Place
+
+SAME, DIFFERS, UNUSABLE = 0, 1, 2
+
+
+class _Refused(Exception):
+    """The command cannot do what is asked; the message says why."""
 
 
 def recover(options: Namespace) -> int:
     """Make a clean file with an index of a recording that was cut; 2 if there is none in it."""
     out = Path(options.out or options.file)
     try:
-        reading: Any = import_module("specc_runtime.recording.reading")
-        saved = reading.Recovered(Path(options.file), out)
-    except ModuleNotFoundError as error:
-        return _unusable(import_module("specc_runtime.extras").remedy(error))
+        saved = _called("reading", "Recovered", Path(options.file), out)
+    except _Refused as refused:
+        return _unusable(str(refused))
     except OSError as error:
         return _unusable(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
-    except Exception as error:
-        if type(error).__name__ != "Unusable":
-            raise
-        return _unusable(str(error))
     missing = f", {saved.damaged} damaged parts left out" if saved.damaged else ""
     words = "it had been cut" if saved.cut else "it was whole"
     streams.say(
         f"specc: {out}: {saved.messages} messages until {saved.last_s:.3f} s; {words}{missing}"
     )
-    return 0
+    return SAME
+
+
+def replay(options: Namespace) -> int:
+    """Compare the steps of a recording with those of the specification as it is now."""
+    try:
+        told = _called("replay", "about", Path(options.file))
+        return _replay(options, options.spec or _spec_of(told), told)
+    except _Refused as refused:
+        return _unusable(str(refused))
+
+
+def _replay(options: Namespace, spec: str, told: Any) -> int:
+    from specc import pipeline
+    from specc.cli.streams import tell
+    from specc.diagnostics.report import report, resolve
+
+    built = pipeline.build(spec, _values(told))
+    result = built.result
+    if not result.ok or result.system is None:
+        return tell(report(resolve(result.diagnostics, result.sources), [spec])) or DIFFERS
+    names = [s.qualified_name for s in result.system.subsystems]
+    if options.subsystem and options.subsystem not in names:
+        raise _Refused(f"there is no subsystem {options.subsystem}; there are {', '.join(names)}")
+    with TemporaryDirectory(prefix="specc-") as scratch:
+        package = Path(scratch, "generated", built.system)
+        for diagnostic in output.write(package, built.files):
+            raise _Refused(diagnostic.message)
+        base, file = Path(os.path.dirname(spec)), Path(options.file)
+        only = options.subsystem or ""
+        outcomes = _called("replay", "replay", package, base, file, only, options.until)
+    return _tell(outcomes, result, options)
+
+
+def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
+    """Print what came of it, the earliest difference first."""
+    found = sorted(
+        (o.difference for o in outcomes if o.difference), key=lambda d: (d.time_s, d.subsystem)
+    )
+    for difference in found:
+        streams.show("\n".join(_lines(difference, result)) + "\n")
+    same = [o for o in outcomes if not o.difference and not o.unknown]
+    unknown = [o for o in outcomes if o.unknown]
+    for outcome in unknown:
+        words = f"{outcome.steps} steps are the same, then it cannot be compared"
+        streams.show(f"{outcome.subsystem}: {words}: {outcome.unknown}\n")
+    for outcome in same:
+        streams.show(f"{outcome.subsystem}: {outcome.steps} steps are the same\n")
+    return DIFFERS if found or (options.check and unknown) else SAME
+
+
+def _lines(difference: Any, result: Result) -> Iterator[str]:
+    d = difference
+    began = f"in {d.state}" if d.state else "in its first period"
+    yield f"{d.subsystem} differs first at {d.time_s:g} s (stamp {d.stamp}), {began}: {d.what}"
+    yield f"  recorded: {d.recorded}"
+    yield f"  now:      {d.now}"
+    assert result.system is not None
+    subsystem = next(s for s in result.system.subsystems if s.qualified_name == d.subsystem)
+    for what, place in _places(subsystem, d):
+        span = result.sources.span(place)
+        text = result.sources.line(span.file, span.line).strip()
+        yield f"  {what}: {span.file}:{span.line}: {text}"
+
+
+def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]]:
+    """What in the specification is responsible: the row, and the condition or the assignment."""
+    d = difference
+    for row in subsystem.transitions:
+        if f"{row.source} {row.cause} {row.condition.name} -> {row.target}" == d.row:
+            yield "row", row.place
+    state = next((s for s in subsystem.states if s.name == d.state), None)
+    if d.condition and state is not None:
+        ends = [c for _, c in state.behaviour.endings]
+        asked = [r.condition for r in subsystem.transitions if r.source == d.state]
+        yield from (
+            (f"condition {c.name}", c.place) for c in (*ends, *asked) if c.name == d.condition
+        )
+    ran = next((s for s in subsystem.states if s.name == d.behaviour), None)
+    if ran is not None:
+        for assignment in ran.behaviour.assignments:
+            if assignment.target == d.what:
+                yield d.what, assignment.place
+    for item in subsystem.memory:
+        if item.name == d.what and not d.state:
+            yield d.what, item.place
+
+
+def _spec_of(told: Any) -> str:
+    """The specification that was recorded, if it is below the working directory."""
+    spec = str(told.get("spec", ""))
+    inside = Path(os.path.realpath(spec)).is_relative_to(os.path.realpath("."))
+    if not (spec and inside and Path(spec).is_file()):
+        raise _Refused(f"the recording is of {spec or 'no file'}, which is not here; say --spec")
+    return spec
+
+
+def _values(told: Any) -> dict[str, str]:
+    """Constants that were set for the run."""
+    try:
+        values = json.loads(told.get("set", "{}"))
+        if all(isinstance(text, str) for text in values.values()):
+            return dict(values)
+    except (ValueError, AttributeError, RecursionError):
+        pass
+    raise _Refused("the recording does not say which constants were set")
+
+
+def _called(module: str, function: str, *arguments: Any) -> Any:
+    """What the runtime gives; raises _Refused for what it cannot use."""
+    try:
+        made = getattr(import_module(f"specc_runtime.recording.{module}"), function)
+        return made(*arguments)
+    except ModuleNotFoundError as error:
+        raise _Refused(import_module("specc_runtime.extras").remedy(error)) from error
+    except Exception as error:
+        if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed"):
+            raise
+        raise _Refused(str(error)) from error
 
 
 def _unusable(words: str) -> int:
     streams.say(f"specc: {words}")
-    return 2
+    return UNUSABLE

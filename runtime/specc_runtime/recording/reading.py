@@ -14,6 +14,8 @@ from mcap.writer import Writer
 from specc_runtime.recording.container import MAGIC
 from specc_runtime.recording.log import LIBRARY
 
+__all__ = ["Channel", "Message", "Metadata", "Reading", "Recovered", "Schema", "Unusable"]
+
 LARGEST_BYTES = 1 << 28
 """Of one record, packed or unpacked."""
 

@@ -37,7 +37,7 @@ class Recorder:
             self._log.attach(name, "application/yaml", text.encode())
         shelf = Shelf(self._log, options.record_exact or not _has_pictures())
         self._steps = {
-            s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf)
+            s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self._log)
             for s in system.subsystems
         }
         posed = plant is not None and not shortcomings(plant, Posed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from hashlib import sha256
 from operator import attrgetter
@@ -44,7 +44,8 @@ class Shelf:
     for viewing unless the recording is exact.
     """
 
-    def __init__(self, log: Log, exact: bool) -> None:
+    def __init__(self, log: Log | None, exact: bool) -> None:
+        """Without a log nothing is written."""
         self.log = log
         self.exact = exact
         self.is_brief = False
@@ -61,7 +62,7 @@ class Shelf:
     def image(self, value: Any) -> Any:
         """See `Aside`."""
         digest = digest_of(value.tobytes())
-        if self._is_new(digest):
+        if self.log is not None and self._is_new(digest):
             kind, schema, make = (raw if self.exact else compressed)(value)
             channel = self.log.channel(self._topic, kind, schema)
             self.log.add(channel, self.time_s, partial(make, value, self.time_s, self._topic))
@@ -72,7 +73,7 @@ class Shelf:
         if len(data) <= SMALL_BYTES:
             return {"type": kind, "bytes": b64encode(data).decode()}
         digest = digest_of(data)
-        if self.exact and self._is_new(digest):
+        if self.log is not None and self._is_new(digest):
             form = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
             channel = self.log.channel(VALUES, VALUE_SCHEMA, form)
             self.log.add(channel, self.time_s, partial(_value, kind, data))
@@ -129,18 +130,33 @@ class Cells:
             self._get = lambda buffer: tuple([getattr(buffer, name) for name in there])
         return there, self._get(buffer)
 
+    @property
+    def elements(self) -> Collection[Element]:
+        """All elements."""
+        return self._elements.values()
+
+    def element(self, attribute: str) -> Element:
+        """The element of an attribute."""
+        return self._elements[attribute]
+
     def text(self, attributes: tuple[str, ...], values: Any, shelf: Shelf, time_s: float) -> bytes:
         """The text of these elements, nested by their names."""
+        template = self._templates.get(attributes)
+        if template is None:
+            template = self._templates[attributes] = self._template(attributes)
+        return template % tuple(self.texts(attributes, values, shelf, time_s))
+
+    def texts(
+        self, attributes: tuple[str, ...], values: Any, shelf: Shelf, time_s: float
+    ) -> list[bytes]:
+        """The text of each of these elements."""
         last, parts = self._last, []
         for attribute, value in zip(attributes, values, strict=True):
             known = last.get(attribute)
             if known is None or known[0] is not value:
                 known = last[attribute] = value, self._dumped(attribute, value, shelf, time_s)
             parts.append(known[1])
-        template = self._templates.get(attributes)
-        if template is None:
-            template = self._templates[attributes] = self._template(attributes)
-        return template % tuple(parts)
+        return parts
 
     def _dumped(self, attribute: str, value: Any, shelf: Shelf, time_s: float) -> bytes:
         element = self._elements[attribute]
@@ -170,7 +186,7 @@ def _with_gaps(nested: dict[str, Any]) -> bytes:
 class Steps:
     """What is written of the steps of one subsystem; hears of each step before it is made."""
 
-    def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf) -> None:
+    def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Log) -> None:
         """Has the steps of the subsystem noted from now on."""
         self.subsystem = subsystem
         self.taken: tuple[str, Held, tuple[bool, ...]] | None = None
@@ -185,7 +201,7 @@ class Steps:
         self._flag_names = tuple(".".join(e.name) for e in flagged)
         self._ends = layout.ends
         self._passages: dict[tuple[str, int, str, tuple[bool, ...]], bytes] = {}
-        self.channel = shelf.log.channel(
+        self.channel = log.channel(
             topic_of(subsystem.name), f"specc.Step.{subsystem.name}", _schema(layout)
         )
         self._step = subsystem.step

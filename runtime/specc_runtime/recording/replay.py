@@ -1,0 +1,322 @@
+"""Replaying a recording: its inputs go to generated code, whose steps are compared with its own.
+
+What the file says decides which values go in, never which code runs: values become what the
+layouts of the generated package say.
+"""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from binascii import Error as NotBase64
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.buffers import FRESH
+from specc_runtime.faults import Fault
+from specc_runtime.forms import Element, Layout, Misshapen, NotRecorded
+from specc_runtime.loading import load_layouts, load_system
+from specc_runtime.recording.pictures import RAW, read_raw
+from specc_runtime.recording.reading import (
+    Channel,
+    Message,
+    Metadata,
+    Reading,
+    Schema,
+    Unusable,
+)
+from specc_runtime.recording.recorder import FORMAT
+from specc_runtime.recording.steps import (
+    VALUE_SCHEMA,
+    WINDOW,
+    Cells,
+    Shelf,
+    digest_of,
+    passage_of,
+    topic_of,
+)
+from specc_runtime.recording.text import dumped, loaded
+from specc_runtime.stepping import Stepper
+from specc_runtime.subsystem import Subsystem
+from specc_runtime.track import outcome_of
+
+_NOTHING = b"nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The first step of a subsystem that is not as it was recorded.
+
+    `what` is "row", "fault" or an element: `y.c.T_c`, a name of memory. `state` is the one that the
+    step began in, empty in the first one, `row` the text of the row that is taken now or, if none
+    is, was taken, `condition` the first one that had another value; `behaviour` the state whose
+    behaviour ran. `recorded` and `now` are both values as texts.
+    """
+
+    subsystem: str
+    stamp: int
+    time_s: float
+    state: str
+    what: str
+    recorded: str
+    now: str
+    row: str = ""
+    condition: str = ""
+    behaviour: str = ""
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What came of replaying a subsystem: steps that are the same, and what ended that."""
+
+    subsystem: str
+    steps: int = 0
+    difference: Difference | None = None
+    unknown: str = ""
+    """Why it cannot be compared any further."""
+
+
+class _Shelved:
+    """What stands aside in the file, as it was read last; see `Fetch`."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[str, Any] = OrderedDict()
+
+    def put(self, digest: str, value: Any) -> None:
+        self._kept[digest] = value
+        self._kept.move_to_end(digest)
+        if len(self._kept) > 2 * WINDOW:
+            self._kept.popitem(last=False)
+
+    def image(self, data: Any) -> Any:
+        """See `Fetch`."""
+        return self._found(_part(data, "image"), "an image, without --record-exact")
+
+    def packed(self, kind: str, data: Any) -> bytes:
+        """See `Fetch`."""
+        if isinstance(data, dict) and data.keys() == {"type"}:
+            raise NotRecorded(f"a value of {kind}, without a codec or --record-exact")
+        if isinstance(data, dict) and "bytes" in data:
+            return unpacked(data)
+        return bytes(self._found(_part(data, "digest"), f"a value of {kind}"))
+
+    def _found(self, digest: str, what: str) -> Any:
+        if digest not in self._kept:
+            raise NotRecorded(what)
+        return self._kept[digest]
+
+
+def _part(data: Any, name: str) -> str:
+    if not isinstance(data, dict) or not isinstance(data.get(name), str):
+        raise Misshapen(f"a value without its {name}")
+    return str(data[name])
+
+
+def unpacked(data: Any) -> bytes:
+    """The bytes of a message of `VALUES`, or of a value in a message; raises Misshapen."""
+    try:
+        return b64decode(_part(data, "bytes"), validate=True)
+    except NotBase64 as error:
+        raise Misshapen(f"no bytes: {error}") from None
+
+
+class _Replayed:
+    """A subsystem that is given the recorded inputs, until it does something else."""
+
+    def __init__(self, subsystem: Subsystem, layout: Layout, exact: bool, shelf: _Shelved) -> None:
+        self.outcome = Outcome(subsystem.name)
+        self._subsystem = subsystem
+        self._stepper = Stepper(subsystem)
+        self._layout = layout
+        self._fetch = shelf
+        self._aside = Shelf(None, exact)
+        self._y = Cells("y", layout.y, brief=not exact)
+        self._memory = Cells("memory", layout.memory, brief=not exact)
+        self._fed: dict[str, tuple[Any, Any]] = {}
+        self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more can be compared."""
+        return bool(self.outcome.difference or self.outcome.unknown)
+
+    def step(self, told: Any) -> None:
+        """Make the next step and compare; raises Misshapen for what is no message of a step."""
+        if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
+            raise Misshapen("a message without what every step has")
+        if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
+            raise Misshapen("a message with values of other types than a step has")
+        if told["stamp"] != self.outcome.steps:
+            self.outcome.unknown = f"the steps from stamp {self.outcome.steps} on are missing"
+            return
+        try:
+            self._feed(told)
+        except NotRecorded as missing:
+            self.outcome.unknown = f"stamp {told['stamp']} reads {missing}"
+            return
+        before = self._subsystem.state
+        outcome = outcome_of(self._subsystem, ())
+        self.outcome.difference = self._difference(told, before, outcome)
+        if self.outcome.difference is None:
+            self.outcome.steps += 1
+
+    def _feed(self, told: Mapping[str, Any]) -> None:
+        fresh = told["fresh"]
+        arrives: dict[str, Any] = {}
+        there: dict[str, Any] = {}
+        absent: list[str] = []
+        for element in self._flagged:
+            if ".".join(element.name) not in fresh:
+                name = ".".join(("x", *element.name))
+                raise NotRecorded(f"whether {name} is fresh, which nothing asked then")
+        for element in self._layout.x:
+            data = _within(told["x"], element)
+            if data is _NOTHING:
+                absent.append(element.attribute)
+                continue
+            last = self._fed.get(element.attribute)
+            if last is None or last[0] != data:
+                try:
+                    value = element.form.value(data, self._fetch)
+                except NotRecorded as missing:
+                    name = ".".join(("x", *element.name))
+                    raise NotRecorded(f"{name}: {missing}") from None
+                last = self._fed[element.attribute] = data, value
+            is_fresh = fresh.get(".".join(element.name), False) is True
+            (arrives if is_fresh else there)[element.attribute] = last[1]
+        self._stepper.feed(arrives, there, absent)
+
+    def _difference(
+        self, told: Mapping[str, Any], before: str, outcome: int | Fault
+    ) -> Difference | None:
+        """What is not as it was recorded, first of all the row."""
+        here = self.outcome.subsystem, told["stamp"], float(told["time"]), before
+        failed = told.get("fault", "")
+        if failed or isinstance(outcome, Fault):
+            now = outcome.message if isinstance(outcome, Fault) else "no fault"
+            same = now == failed
+            return None if same else Difference(*here, "fault", failed or "no fault", now)
+        subsystem = self._subsystem
+        table, ends, state = subsystem.transitions, self._layout.ends, subsystem.state
+        passage = passage_of(table, ends, before, outcome, state)
+        now, then = passage["transition"], str(told["transition"])
+        if now != then or state != told["state"]:
+            asked = passage["conditions"]
+            known = told["conditions"]
+            changed = (name for name, holds in asked.items() if known.get(name) is not holds)
+            condition = next(changed, "")
+            return Difference(
+                *here, "row", then or "no row", now or "no row", now or then, condition, state
+            )
+        for cells, part, of in ((self._y, "y", subsystem.y), (self._memory, "", subsystem.memory)):
+            held = _sent(of, subsystem.sends[state]) if part else cells.held(of)
+            for name, recorded, value in _pairs(cells, told[part or "memory"], held, self._aside):
+                if recorded != value:
+                    what = ".".join(filter(None, (part, name)))
+                    texts = recorded.decode(), value.decode()
+                    return Difference(*here, what, *texts, now, behaviour=state)
+        return None
+
+
+_STEP: dict[str, tuple[type, ...]] = {
+    "stamp": (int,),
+    "time": (float, int),
+    "state": (str,),
+    "transition": (str,),
+    "conditions": (dict,),
+    "x": (dict,),
+    "fresh": (dict,),
+}
+
+
+def _sent(buffer: Any, attributes: tuple[str, ...]) -> tuple[tuple[str, ...], Any]:
+    return attributes, [getattr(buffer, name) for name in attributes]
+
+
+def _within(data: Any, element: Element) -> Any:
+    for name in element.name:
+        if not isinstance(data, dict) or name not in data:
+            return _NOTHING
+        data = data[name]
+    return data
+
+
+def _pairs(
+    cells: Cells, recorded: Any, held: tuple[tuple[str, ...], Any], aside: Shelf
+) -> Iterator[tuple[str, bytes, bytes]]:
+    """Names of elements with the texts of both values; of one that is not there, `nothing`."""
+    now = {  # read again: single and double precision are not spelled alike
+        cells.element(attribute): dumped(loaded(text))
+        for attribute, text in zip(held[0], cells.texts(*held, aside, 0.0), strict=True)
+    }
+    for element in cells.elements:
+        data = _within(recorded, element)
+        then = _NOTHING if data is _NOTHING else dumped(data)
+        yield ".".join(element.name), then, now.get(element, _NOTHING)
+
+
+def about(file: Path) -> Mapping[str, str]:
+    """What a recording says of the run: spec, seed, set, exact. Raises Unusable."""
+    for record in Reading(file):
+        if isinstance(record, Metadata) and record.name == "specc":
+            told: Mapping[str, str] = record.metadata
+            if told.get("format") != FORMAT:
+                raise Unusable(f"{file} was recorded by another version of specc")
+            return told
+        if isinstance(record, Message):
+            break
+    raise Unusable(f"{file} is no recording of specc")
+
+
+def replay(
+    package: Path, base: Path, file: Path, only: str = "", until_s: float = inf
+) -> list[Outcome]:
+    """What comes of giving the inputs of a recording to a generated package, by subsystem.
+
+    Raises Unusable for the file, and what `load_system` and `load_layouts` raise.
+    """
+    told = about(file)
+    system = load_system(package, base)
+    layouts = load_layouts(system)
+    shelf = _Shelved()
+    exact = told.get("exact") == "true"
+    replayed = {
+        topic_of(s.subsystem.name): _Replayed(s.subsystem, layouts[s.subsystem.name], exact, shelf)
+        for s in system.subsystems
+        if only in ("", s.subsystem.name)
+    }
+    schemas: dict[int, str] = {}
+    channels: dict[int, tuple[str, str]] = {}
+    for record in Reading(file):
+        if isinstance(record, Schema):
+            schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            channels[record.id] = record.topic, schemas.get(record.schema_id, "")
+        elif isinstance(record, Message):
+            topic, schema = channels.get(record.channel_id, ("", ""))
+            try:
+                _take(record, topic, schema, replayed, shelf, until_s * 1e9)
+            except Misshapen as error:
+                raise Unusable(f"{file}: {topic} at {record.log_time / 1e9:g} s: {error}") from None
+    return [one.outcome for one in replayed.values()]
+
+
+def _take(
+    record: Any,
+    topic: str,
+    schema: str,
+    replayed: Mapping[str, _Replayed],
+    shelf: _Shelved,
+    last_ns: float,
+) -> None:
+    if schema == RAW:
+        image = read_raw(loaded(record.data))
+        shelf.put(digest_of(image.tobytes()), image)
+    elif schema == VALUE_SCHEMA:
+        data = unpacked(loaded(record.data))
+        shelf.put(digest_of(data), data)
+    elif topic in replayed and not replayed[topic].is_over and record.log_time <= last_ns:
+        replayed[topic].step(loaded(record.data))

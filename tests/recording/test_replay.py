@@ -1,0 +1,190 @@
+"""Recordings replay bit for bit, and after a change the first step that differs is named."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from mcap.writer import Writer
+
+from specc.cli.main import main
+from tests.recording.runs import CONVEYOR, ROOT, messages, specc
+
+KEPT = Path(__file__).with_name("conveyor_gate.mcap")
+"""`specc run specs/conveyor_gate.yaml --duration 6 --record-exact --record …`"""
+FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
+
+
+def test_the_recording_that_is_kept_replays() -> None:
+    done = specc("replay", KEPT, "--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout == (
+        "belt.c: 120 steps are the same\n"
+        "belt.drive: 600 steps are the same\n"
+        "gate.c: 120 steps are the same\n"
+        "gate.barrier: 600 steps are the same\n"
+        "gate.eye: 300 steps are the same\n"
+    )
+
+
+def test_part_of_a_recording_replays() -> None:
+    done = specc("replay", KEPT, "--subsystem", "gate.eye", "--until", "0.1")
+    assert (done.returncode, done.stdout) == (0, "gate.eye: 6 steps are the same\n")
+
+
+@pytest.mark.parametrize(("exact", "code"), [(True, 0), (False, 1)])
+def test_the_flagship_replays_with_its_images(exact: bool, code: int, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    more = ["--record-exact"] * exact
+    assert specc("run", FLAGSHIP, "--duration", 1.2, "--record", file, *more).returncode == 0
+    done = specc("replay", file, "--check")
+    assert done.returncode == code, done.stdout
+    assert "differs" not in done.stdout
+    assert "irp.m: 600 steps are the same\n" in done.stdout
+    assert ("irp.k: 6 steps are the same\n" in done.stdout) == exact
+    words = "irp.k: 0 steps are the same, then it cannot be compared: stamp 0 reads x.R.I_rgb"
+    assert (words in done.stdout) != exact
+
+
+# A run of a changed specification does the same as before until its first step that differs. So
+# where the two runs part is where the replay has to find it.
+
+CHANGES = [
+    ("elapsed > 2.5[s]", "elapsed > 2.4[s]"),
+    ("near(x.belt.v, 0, 0.02[rad/s])", "near(x.belt.v, 0, 0.05[rad/s])"),
+    ("near(x.barrier.a, up, 0.05[rad])", "near(x.barrier.a, up, 0.1[rad])"),
+    ("near(x.barrier.a, 0, 0.05[rad])", "near(x.barrier.a, 0, 0.1[rad])"),
+    ("parcel_came: x.eye.parcel", "parcel_came: x.eye.parcel and elapsed > 3[s]"),
+    ("stuck: elapsed > patience", "stuck: elapsed > 0.1 * patience"),
+    ("y.belt.go: cruise", "y.belt.go: 0.9 * cruise"),
+    ("y.belt.hold: 2 * patience", "y.belt.hold: patience"),
+    ("y.barrier.a_d: up", "y.barrier.a_d: 0.9 * up"),
+    ("lower: {y.barrier.a_d: 0}", 'lower: {y.barrier.a_d: "0.01[rad]"}'),
+    ("y.E.v_s: v_n", "y.E.v_s: 0.5 * v_n"),
+    ("v_p: v_n}", "v_p: 0.5 * v_n}"),
+    ("y.c.v: x.E.v_m", "y.c.v: 2 * x.E.v_m"),
+    ("x.R.d < seen", "x.R.d < 2 * seen"),
+    ("[halting, terminal, always, opening]", "[halting, terminal, always, passing]"),
+    ("[opening, terminal, always, passing]", "[opening, terminal, always, closing]"),
+    ("[passing, terminal, always, closing]", "[passing, terminal, always, closed]"),
+    ("[closed,  terminal, always, halting]", "[closed,  terminal, always, opening]"),
+    ("y.drive.v_d: x.gate.go", "y.drive.v_d: 0.5 * x.gate.go"),
+    ("y.gate.v: x.drive.v", "y.gate.v: -x.drive.v"),
+    ("stop: {y.drive.v_d: 0}", 'stop: {y.drive.v_d: "0.1[rad/s]"}'),
+    ("y.E.a_d: x.c.a_d", "y.E.a_d: 0.5 * x.c.a_d"),
+]
+FOUND = re.compile(r"(\S+) differs first at (\S+) s \(stamp (\d+)\), in [^:]*: (\S+)\n")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of the conveyor in which every state is entered."""
+    file = tmp_path_factory.mktemp("replayed") / "run.mcap"
+    assert specc("run", CONVEYOR, "--duration", 7, "--record", file).returncode == 0
+    return file
+
+
+def _changed(folder: Path, old: str, new: str) -> tuple[Path, int]:
+    """The specification with a change, beside its plant, and the line of the change."""
+    text = CONVEYOR.read_text()
+    assert text.count(old) == 1
+    spec = folder / "conveyor_gate.yaml"
+    spec.write_text(text.replace(old, new))
+    if not (folder / "plants").exists():
+        (folder / "plants").symlink_to(CONVEYOR.parent / "plants")
+    (folder / "pyproject.toml").write_text(f"[tool.specc]\nallow = ['{CONVEYOR.parent}']\n")
+    return spec, text[: text.index(old)].count("\n") + 1
+
+
+def _parting(one: Path, other: Path) -> tuple[float, str, int]:
+    """Time, subsystem and stamp of the first step in which two runs differ."""
+    told = ("transition", "state", "y", "memory")
+    first, second = messages(one), messages(other)
+    found = []
+    for topic in first.keys() - {"/tf", "/scene"}:
+        for (_, a), (_, b) in zip(first[topic], second[topic], strict=False):
+            if [json.dumps(a[key]) for key in told] != [json.dumps(b[key]) for key in told]:
+                found.append((a["time"], topic[1:], a["stamp"]))
+                break
+    return min(found)
+
+
+@pytest.mark.parametrize(("old", "new"), CHANGES)
+def test_the_first_step_after_a_change_is_found(
+    old: str, new: str, recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec, line = _changed(tmp_path, old, new)
+    other = tmp_path / "other.mcap"
+    main(["run", str(spec), "--duration", "7", "--record", str(other)])
+    capsys.readouterr()
+    assert main(["replay", str(recorded), "--spec", str(spec)]) == 1
+    out = capsys.readouterr().out
+    found = FOUND.match(out)
+    assert found, out
+    time_s, name, stamp = _parting(recorded, other)
+    assert (found[1], int(found[3])) == (name, stamp)
+    assert float(found[2]) == pytest.approx(time_s, rel=1e-4)
+    assert f"{spec}:{line}: " in out.split(" differs first ")[1]
+
+
+def test_other_words_are_no_difference(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec, _ = _changed(tmp_path, "title: Belt drive", "title: What drives the belt")
+    assert main(["replay", str(recorded), "--spec", str(spec), "--check"]) == 0
+
+
+def test_what_nothing_asked_then_is_not_made_up(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asks = "move: {y.E.a_d: 'x.c.a_d if fresh(x.c.a_d) else 0'}"
+    spec, _ = _changed(tmp_path, "move: {y.E.a_d: x.c.a_d}", asks)
+    assert main(["replay", str(recorded), "--spec", str(spec)]) == 0
+    out = capsys.readouterr().out
+    assert "gate.barrier: 0 steps are the same, then it cannot be compared" in out
+    assert "whether x.c.a_d is fresh, which nothing asked then" in out
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"", "is no MCAP file"), (b"\x89MCAP0\r\n", "is no recording of specc")],
+)
+def test_unusable_files(content: bytes, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    file.write_bytes(content)
+    done = specc("replay", file)
+    assert done.returncode == 2
+    assert done.stderr == f"specc: {file} {words}\n"
+
+
+def test_a_recording_of_a_specification_that_is_elsewhere(tmp_path: Path) -> None:
+    spec, _ = _changed(tmp_path, "title: Belt drive", "title: A drive")
+    assert specc("run", spec, "--duration", 1, "--record", tmp_path / "x.mcap").returncode == 0
+    done = specc("replay", tmp_path / "x.mcap")
+    assert done.returncode == 2
+    assert f"specc: the recording is of {spec}, which is not here; say --spec" in done.stderr
+
+
+def test_a_cut_recording_replays_as_far_as_it_goes(tmp_path: Path) -> None:
+    data = KEPT.read_bytes()
+    file = tmp_path / "cut.mcap"
+    file.write_bytes(data[: len(data) * 2 // 3])
+    done = specc("replay", file)
+    assert done.returncode == 0 and "differs" not in done.stdout
+
+
+@pytest.mark.parametrize("text", ["[]", '{"stamp":0}', '{"stamp":"0","time":0.0}', "{", "1e999"])
+def test_messages_that_are_no_steps(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    writer = Writer(str(file))
+    writer.start()
+    writer.add_metadata("specc", {"format": "1", "exact": "true"})
+    schema = writer.register_schema("specc.Step.belt.c", "jsonschema", b"{}")
+    channel = writer.register_channel("/belt.c", "json", schema)
+    writer.add_message(channel, 0, text.encode(), 0)
+    writer.finish()
+    done = specc("replay", file, "--spec", CONVEYOR)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert done.stderr.startswith(f"specc: {file}: /belt.c at 0 s: ")
