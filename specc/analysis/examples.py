@@ -81,10 +81,7 @@ class Examples:
         key = name, every, about, there
         if key not in self._known:
             freedom = Freedom(meaning.changing, there)
-            try:
-                self._known[key] = self._searched(every, about, meaning, freedom)
-            except RecursionError:  # a finding does without an example where lets are that deep
-                self._known[key] = None
+            self._known[key] = self._searched(every, about, meaning, freedom)
         return self._known[key]
 
     def _searched(
