@@ -19,6 +19,7 @@ from specc.model.fsm import Axiom, State
 from specc.model.system import Subsystem
 from specc.model.types import Bool
 from specc.proof import InputName
+from specc.reachable import reachable
 
 _MOST = 256
 """Combinations of what several senders may send that are looked at."""
@@ -104,13 +105,14 @@ class Arriving:
 
 def _asked(expr: Expr, subsystem: Subsystem) -> frozenset[InputName]:
     """The inputs whose arrival an expression asks about, through lets."""
-    found = set[InputName]()
-    for node in walk(expr):
-        if isinstance(node, Fresh):
-            found.add((node.input.peer, node.input.element))
-        if isinstance(node, LetRef):
-            found |= _asked(subsystem.let(node.name).value, subsystem)
-    return frozenset(found)
+    lets = {let.name: let.value for let in subsystem.lets}
+
+    def named(text: Expr) -> Iterator[str]:
+        return (node.name for node in walk(text) if isinstance(node, LetRef))
+
+    texts = [expr, *(lets[name] for name in reachable(named(expr), lambda n: named(lets[n])))]
+    asked = (node.input for text in texts for node in walk(text) if isinstance(node, Fresh))
+    return frozenset((element.peer, element.element) for element in asked)
 
 
 def _context(
