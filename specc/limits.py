@@ -34,6 +34,8 @@ MAX_TYPE_PARTS = 2_000
 """Of a type with the types in it written out."""
 MAX_EXPRESSION_PARTS = 2_000
 """Of an expression with the constants of a description written out."""
+MAX_SPREAD_PARTS = 10_000
+"""Of an expression that is written out for each of many peers."""
 MAX_IGNORED = 20
 """Codes of one comment that suppresses findings."""
 MAX_FAULTS = 999

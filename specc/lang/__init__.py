@@ -17,6 +17,7 @@ from specc.lang.errors import (
 )
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.interfaces import parse_interface
+from specc.lang.many import Members, spread
 from specc.lang.parse import CUT_SHORT, parse
 from specc.lang.show import show
 from specc.lang.types import (
@@ -37,6 +38,7 @@ __all__ = [
     "Environment",
     "ExprError",
     "ExprErrors",
+    "Members",
     "Scope",
     "Signature",
     "TypeNames",
@@ -51,4 +53,5 @@ __all__ = [
     "parse_signature",
     "parse_type",
     "show",
+    "spread",
 ]

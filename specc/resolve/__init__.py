@@ -14,6 +14,7 @@ from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.ends import definitions_of, named_in_agents
+from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.plant import resolve_plant, resolve_task
@@ -121,7 +122,9 @@ def _relative(library: Library, file: Loaded, path: str) -> str:
 def _agents(
     file: Loaded, library: Library, definitions: Definitions, findings: Findings
 ) -> tuple[tuple[Agent, ...], AgentResolver]:
-    resolver = AgentResolver(library, findings, tuple(file.spec.agents))
+    resolver = AgentResolver(
+        library, findings, tuple(file.spec.agents), groups_of(file.spec.agents)
+    )
     setting = Setting(file, definitions)
     found = [
         resolver.resolve(name, item, file.top["agents"][name], setting)

@@ -15,6 +15,7 @@ from specc.resolve.definitions import Definitions
 from specc.resolve.elements import resolve_elements, with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
+from specc.resolve.groups import Groups, groups_of, with_members
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, indexed, reuse
@@ -30,6 +31,7 @@ class AgentResolver:
     library: Library
     findings: Findings
     names: tuple[str, ...]
+    groups: Groups = field(default_factory=dict)
     broken: set[str] = field(default_factory=set)
     faulty: set[str] = field(default_factory=set)
     instances: list[Definitions] = field(default_factory=list)
@@ -122,6 +124,9 @@ class AgentResolver:
             inside = used
         described, here = levels[-1]
         named = inside.definitions.agents
+        known = self._groups(kind, agent, around, peers)
+        described, here, groups = with_members(described, here, known)
+        inside = replace(inside, groups=groups)
         neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings)
         device_user, at_uses = _first(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
@@ -141,7 +146,7 @@ class AgentResolver:
             found = self._inside(agent, name, kind, described, here, peers, inside, rate)
             return replace(found, title=title, place=where.key)
 
-        given = kind, title, where.key, here.place, tuple(peers.items()), rate
+        given = kind, title, where.key, here.place, tuple(peers.items()), rate, repr(groups)
         resolved = self._kept(
             f"{agent}.{name}", (*given, inside.definitions.made_from), here.raw, made
         )
@@ -152,6 +157,19 @@ class AgentResolver:
         elif self.findings.withheld > withheld:
             self.faulty.add(resolved.qualified_name)
         return resolved
+
+    def _groups(
+        self, kind: SubsystemKind, agent: str, around: AgentDef, peers: Mapping[str, str]
+    ) -> Groups:
+        """The groups that a control subsystem may name; an agent is no peer of itself."""
+        if kind != "control":
+            return {}
+        others = {
+            name: {at: member for at, member in members.items() if member != agent}
+            for name, members in self.groups.items()
+        }
+        own = groups_of(around.virtual_effectors) | groups_of(around.virtual_receptors)
+        return {n: members for n, members in (others | own).items() if members and n not in peers}
 
     def _kept(
         self, name: str, given: tuple[object, ...], raw: object, made: Callable[[], Subsystem]
@@ -187,7 +205,7 @@ class AgentResolver:
         at: Setting,
         rate: Fraction | None,
     ) -> Subsystem:
-        expressions = Expressions(self.findings, at.definitions, home=where)
+        expressions = Expressions(self.findings, at.definitions, home=where, groups=at.groups)
         buffers = resolve_buffers(definition, where, peers, expressions)
         machine = MachineResolver(
             definition, where, buffers.scope, buffers.ports, buffers.memory, expressions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -14,10 +14,12 @@ from specc.lang import (
     FOR_WANT_OF_CONTEXT,
     ExprError,
     ExprErrors,
+    Members,
     Scope,
     check,
     parse,
     parse_type,
+    spread,
 )
 from specc.model.expr import Expr, has_unknown
 from specc.model.types import Bool, Type
@@ -67,6 +69,8 @@ class Expressions:
     broken: set[str] = field(default_factory=set)
     meant: set[str] = field(default_factory=set)
     home: Where | None = None
+    groups: Mapping[str, Members] = field(default_factory=dict)
+    """Names of many peers, with the peers."""
 
     def type(self, where: Where, text: str) -> Type | None:
         """The type that `text` spells, or None after reporting."""
@@ -79,7 +83,7 @@ class Expressions:
     def tree(self, where: Where, text: str) -> ast.expr | None:
         """The syntax tree of `text`, or None after reporting."""
         try:
-            return parse(text)
+            return spread(parse(text), self.groups)
         except ExprError as error:
             self._report(where, text, error)
             return None

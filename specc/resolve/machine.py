@@ -32,6 +32,7 @@ from specc.model.types import Bool
 from specc.resolve.context import Where, nobody_knows, trace_of
 from specc.resolve.definitions import indices_of, inlined
 from specc.resolve.expressions import Expressions
+from specc.resolve.groups import targets_of
 from specc.schema.subsystem import (
     AssignmentDef,
     ConditionDef,
@@ -136,13 +137,14 @@ class MachineResolver:
         targets = item.targets
         found = tuple(
             assignment
-            for target, value in targets.items()
-            if (assignment := self._assignment(target, value, at[target]))
+            for named, value in targets.items()
+            for target in targets_of(named, self.expressions.groups)
+            if (assignment := self._assignment(target, value, at[named]))
         )
         if not targets:
             message = f"function `{name}` assigns nothing yet"
             self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
-        whole = bool(found) and len(found) == len(targets)
+        whole = bool(found) and len(found) >= len(targets)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:

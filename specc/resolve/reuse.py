@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from specc.diagnostics import nearest
 from specc.frozen import frozen
@@ -16,6 +16,7 @@ from specc.reachable import reachable
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, indices_of, inlined
 from specc.resolve.expressions import Expressions
+from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
@@ -28,6 +29,8 @@ class Setting:
     file: Loaded
     definitions: Definitions
     given: tuple[Constant, ...] = ()
+    groups: Groups = field(default_factory=dict)
+    """The groups of peers that the part names."""
     using: tuple[str, ...] = ()
     """Paths of the descriptions that led here."""
 
@@ -61,7 +64,7 @@ def reuse(
         return None
     definitions = library.definitions(file, frames, given)
     definitions.agents = agents
-    return Setting(file, definitions, given, (*using, file.path))
+    return Setting(file, definitions, given, using=(*using, file.path))
 
 
 def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findings) -> Setting:

@@ -121,7 +121,7 @@ class _Check:
                 words = f"{_shown(name)} {fault[0]}"
                 self._tell("E0104", words, at, fault[1], "key")
             made[name] = self.value(kind.value, one, at)
-        return made
+        return Unfolded(made, value.routes) if isinstance(value, Unfolded) else made
 
     def _several(self, kind: Several, value: Any, route: Route) -> Any:
         if type(value) in kind.how.alone:

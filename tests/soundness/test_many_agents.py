@@ -94,7 +94,9 @@ def test_parameters_of_a_shared_class_are_those_of_each_agent(tmp_path: Path) ->
         assert len(made.steps["robots_3.c"]) == 30
 
 
-@pytest.mark.parametrize("case", ["ok-ring", "ok-two-pairs", "ok-devices-of-a-kind"])
+@pytest.mark.parametrize(
+    "case", ["ok-ring", "ok-two-pairs", "ok-devices-of-a-kind", "ok-reader-of-many"]
+)
 def test_cases_of_many_agents(case: str) -> None:
     result = compile_spec(str(CASES / f"{case}.yaml"))
     assert result.system is not None

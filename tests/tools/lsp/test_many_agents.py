@@ -113,3 +113,17 @@ def test_many_of_a_kind_are_known_by_the_name_of_their_template() -> None:
         assert found.symbol.place.route == ("agents", "robots")
         with pytest.raises(RenameError, match="the name of many"):
             answers.rename_at(project, path, place(text, marked), "others")
+
+
+def test_a_reader_of_many_is_understood() -> None:
+    path = str(CASES / "ok-reader-of-many.yaml")
+    project = Project((str(CASES),))
+    text = Path(path).read_text(encoding="utf-8")
+    project.put(path, text)
+    analysis = project.analyse(path)
+    assert analysis.diagnostics == ()
+    found = analysis.index.at(path, place(text, "x: {rob|ots: Report}"))
+    assert found is not None
+    assert found.symbol.place.route == ("agents", "robots")
+    assert analysis.index.occurrences(path)
+    assert answers.hover(project, path, place(text, "kno|wn: all(")) is not None

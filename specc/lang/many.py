@@ -1,0 +1,173 @@
+"""Many senders in one expression: what is said of a group of peers, written out for each.
+
+`all(r.ready for r in x.robots)` becomes `x.robots_1.ready and x.robots_2.ready`, so that proofs,
+presence and age see plain elements. What is written out has the columns of what it comes from.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import TypeGuard
+
+from specc.lang.errors import ExprError, listed
+from specc.lang.parse import span
+from specc.limits import MAX_SPREAD_PARTS
+
+Members = Mapping[tuple[int, ...], str]
+"""Indices of each member of a group -> the peer that it is."""
+
+_USES = "write e.g. `x.{0}[1].e`, `len(x.{0})` or `all(fresh(r.e) for r in x.{0})`"
+
+
+def spread(tree: ast.expr, groups: Mapping[str, Members]) -> ast.expr:
+    """The expression without groups of peers; raises `ExprError` where one is used otherwise."""
+    if not any(isinstance(n, ast.Attribute) and n.attr in groups for n in ast.walk(tree)):
+        return tree
+    found: ast.expr = _Spreading(groups).visit(deepcopy(tree))
+    return found
+
+
+@dataclass
+class _Spreading(ast.NodeTransformer):
+    groups: Mapping[str, Members]
+    parts: int = 0
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        """`all`, `any`, `argmin` and `argmax` over a group, and its `len`."""
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        match node.args:
+            case [ast.Attribute() as over] if name == "len" and self._group(over) is not None:
+                return ast.copy_location(ast.Constant(len(self._group(over) or ())), node)
+            case [ast.GeneratorExp(elt=body, generators=[each])] if name in _WRITTEN_OUT:
+                group = self._group(each.iter)
+                if group is not None and isinstance(each.target, ast.Name) and not each.ifs:
+                    said = self._each(body, each.target.id, group, node)
+                    return ast.copy_location(_WRITTEN_OUT[name](said, group, node), node)
+        return self.generic_visit(node)
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        """One member of a group: `x.robots[1]`, `x.cells[1][2]`."""
+        over: ast.expr = node
+        numbers: list[ast.expr] = []
+        while isinstance(over, ast.Subscript):
+            numbers.insert(0, over.slice)
+            over = over.value
+        group = self._group(over)
+        if group is None:
+            return self.generic_visit(node)
+        at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and _is_whole(n.value))
+        if at not in group or len(at) < len(numbers):
+            known = ["][".join(map(str, one)) for one in group][:_SHOWN]
+            shown = listed(f"[{one}]" for one in known) + (", ..." if len(group) > _SHOWN else "")
+            message = f"`{ast.unparse(over)}` has no such member"
+            raise ExprError(message, *span(node), f"there are {shown}", "E0238")
+        return _peer(group[at], node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        """A group where a value or one peer has to stand."""
+        if self._group(node) is not None:
+            message = f"`x.{node.attr}` are {len(self.groups[node.attr])} peers and no value"
+            raise ExprError(message, *span(node), _USES.format(node.attr), "E0238")
+        return self.generic_visit(node)
+
+    def _group(self, node: ast.expr) -> Members | None:
+        match node:
+            case ast.Attribute(value=ast.Name(id="x"), attr=name):
+                return self.groups.get(name)
+        return None
+
+    def _each(
+        self, body: ast.expr, variable: str, group: Members, whole: ast.expr
+    ) -> list[ast.expr]:
+        """The body for each member."""
+        self.parts += len(group) * sum(1 for _ in ast.walk(body))
+        if self.parts > MAX_SPREAD_PARTS:
+            message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
+            raise ExprError(message, *span(whole), "say it of fewer peers, or of less", "E0017")
+        said = (_Member(variable, at, peer).visit(deepcopy(body)) for at, peer in group.items())
+        return [self.visit(one) for one in said]
+
+
+_SHOWN = 8
+
+
+def _is_whole(value: object) -> TypeGuard[int]:
+    return type(value) is int
+
+
+@dataclass
+class _Member(ast.NodeTransformer):
+    """Puts one member in the place of the variable: a peer, or its number where it stands alone."""
+
+    variable: str
+    at: tuple[int, ...]
+    peer: str
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        match node.value:
+            case ast.Name(id=self.variable) as name:
+                node.value = _peer(self.peer, name)
+                return node
+        return self.generic_visit(node)
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return _number(self.at, node) if node.id == self.variable else node
+
+
+def _peer(name: str, at: ast.expr) -> ast.expr:
+    inputs = ast.copy_location(ast.Name("x", ast.Load()), at)
+    return ast.copy_location(ast.Attribute(inputs, name, ast.Load()), at)
+
+
+def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:
+    if len(indices) > 1:
+        message = f"the members are numbered by {len(indices)} indices, and this is one number"
+        raise ExprError(message, *span(at), "say what you need of an element", "E0238")
+    return ast.copy_location(ast.Constant(indices[0]), at)
+
+
+def _joined(
+    op: Callable[[], ast.boolop],
+) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
+    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+        return said[0] if len(said) == 1 else ast.BoolOp(op(), said)
+
+    return made
+
+
+_MOST_COMPARED = 32
+
+
+def _best(
+    op: Callable[[], ast.cmpop],
+) -> Callable[[list[ast.expr], Members, ast.Call], ast.expr]:
+    def made(said: list[ast.expr], group: Members, node: ast.Call) -> ast.expr:
+        """The number of the first member that no later one is better than."""
+        if len(said) > _MOST_COMPARED:
+            message = f"these are {len(said)} peers, and at most {_MOST_COMPARED} are compared"
+            help = "compare them in an operator, or in groups"
+            raise ExprError(message, *span(node), help, "E0017")
+        numbers = [_number(at, node) for at in group]
+        found = numbers[-1]
+        for place in range(len(said) - 2, -1, -1):
+            better: list[ast.expr] = [
+                ast.copy_location(ast.Compare(said[place], [op()], [other]), node)
+                for other in said[place + 1 :]
+            ]
+            test = better[0] if len(better) == 1 else ast.BoolOp(ast.And(), better)
+            found = ast.IfExp(ast.copy_location(test, node), numbers[place], found)
+            found = ast.copy_location(found, node)
+        return found
+
+    return made
+
+
+_WRITTEN_OUT = {
+    "all": _joined(ast.And),
+    "any": _joined(ast.Or),
+    "argmin": _best(ast.LtE),
+    "argmax": _best(ast.GtE),
+}

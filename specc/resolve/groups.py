@@ -1,0 +1,60 @@
+"""Groups: the parts that one `for` stands for, when a buffer or a target names all of them."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from specc.resolve.context import Where
+from specc.schema import SubsystemDef
+from specc.schema.unfold import Unfolded, route_below
+
+Groups = dict[str, dict[tuple[int, ...], str]]
+"""Name of a group -> indices of each member and its name."""
+
+
+def groups_of(parts: Mapping[str, Any]) -> Groups:
+    """The groups among agents, or among virtual effectors and receptors."""
+    found: Groups = {}
+    routes = parts.routes if isinstance(parts, Unfolded) else {}
+    for name, route in routes.items():
+        group, each = str(route[-1]), parts[name].each
+        if each and group.isidentifier() and group not in parts:
+            found.setdefault(group, {})[tuple(map(int, each.values()))] = name
+    return found
+
+
+def with_members(
+    definition: SubsystemDef, where: Where, groups: Groups
+) -> tuple[SubsystemDef, Where, Groups]:
+    """A subsystem with a buffer for each member of the groups that it names, and those groups."""
+    named = {n: g for n, g in groups.items() if n in definition.x or n in definition.y}
+    if not named or not isinstance(where.raw, dict):
+        return definition, where, {}
+    definition, raw = copy.copy(definition), dict(where.raw)
+    for side in ("x", "y"):
+        buffers, at = getattr(definition, side), where[side]
+        if isinstance(at.raw, dict):
+            pairs = list(_pairs(buffers, named))
+            made = {name: at.raw[key] for key, name in pairs}
+            routes = {name: route_below(at.raw, key, at.route) for key, name in pairs}
+            raw[side] = Unfolded(made, routes)
+            setattr(definition, side, {name: buffers[key] for key, name in pairs})
+    outer = where.raw.routes if isinstance(where.raw, Unfolded) else {}
+    return definition, Where(where.file, where.route, Unfolded(raw, outer)), named
+
+
+def _pairs(names: Mapping[str, object], groups: Groups) -> Iterator[tuple[str, str]]:
+    """Each name with itself, or with each member of the group that it names."""
+    for name in names:
+        for member in groups[name].values() if name in groups else (name,):
+            yield name, member
+
+
+def targets_of(target: str, groups: Mapping[str, Mapping[tuple[int, ...], str]]) -> list[str]:
+    """The targets that `y.group.element` stands for; any other target is itself."""
+    match target.split("."):
+        case ["y", group, element] if group in groups:
+            return [f"y.{member}.{element}" for member in groups[group].values()]
+    return [target]
