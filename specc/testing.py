@@ -1,0 +1,192 @@
+"""Tests of one subsystem: inputs in units of the specification go in, a step is made, what came of
+it is compared. docs/your_robot.md shows how.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import MappingProxyType
+from typing import Any
+
+from specc_runtime.faults import Fault
+from specc_runtime.forms import Element
+from specc_runtime.loading import load_layouts, load_system
+from specc_runtime.stepping import Stepper, array
+from specc_runtime.track import outcome_of
+
+from specc import output
+from specc.diagnostics import nearest
+from specc.lang import Environment, ExprError, ExprErrors, Scope, evaluate, expression, members_of
+from specc.lang.errors import Declared
+from specc.lower.annotations import PythonTypes, named_types
+from specc.lower.module import Module
+from specc.model import expr as e
+from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector
+from specc.pipeline import build
+
+Values = Mapping[str, Any]
+"""Values by the names of the specification: `x.c.v_d`, or `v_p` of memory.
+
+A text is an expression of the specification's language, as in `"0.2[m/s]"` or `"2 * patience"`;
+anything else is a value in SI units as operators get it (docs/your_robot.md).
+"""
+
+NONE: Mapping[str, Any] = MappingProxyType({})
+
+
+class Stepped:
+    """A subsystem at its beginning, which is stepped by hand; its operators are the real ones."""
+
+    def __init__(self, spec: str | Path, subsystem: str, values: Mapping[str, str] = NONE) -> None:
+        """The subsystem of that qualified name, `irp.m`; `values` of constants as for `--set`.
+
+        Raises:
+            ValueError: the specification has errors, or no such subsystem.
+        """
+        built = build(str(spec), values)
+        system = built.result.system
+        if not built.files or system is None:
+            raise ValueError(f"{spec} has errors: see `specc validate {spec}`")
+        known = {s.qualified_name: s for s in system.subsystems}
+        if subsystem not in known:
+            raise ValueError(_unknown("subsystem", subsystem, known))
+        self._model = known[subsystem]
+        with TemporaryDirectory(prefix="specc-") as scratch:
+            package = Path(scratch, built.system)
+            list(output.write(package, built.files))
+            loaded = load_system(package, Path(spec).parent)
+            layout = load_layouts(loaded)[subsystem]
+        self._subsystem = loaded.scheduled(subsystem).subsystem
+        self._stepper = Stepper(self._subsystem)
+        constants = (*system.constants, *self._model.constants)
+        self._scope = Scope(
+            constants={c.name: Declared(c.value.type, c.place, c.value) for c in constants},
+            enums=members_of(type_ for _, type_ in system.types if isinstance(type_, Enum)),
+        )
+        self._environment = _environment({c.name: c.value for c in constants})
+        types = PythonTypes(named_types(system))
+        self._methods = Module(system, self._model, types).state_methods
+        self._x = {".".join(("x", *element.name)): element for element in layout.x}
+        self._y = {".".join(("y", *element.name)): element for element in layout.y}
+        self._memory = {element.name[0]: element for element in layout.memory}
+        self.row = ""
+        """The row that the last step took, as `state cause condition -> next`; empty for none."""
+
+    @property
+    def state(self) -> str:
+        """The state whose behaviour ran last; empty before the first step."""
+        return self._subsystem.state
+
+    def step(
+        self, arrives: Values = NONE, there: Values = NONE, absent: Collection[str] = ()
+    ) -> str:
+        """Make one period; the row that is taken, empty for none.
+
+        What `arrives` is fresh, what is `there` has a value without being fresh, what is `absent`
+        has none any more. All else keeps its value and is not fresh.
+
+        Raises:
+            ValueError: a name that is no input, or a text that is no value of its type.
+            Fault: what ends a run, such as an assumption that does not hold.
+        """
+        __tracebackhide__ = True
+        gone = [self._element(self._x, name).attribute for name in absent]
+        self._stepper.feed(self._inputs(arrives), self._inputs(there), gone)
+        outcome = outcome_of(self._subsystem, ())
+        if isinstance(outcome, Fault):
+            raise outcome
+        self.row = str(self._subsystem.transitions[outcome]) if outcome >= 0 else ""
+        return self.row
+
+    def place(self, state: str = "", memory: Values = NONE, periods: int = 0) -> None:
+        """Put it into a state in which it has been for some periods, and give memory values.
+
+        Raises:
+            ValueError: as `step`.
+        """
+        for name, value in memory.items():
+            element = self._element(self._memory, name)
+            types = {item.name: item.type for item in self._model.memory}
+            setattr(self._subsystem.memory, element.attribute, self.value(value, types[name]))
+        if state:
+            if state not in self._methods:
+                raise ValueError(_unknown("state", state, self._methods))
+            self._stepper.place(state, self._methods[state])
+            self._stepper.lasted(periods)
+
+    def __getitem__(self, name: str) -> Any:
+        """An output that was written last, `y.c.v`, or memory, in SI units.
+
+        Raises:
+            ValueError: there is no such element, or it has no value yet.
+        """
+        buffer = self._subsystem.y if name.startswith("y.") else self._subsystem.memory
+        known = self._y if name.startswith("y.") else self._memory
+        attribute = self._element(known, name).attribute
+        if not hasattr(buffer, attribute):
+            raise ValueError(f"{name} has no value yet")
+        return getattr(buffer, attribute)
+
+    @property
+    def sent(self) -> dict[str, Any]:
+        """The outputs that the last step wrote, by name."""
+        written = self._subsystem.sends.get(self.state, ())
+        return {n: self[n] for n, element in self._y.items() if element.attribute in written}
+
+    def value(self, given: Any, type_: Type | None = None) -> Any:
+        """The value of a text in the specification's language; any other value as it is.
+
+        Raises:
+            ValueError: the text is no value of that type.
+        """
+        if not isinstance(given, str) or isinstance(type_, Enum):
+            return float(given) if type(given) is int and isinstance(type_, Real) else given
+        try:
+            expr = expression(given, self._scope, type_)
+            return _as_runtime(evaluate(expr, self._environment), expr.type)
+        except (ExprError, ExprErrors) as error:
+            raise ValueError(f"{given!r}: {error}") from None
+        except (KeyError, ArithmeticError) as error:
+            raise ValueError(f"{given!r} has no value here: {error}") from None
+
+    def _inputs(self, values: Values) -> dict[str, Any]:
+        types = {f"x.{peer}.{name}": i.type for (peer, name), i in self._model.inputs.items()}
+        return {
+            self._element(self._x, name).attribute: self.value(value, types[name])
+            for name, value in values.items()
+        }
+
+    def _element(self, known: Mapping[str, Element], name: str) -> Element:
+        if name not in known:
+            raise ValueError(_unknown("element", name, known))
+        return known[name]
+
+
+def _environment(constants: Mapping[str, e.Expr]) -> Environment:
+    """The constants that no operator or file gives."""
+    values: dict[str, Any] = {}
+    for name, value in constants.items():
+        if all(not isinstance(node, e.Call | e.FileRef) for node in e.walk(value)):
+            values[name] = evaluate(value, Environment(constants=values))
+    return Environment(constants=values)
+
+
+def _as_runtime(value: Any, type_: Type) -> Any:
+    match type_:
+        case PartialOf(value=inner):
+            return _as_runtime(value, inner)
+        case Vector(element=Real()) | Spatial() | Pose():
+            made = array(value)
+            made.setflags(write=False)
+            return made
+        case Real() if isinstance(value, int):
+            return float(value)
+    return value
+
+
+def _unknown(what: str, name: str, known: Collection[str]) -> str:
+    close = " or ".join(nearest(name, known))
+    hint = f"did you mean {close}?" if close else f"there are {', '.join(known)}"
+    return f"there is no {what} {name!r}; {hint}"
