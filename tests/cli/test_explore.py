@@ -1,0 +1,85 @@
+"""`specc explore`: what goes wrong between machines."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from specc.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = ROOT / "tests/explore/cases"
+CONVEYOR = str(ROOT / "specs/conveyor_gate.yaml")
+
+
+def test_the_flagship_is_explored_completely(capsys: pytest.CaptureFixture[str]) -> None:
+    spec = str(ROOT / "specs/irp_picking.yaml")
+    assert main(["explore", spec, "--format", "json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["findings"] == []
+    assert all(each["complete"] for each in data["slices"])
+    assert {name for each in data["slices"] for name in each["machines"]} == {
+        "irp.c", "irp.m", "irp.g", "irp.k",
+    }  # fmt: skip
+    assert [(a["subsystem"], a["verdict"]) for a in data["assumptions"]] == [("irp.m", "proved")]
+
+
+@pytest.mark.parametrize(
+    "spec", sorted(ROOT.glob("specs/skeletons/*/*.yaml")), ids=lambda s: s.stem
+)
+def test_skeletons_have_no_finding(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explore", str(spec)]) == 0
+    said = capsys.readouterr()
+    assert "stopped" not in said.out
+    assert "0 errors, 0 warnings" in said.err
+
+
+def test_the_example_of_the_documentation(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = (ROOT / "docs/explore.md").read_text(encoding="utf-8")
+    example = re.search(r"\$ specc explore (\S+)\n(.*?)```", shown, re.DOTALL)
+    assert example
+    monkeypatch.chdir(ROOT)
+    assert main(["explore", example[1]]) == 0
+    said = capsys.readouterr()
+    assert said.out + said.err == example[2]
+
+
+def test_what_every_run_comes_to_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explore", str(CASES / "lost-start.yaml")]) == 1
+    said = capsys.readouterr().err
+    assert "error[W1005]: `x.panel.start` is lost: `drive.c` does not look at it in" in said
+    assert "0.1 s: `panel.c` from `pressing` to `pressed`" in said
+
+
+def test_what_rests_on_measurements_is_a_warning(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explore", str(CASES / "wait-value.yaml"), "--format", "json"]) == 0
+    (finding,) = json.loads(capsys.readouterr().out)["findings"]
+    assert finding["code"] == "W1003"
+    assert not finding["decided"]
+    assert finding["rests_on"] == ["`seen` in `client.c`"]
+    assert {step["subsystem"] for step in finding["trace"]} == {"client.c", "server.c"}
+
+
+def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["explore", CONVEYOR, "--budget", "5"]) == 0
+    assert "belt.c, gate.c: stopped after" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("budget", ["0", "-1", "1e9", "99999999999", "two"])
+def test_budgets_that_are_none(budget: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["explore", CONVEYOR, f"--budget={budget}"])
+    assert ended.value.code == 2
+    assert "is not a number of steps" in capsys.readouterr().err
+
+
+def test_a_faulty_specification_is_not_explored(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = tmp_path / "spec.yaml"
+    spec.write_text("specc: 1\nsystem: demo\nagents: {a: {control: {rate: 10}}}\n")
+    assert main(["explore", str(spec)]) == 1
+    assert "E0106" in capsys.readouterr().err
