@@ -92,6 +92,8 @@ class State:
     title: str
     trace: Trace
     place: Place
+    ignores: tuple[tuple[str, str], ...] = ()
+    """Events that may come in it without being looked at, by peer and element."""
 
 
 @frozen

@@ -68,6 +68,8 @@ class Element:
     """How old the measurements behind a value that is received may be, in seconds."""
     safe: Safe | None = None
     """Of what a device accepts."""
+    event: bool = False
+    """Whether none of the values that are received may be missed."""
 
 
 @frozen

@@ -110,7 +110,9 @@ def _port(
         return port
     interface, shared = used
     if direction == "y":
-        shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
+        shared = tuple(
+            replace(element, init=None, max_age_s=None, event=False) for element in shared
+        )
     _report_twice(found, shared, expressions)
     known = Shared(buffer.interface, interface.where.key)
     return replace(port, elements=(*shared, *found), interface=known)

@@ -14,7 +14,7 @@ from specc.resolve.context import Where, duration_of, trace_of
 from specc.resolve.expressions import Expressions
 from specc.resolve.library import constant_scope
 from specc.schema.files import DeviceDef
-from specc.schema.subsystem import ElementDef, InputDef, SafeDef
+from specc.schema.subsystem import ElementDef, InputDef, ReceivedDef, SafeDef
 
 
 def resolve_elements(
@@ -34,12 +34,14 @@ def resolve_elements(
             init = expressions.value(at["init"], definition.init, scope, type_, at.key)
         trace = trace_of(definition)
         age = _max_age(definition, at, expressions)
-        found.append(Element(name, type_, init, definition.title, trace, at.key, age))
+        event = isinstance(definition, InputDef) and definition.event
+        title = definition.title
+        found.append(Element(name, type_, init, title, trace, at.key, age, event=event))
     return tuple(found)
 
 
 def _max_age(definition: ElementDef, at: Where, expressions: Expressions) -> Fraction | None:
-    if not isinstance(definition, InputDef) or definition.max_age is None:
+    if not isinstance(definition, ReceivedDef) or definition.max_age is None:
         return None
     return duration_of(definition.max_age, at["max_age"], expressions.findings)
 

@@ -58,6 +58,7 @@ class MachineResolver:
     expressions: Expressions
     _memory: dict[str, Memory] = field(init=False)
     _sent: dict[tuple[str, str], Element] = field(init=False)
+    _events: dict[str, tuple[str, str]] = field(init=False)
     _conditions: dict[tuple[str, str], Condition] = field(default_factory=dict)
     _functions: dict[str, Function] = field(default_factory=dict)
     _behaviours: dict[str, Behaviour] = field(default_factory=dict)
@@ -65,6 +66,8 @@ class MachineResolver:
     def __post_init__(self) -> None:
         ports = [port for port in self.ports if port.direction == "y"]
         self._memory = {item.name: item for item in self.memory}
+        inputs = [(p.peer, e) for p in self.ports if p.direction == "x" for e in p.elements]
+        self._events = {f"x.{peer}.{e.name}": (peer, e.name) for peer, e in inputs if e.event}
         self._sent = {(port.peer, e.name): e for port in ports for e in port.elements}
 
     def resolve(self) -> dict[str, Any]:
@@ -256,8 +259,18 @@ class MachineResolver:
             behaviour = self._behaviours.get(item.behaviour or "")
             if behaviour is None:
                 behaviour = self._unknown_behaviour(name, item.behaviour, at)
-            states.append(State(name, behaviour, item.title, trace_of(item), at.key))
+            ignored = tuple(self._ignored(item.ignores, at["ignores"]))
+            states.append(State(name, behaviour, item.title, trace_of(item), at.key, ignored))
         return tuple(states)
+
+    def _ignored(self, names: list[str], where: Where) -> Iterator[tuple[str, str]]:
+        """The events that a state ignores."""
+        for index, name in enumerate(names):
+            if name in self._events:
+                yield self._events[name]
+            elif name not in self.expressions.meant and not self.expressions.broken:
+                place = where[index].place
+                self.expressions.findings.unknown("E0223", "event", name, self._events, place)
 
     def _unknown_behaviour(self, state: str, name: str | None, at: Where) -> Behaviour:
         known = self._behaviours

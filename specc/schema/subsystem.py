@@ -32,10 +32,16 @@ class ElementDef(Traced, short="type"):
     init: ConstantText | None = key(None, "Value before the first one arrives.")
 
 
-class InputDef(ElementDef):
-    """An element of an input buffer."""
+class ReceivedDef(ElementDef):
+    """An element that somebody receives."""
 
     max_age: DurationText | None = None
+
+
+class InputDef(ReceivedDef):
+    """An element of an input buffer."""
+
+    event: bool = key(False, "Whether none of its values may be missed.")
 
 
 class BufferDef(Part, short="is", first="for is"):
@@ -74,7 +80,7 @@ class SafeDef(Part, short="is"):
     otherwise: ConstantText | None = key(None, "A constant that is sent if the expression fails.")
 
 
-class CommandDef(InputDef):
+class CommandDef(ReceivedDef):
     """An element that a device accepts."""
 
     safe: SafeDef | None = None
@@ -173,6 +179,9 @@ class StateDef(Traced, short="behaviour", first="behaviour title"):
 
     behaviour: Annotated[str, Text(Role("name", "behaviour"))] | None = key(
         None, "The behaviour that runs in this state."
+    )
+    ignores: list[Annotated[str, Text()]] = key(
+        [], "Events that may come in this state without being looked at, `x.peer.element`."
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from specc.lang import show
-from specc.model.fsm import Assignment, Behaviour, Cause, Condition, Transition
+from specc.model.fsm import Assignment, Behaviour, Cause, Condition, State, Transition
 from specc.model.system import Subsystem
 from specc.proof.formula import Formula
 from specc.tools.diff.meaning import Meaning
@@ -187,6 +187,10 @@ def _text(behaviour: Behaviour) -> str:
     return f"{functions}; {ends}"
 
 
+def _ignored(state: State) -> str:
+    return ", ".join(f"x.{peer}.{name}" for peer, name in state.ignores) or "none"
+
+
 def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
     """States are known by their names, which step records carry."""
     both = book.matched(
@@ -196,5 +200,6 @@ def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
         names = before.behaviour.name, after.behaviour.name
         same = names[0] != names[1] and same_behaviour(before.behaviour, after.behaviour, meaning)
         book.changed("state", name, "behaviour", *names, semantic=not same)
+        book.remark("state", name, "ignored events", _ignored(before), _ignored(after))
         book.words("state", name, before, after)
     book.changed("initial state", "", "", old.initial_state, new.initial_state)

@@ -39,6 +39,7 @@ def compare_elements(
         inits = before.init, after.init
         _optional(name, "initial value", inits, "no initial value", same, book)
         book.remark("element", name, "greatest age", _age(before), _age(after))
+        book.remark("element", name, "event", str(before.event), str(after.event))
         for aspect, key in (("safe value", "value"), ("safe value if that fails", "otherwise")):
             values = (getattr(before.safe, key, None), getattr(after.safe, key, None))
             _optional(name, aspect, values, "none", same, book)

@@ -96,7 +96,8 @@ class Kept:
         """Whether anything is evaluated that may change something."""
         subsystem = self.subsystem
         ends = any(list(conditions_of(subsystem, s.name)) for s in subsystem.states)
-        return ends or bool(subsystem.axioms)
+        events = any(element.event for element in subsystem.inputs.values())
+        return ends or events or bool(subsystem.axioms)
 
 
 class Abstraction:
@@ -156,7 +157,12 @@ class Abstraction:
         for name, kept in self.kept.items():
             subsystem = kept.subsystem
             asked = [e for s in subsystem.states for e in conditions_of(subsystem, s.name)]
-            self._need(name, [*asked, *(axiom.that for axiom in subsystem.axioms)])
+            events = [
+                m.Fresh(m.Input(*key, type=element.type), type=m.TRUE.type)
+                for key, element in subsystem.inputs.items()
+                if element.event
+            ]
+            self._need(name, [*asked, *(axiom.that for axiom in subsystem.axioms), *events])
 
     def _need(self, name: str, exprs: Iterable[m.Expr]) -> None:
         """Keep what some expressions of a subsystem rest on, and what that rests on."""
@@ -169,7 +175,8 @@ class Abstraction:
             self._need(name, [begin, *(e for each in written.values() for e in each)])
         for key in rests.inputs - kept.inputs:
             sent = self.sender_of(name, key)
-            if sent is None or (name, key) in self.noise:
+            event = kept.subsystem.inputs[key].event
+            if sent is None or ((name, key) in self.noise and not event):
                 continue
             kept.inputs.add(key)
             sender, output = sent

@@ -138,8 +138,11 @@ class Composition:
                     continue
                 reader, slot = place
                 buffers = list(parts[reader].buffers)
-                if buffers[slot] % 2 and buffers[slot] != 2 * number + 1:
-                    overtaken.append((reader, self.walkers[reader].inputs[slot]))
+                walker = self.walkers[reader]
+                name = walker.inputs[slot]
+                same = buffers[slot] == 2 * number + 1 and name not in walker.events
+                if buffers[slot] % 2 and not same:
+                    overtaken.append((reader, name))
                 buffers[slot] = 2 * number + 1
                 parts[reader] = parts[reader]._replace(buffers=tuple(buffers))
         return tuple(overtaken)

@@ -109,6 +109,8 @@ def findings(
         told = [*_circles(last, way), *_roots(last, way)]
         for finding in told or _no_progress(last, way, system):
             found.add(finding)
+    for finding in _events(graph):
+        found.add(finding)
     for number, edge in graph.faults:
         for finding in _broken(graph, trace(graph, number, edge)):
             found.add(finding)
@@ -202,23 +204,59 @@ def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
 
 
 def _missed(last: Lasting, stuck: Stuck, way: Trace, reader: int, key: InputName) -> Finding:
-    step, name = way.lost(reader, key), f"`{last.walkers[reader].name}`"
-    message = f"`x.{key[0]}.{key[1]}` is lost: the next value comes before {name} reads it"
-    place, label = stuck.state.place, _waiting(last, stuck)
+    step = way.lost(reader, key)
+    waiting = Related(stuck.state.place, _waiting(last, stuck))
+    return _event(last.walkers[reader], reader, key, way, step, (waiting,))
+
+
+def _event(
+    walker: Walker,
+    reader: int,
+    key: InputName,
+    way: Trace,
+    step: Step | None,
+    related: tuple[Related, ...] = (),
+) -> Finding:
+    """An event that is lost at a step or, without one, overtaken."""
+    what, name = f"`x.{key[0]}.{key[1]}`", f"`{walker.name}`"
+    message = f"{what} is lost: the next value comes before {name} reads it"
+    place, label = walker.subsystem.inputs[key].place, "is overtaken"
     if step is not None:
-        state = step.walker.subsystem.state(step.move.source or step.move.target)
-        message = f"`x.{key[0]}.{key[1]}` is lost: {name} does not look at it in `{state.name}`"
+        state = walker.subsystem.state(step.move.source or step.move.target)
+        message = f"{what} is lost: {name} does not look at it in `{state.name}`"
         place, label = state.place, "it comes here"
     return Finding(
-        ("W1005", reader, key),
+        ("W1005", reader, key, place),
         "W1005",
         message,
         place,
         label,
-        "send it until it is answered, or look at it in every state in which it can come",
+        "send it until it is answered, look at it in every state in which it can come, or say "
+        f"there `ignores: [x.{key[0]}.{key[1]}]`",
         way,
-        (Related(stuck.state.place, _waiting(last, stuck)),),
+        related,
     )
+
+
+def _events(graph: Graph) -> Iterator[Finding]:
+    """What is declared to be an event is looked at, or ignored, wherever it comes."""
+    walkers, told = graph.composition.walkers, set[tuple[int, InputName, str]]()
+    for number, out in enumerate(graph.edges):
+        for edge in out:
+            lost = [
+                (i, key, move.source)
+                for i, move in edge.moves
+                for key in move.lost
+                if key in walkers[i].events
+            ]
+            lost += [(i, key, "") for i, key in edge.overtaken if key in walkers[i].events]
+            for each in lost:
+                if each not in told:
+                    told.add(each)
+                    reader, key, state = each
+                    way = trace(graph, number, edge)
+                    step = way.lost(reader, key) if state else None
+                    yield _event(walkers[reader], reader, key, way, step)
 
 
 def _no_progress(last: Lasting, way: Trace, system: System) -> Iterator[Finding]:

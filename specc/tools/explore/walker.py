@@ -74,6 +74,8 @@ class Walker:
         self.exact = exact
         self.inputs = tuple(key for key in self.subsystem.inputs if key in kept.inputs)
         self.slots = {key: index for index, key in enumerate(self.inputs)}
+        self.events = {key for key in self.inputs if self.subsystem.inputs[key].event}
+        self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
         constants = (*abstraction.facts.system.constants, *self.subsystem.constants)
         self._base = Known(
@@ -242,6 +244,7 @@ class Walker:
         if all(not b % 2 for b in buffers):
             return ()
         looked = self.looks_into[target] | self.looks_at.get(source, frozenset())
+        looked |= self._ignores[source or target]
         return tuple(k for k, slot in self.slots.items() if buffers[slot] % 2 and k not in looked)
 
     @cached_property
