@@ -116,8 +116,8 @@ def _looking(commands: Any) -> None:
         "--budget",
         metavar="STEPS",
         type=_steps,
-        default=200_000,
-        help="of the machines that are explored together (default: 200000)",
+        default=300_000,
+        help="of single machines, in all ways that are followed (default: 300000)",
     )
     explore.add_argument("--format", choices=("text", "json"), default="text")
 

@@ -160,7 +160,7 @@ class Graph:
     """
 
     def __init__(self, composition: Composition, budget: int) -> None:
-        """At most `budget` steps are taken."""
+        """At most about `budget` steps of single machines are taken."""
         self.composition = composition
         first, self.begin = composition.start()
         self.configurations = [first]
@@ -187,11 +187,14 @@ class Graph:
         return time_s
 
     def _explore(self, budget: int) -> None:
-        while len(self.edges) < len(self.configurations) and self.steps < budget:
+        while len(self.edges) < len(self.configurations):
             here = len(self.edges)
             out: list[Edge] = []
             for there, edge in self.composition.following(self.configurations[here]):
-                self.steps += 1
+                # One configuration may have more ways than there are steps.
+                if self.steps >= budget:
+                    return
+                self.steps += len(edge.moves)
                 if there is None:
                     self.faults.append((here, edge))
                     continue

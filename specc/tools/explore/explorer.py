@@ -15,7 +15,7 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
 from specc.tools.explore.findings import Finding, findings
 
-Verdict = Literal["proved", "refuted", "on your word", "not explored"]
+Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +71,11 @@ def explore(facts: Facts, budget: int) -> Exploration:
         graph = _explored(names, abstraction, facts, share, found)
         result.slices.append(_summary(graph))
         for walker in graph.composition.walkers:
-            for index in range(len(walker.subsystem.axioms)):
-                answers = walker.assumed.get(index, set())
-                said = _verdict(answers, complete=graph.complete)
-                verdicts.setdefault((walker.name, index), set()).add(said)
+            for number in range(len(walker.subsystem.axioms)):
+                answers = walker.assumed.get(number, set())
+                failing = found.get(("W1006", walker.name, number))
+                said = _verdict(answers, failing, complete=graph.complete)
+                verdicts.setdefault((walker.name, number), set()).add(said)
     result.findings = [f for f in found.values() if not _is_proved(f, verdicts)]
     result.assumptions = [
         (name, kept.subsystem.axioms[index], _best(said))
@@ -102,15 +103,8 @@ def _explored(
         there = confirmed if counted.complete else there | confirmed
         best = counted if counted.complete or not best.complete else best
     for about, finding in there.items():
-        found.setdefault(_named(about, names), finding)
+        found.setdefault(about, finding)
     return best
-
-
-def _named(about: tuple[object, ...], names: tuple[str, ...]) -> tuple[object, ...]:
-    """The same in all slices: names for the indices of machines."""
-    return tuple(
-        names[part] if isinstance(part, int) and about[0] != "W1006" else part for part in about
-    )
 
 
 def _is_timed(graph: Graph) -> bool:
@@ -131,15 +125,15 @@ def _summary(graph: Graph) -> Explored:
     )
 
 
-def _verdict(answers: set[bool | None], *, complete: bool) -> Verdict:
+def _verdict(answers: set[bool | None], failing: Finding | None, *, complete: bool) -> Verdict:
     if False in answers:
-        return "refuted"
+        return "refuted" if failing and failing.way.is_decided else "may fail"
     if not complete:
         return "not explored"
     return "on your word" if None in answers else "proved"
 
 
-_ORDER: tuple[Verdict, ...] = ("proved", "on your word", "refuted", "not explored")
+_ORDER: tuple[Verdict, ...] = ("proved", "refuted", "on your word", "may fail", "not explored")
 
 
 def _best(said: set[Verdict]) -> Verdict:

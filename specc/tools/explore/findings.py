@@ -129,7 +129,7 @@ def _circles(last: Lasting, way: Trace) -> Iterator[Finding]:
             continue
         names = [f"`{last.walkers[s.index].name}`" for s in members]
         yield Finding(
-            ("W1002", *((s.index, s.state.name) for s in members)),
+            ("W1002", *((last.walkers[s.index].name, s.state.name) for s in members)),
             "W1002",
             f"{listed(names, 'and')} wait for one another",
             members[0].state.place,
@@ -169,7 +169,7 @@ def _held(last: Lasting, stuck: Stuck, way: Trace) -> Finding:
     elif stuck.missing:
         code, message = "W1003", f"`{name}` waits in `{state}` for what no longer comes"
     return Finding(
-        (code, stuck.index, state),
+        (code, name, state),
         code,
         message,
         stuck.state.place,
@@ -206,12 +206,11 @@ def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
 def _missed(last: Lasting, stuck: Stuck, way: Trace, reader: int, key: InputName) -> Finding:
     step = way.lost(reader, key)
     waiting = Related(stuck.state.place, _waiting(last, stuck))
-    return _event(last.walkers[reader], reader, key, way, step, (waiting,))
+    return _event(last.walkers[reader], key, way, step, (waiting,))
 
 
 def _event(
     walker: Walker,
-    reader: int,
     key: InputName,
     way: Trace,
     step: Step | None,
@@ -226,7 +225,7 @@ def _event(
         message = f"{what} is lost: {name} does not look at it in `{state.name}`"
         place, label = state.place, "it comes here"
     return Finding(
-        ("W1005", reader, key, place),
+        ("W1005", walker.name, key, place),
         "W1005",
         message,
         place,
@@ -256,7 +255,7 @@ def _events(graph: Graph) -> Iterator[Finding]:
                     reader, key, state = each
                     way = trace(graph, number, edge)
                     step = way.lost(reader, key) if state else None
-                    yield _event(walkers[reader], reader, key, way, step)
+                    yield _event(walkers[reader], key, way, step)
 
 
 def _no_progress(last: Lasting, way: Trace, system: System) -> Iterator[Finding]:
