@@ -24,6 +24,10 @@ MAX_COPIES = 1_000
 """That `for` makes of one part."""
 MAX_ASSUMPTIONS = 400
 """Of a subsystem."""
+MAX_REQUIREMENTS = 400
+"""Of a system."""
+MAX_SPAN_S = 600
+"""Over which a temporal operator reaches: what a run must remember."""
 MAX_DEPTH = 64
 """Levels of values, of types in types, and of files that use files."""
 MAX_FILES = 200

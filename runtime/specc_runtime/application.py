@@ -314,6 +314,9 @@ def _show(report: Report, options: Options) -> None:
     if options.quiet:
         for fault in report.faults:
             say(f"fault: {fault['culprit']}: {fault['message']}")
+        for requirement in report.requirements:
+            if requirement["verdict"] == "violated":
+                say(f"violated: {requirement['that']}")
     else:
         from specc_runtime.progress.summary import show
 

@@ -116,7 +116,8 @@ class Report:
     `ended` says how; "running" is written while a run goes on, and stays if it is killed.
     `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
     the elements of devices were sent last, `set` which constants had other values than the
-    specification says; it is left out where none had.
+    specification says, and `requirements` what became of those of the system; these two are left
+    out where there are none.
     """
 
     spec: str
@@ -135,11 +136,12 @@ class Report:
     interrupted: bool
     last_outputs: dict[str, dict[str, str]]
     set: dict[str, str]
+    requirements: list[dict[str, Any]] = field(default_factory=list)
 
     def as_data(self) -> dict[str, Any]:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
-        return {name: value for name, value in named.items() if name != "set" or value}
+        return {n: value for n, value in named.items() if value or n not in ("set", "requirements")}
 
 
 def stillborn(options: Options, faults: list[Fault], *, interrupted: bool) -> Report:

@@ -66,8 +66,14 @@ class Session:
         self._statistics = Statistics(system)
         self._digest = RecordDigest()
         self._cycles = Cycles(system, judge, lambda: self._executor.time_s)
-        own = (self._digest, self._statistics, self._cycles)
-        observers = (observer, *own) if observer else own
+        observers: list[Observer] = [self._digest, self._statistics, self._cycles]
+        if observer is not None:
+            observers.insert(0, observer)
+        self._requirements = system.requirements
+        if self._requirements is not None:
+            periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
+            self._requirements.follow(periods, system.tick_s)
+            observers.append(self._requirements)
         self._executor = Executor(system, plant, observers, inline=options.inline, clock=clock)
 
     @property
@@ -94,6 +100,8 @@ class Session:
         try:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)
+            if self._requirements is not None:
+                self._requirements.finish(self._executor.tick)
         finally:
             self.interruption.allow(always=True)
             self._executor.close()
@@ -126,6 +134,7 @@ class Session:
             interrupted=self.interruption.requested,
             last_outputs={n: o.as_data() for n, o in sorted(self._last_outputs.items())},
             set=self._set,
+            requirements=self._requirements.as_data() if self._requirements else [],
         )
 
     def _ended(self) -> Ending:
@@ -137,7 +146,9 @@ class Session:
 
     @property
     def fulfilled(self) -> bool:
-        """Whether nothing failed and every cycle that was wanted is fulfilled."""
+        """Whether nothing failed or was violated, and every cycle wanted is fulfilled."""
+        if self._requirements is not None and self._requirements.violated:
+            return False
         enough = self.wanted is None or self._complete()
         return enough and all(self._cycles.fulfilled) and not self.faults
 
@@ -173,11 +184,14 @@ class Session:
     def _advance(self, companions: Sequence[Companion]) -> None:
         calls = [(self._ticks(c.period_s), c) for c in companions]
         observe, executor = self._cycles.observe, self._executor
+        required = self._requirements
         while not self._over() and executor.advance():
             if executor.tick == 1:
                 executor.wait()
                 self._begin_s = self._clock.now_s()
             observe()
+            if required is not None:
+                required.advance(executor.tick)
             for ticks, companion in calls:
                 if executor.tick % ticks == 0 and not self._accompanied(companion):
                     calls = [call for call in calls if call[1] is not companion]

@@ -10,6 +10,7 @@ from specc_runtime.subsystem import Subsystem
 
 if TYPE_CHECKING:
     from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
+    from specc_runtime.requirements import Requirements
     from specc_runtime.safety import SafeOutputs
 
 
@@ -94,6 +95,7 @@ class System:
     plant: PlantSpec | None = None
     task: Task | None = None
     spec: str = ""
+    requirements: Requirements | None = None
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

@@ -11,6 +11,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED
 from specc.model.expr import Call, ConstantRef, Expr, FileRef, LetRef, MemoryRef, walk
 from specc.model.fsm import Behaviour, Condition, Function
+from specc.model.requirement import expressions
 from specc.model.system import Let, Memory, Subsystem, System
 from specc.reachable import reachable
 from specc.source import Place
@@ -90,9 +91,12 @@ def parts_used(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _watched(subsystem: Subsystem, facts: Facts) -> tuple[str, ...]:
-    """The memory that the task watches."""
-    task = facts.system.task
-    return task.watch if task and task.subsystem == subsystem.qualified_name else ()
+    """The memory that the task or a requirement watches."""
+    task, name = facts.system.task, subsystem.qualified_name
+    watched = task.watch if task and task.subsystem == name else ()
+    readings = (r for item in facts.system.requirements for r in item.readings)
+    memory = (r.element[0] for r in readings if (r.subsystem, r.kind) == (name, "memory"))
+    return (*watched, *memory)
 
 
 def _label(part: Part) -> str:
@@ -142,6 +146,9 @@ def _needed_by_agents(system: System) -> set[str]:
         for _, safe in device.safe:
             found |= _named(walk(safe.value))
             found |= _named(walk(safe.otherwise)) if safe.otherwise else set()
+    for requirement in system.requirements:
+        for part in expressions(requirement.formula):
+            found |= _named(walk(part))
     return found
 
 

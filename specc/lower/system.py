@@ -25,6 +25,8 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
+from specc.lower.requirements import CLASS as REQUIREMENTS
+from specc.lower.requirements import requirements_plan
 from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
 from specc.model.system import Binding, Device, Plant, Port, Subsystem, System, Task
 from specc.model.types import Enum, Record, Type, Vector
@@ -225,6 +227,11 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
         files[f"{modules[name]}.py"] = plan
     if not stand_ins:
         files["layouts.py"] = layouts_plan(system, types, title, spec)
+    if system.requirements:
+        tick = base_tick(1 / s.rate_hz for s in system.subsystems)
+        files["requirements.py"] = requirements_plan(
+            system, types, tick, title, spec, stand_ins=stand_ins
+        )
     made = Made(known, classes, modules)
     files["system.py"] = _whole(system, title, types, made, stand_ins=stand_ins)
     return files
@@ -249,12 +256,12 @@ class Made:
 
 def _classes(found: list[Family], types: PythonTypes) -> dict[str, str]:
     """Class of every part, after its agent and itself; titles may be reworded."""
-    names = Namespace((*ALL_OWN_NAMES, *types.of.values()))
+    names = Namespace((*ALL_OWN_NAMES, REQUIREMENTS, *types.of.values()))
     return _each(found, lambda family: names.new(class_name(" ".join(_words(family)))))
 
 
 def _modules(found: list[Family]) -> dict[str, str]:
-    names = Namespace(("system", "types", "layouts", "__init__"))
+    names = Namespace(("system", "types", "layouts", "requirements", "__init__"))
 
     def module(family: Family) -> str:
         name = "_".join(_words(family))
@@ -332,6 +339,8 @@ def _whole(
     if system.task:
         imports.add("specc_runtime.system", "Task")
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
+    if system.requirements:
+        imports.add(".requirements", REQUIREMENTS)
     parts = {
         "title": title,
         "spec": in_docstring(spec_file(system)),
@@ -344,6 +353,7 @@ def _whole(
         "connections": connected,
         "plant": plant,
         "task": tuple(_task(system, system.task)) if system.task else (),
+        "requirements": REQUIREMENTS if system.requirements else "",
     }
     return FilePlan("system.py.j2", parts)
 

@@ -10,6 +10,7 @@ from typing import Literal
 from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
+from specc.model.requirement import Requirement
 from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.model.units import Unit
@@ -347,6 +348,7 @@ class System:
     named_in_agents: frozenset[str] = frozenset()
     folders: tuple[str, ...] = ()
     """Real paths of the folders in which its files lie; without any, they may lie anywhere."""
+    requirements: tuple[Requirement, ...] = ()
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

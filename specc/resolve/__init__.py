@@ -14,10 +14,12 @@ from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.ends import definitions_of, named_in_agents
+from specc.resolve.expressions import Expressions
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.plant import resolve_plant, resolve_task
+from specc.resolve.requirements import resolve_requirements
 from specc.resolve.reuse import Setting
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
@@ -74,6 +76,10 @@ def resolve(
         task = resolve_task(
             spec.task, top["task"], agents, findings, resolver.broken | resolver.faulty
         )
+    expressions = Expressions(findings, definitions)
+    resolved = [agent.name for agent in agents]
+    uncertain = frozenset({*resolver.broken, *resolver.faulty, *spec.agents} - set(resolved))
+    required = resolve_requirements(spec.require, top["require"], agents, expressions, uncertain)
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     system = System(
@@ -91,6 +97,7 @@ def resolve(
         definitions_of(file),
         named_in_agents(spec),
         reach.folders,
+        required,
     )
     return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
 

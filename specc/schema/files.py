@@ -2,6 +2,7 @@
 
 from typing import Annotated, Literal
 
+from specc.limits import MAX_REQUIREMENTS
 from specc.schema.keys import Choice, Listed, Part, Role, Text, key
 from specc.schema.subsystem import CommandDef, ElementDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
@@ -153,7 +154,16 @@ class TaskDef(Part):
     )
 
 
-_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task"))
+class RequirementDef(Part):
+    """What every run is watched for."""
+
+    that: Annotated[str, Text(filled=True)] = key(
+        about="A formula of temporal logic over states, memory and buffers."
+    )
+    because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")
+
+
+_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "require"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
 
 
@@ -197,6 +207,9 @@ class SpecFile(
     agent: AgentDef | None = key(None, "An agent to reuse.")
     plant: PlantDef | None = key(None, "What stands behind the devices.", step="simulation")
     task: TaskDef | None = key(None, step="simulation")
+    require: Annotated[list[RequirementDef], Listed(most=MAX_REQUIREMENTS)] = key(
+        [], "What every run of the system is watched for."
+    )
 
     @property
     def is_part(self) -> bool:

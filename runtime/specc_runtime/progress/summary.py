@@ -44,9 +44,29 @@ def _show(report: Report, console: Console) -> None:
         soft_wrap=True,
     )
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
+    for requirement in report.requirements:
+        console.print(_required(requirement), highlight=False, soft_wrap=True)
     for fault in report.faults:
         for line in _told(fault):
             console.print(line, highlight=False, soft_wrap=True)
+
+
+_COLOURS = {"met": "green", "violated": "red", "unknown": "yellow"}
+
+
+def _required(requirement: dict[str, Any]) -> str:
+    """What became of a requirement, with the values that decided it."""
+    verdict, margin, time_s = (requirement[key] for key in ("verdict", "margin", "time_s"))
+    text = f"[{_COLOURS[verdict]}]{verdict}[/] {_safe(requirement['that'])}"
+    if margin is not None:
+        text += f", margin {margin:.3g}"
+    if time_s is None:
+        return text
+    values = (
+        f"{name} {'absent' if value is None else _text(value)}"
+        for name, value in requirement["values"].items()
+    )
+    return f"{text}\n      at {time_s:.3f} s: {_safe(', '.join(values))}"
 
 
 def _told(fault: dict[str, Any]) -> Iterator[str]:

@@ -62,6 +62,15 @@ def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
         _records("task", "", before, after, book)
 
 
+def compare_requirements(old: System, new: System, book: Book) -> None:
+    """What every run is watched for, by its text."""
+    both = book.matched(
+        "requirement", old.requirements, new.requirements, lambda r: r.that, lambda r: r.because
+    )
+    for that, before, after in both:
+        book.remark("requirement", that, "because", before.because, after.because)
+
+
 def _single(
     part: str, old: Thing | None, new: Thing | None, text: Callable[[Thing], str], book: Book
 ) -> list[tuple[str, Thing, Thing]]:
@@ -106,6 +115,7 @@ def compare(old: System, new: System) -> Comparison:
     plant = Book()
     compare_plants(old, new, plant)
     compare_tasks(old.task, new.task, plant)
+    compare_requirements(old, new, plant)
     return Comparison((*changes, *plant.changes))
 
 

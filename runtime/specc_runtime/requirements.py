@@ -1,0 +1,211 @@
+"""What a specification requires of every run: how a run is followed, and what its report says."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict, deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+from specc_runtime.faults import text_of
+from specc_runtime.records import StepRecord
+from specc_runtime.subsystem import Subsystem
+from specc_runtime.temporal import TRUE, UNKNOWN, Atom, Formula, Judgement
+
+Verdict = Literal["met", "violated", "unknown"]
+
+
+class Requirement:
+    """What is required, at every tick if it `lasts`, else at the first one; and what became of it.
+
+    `reads` has the attribute of each value that it names, by that name.
+    """
+
+    def __init__(
+        self,
+        that: str,
+        because: str,
+        formula: Formula,
+        reads: Mapping[str, str],
+        *,
+        lasts: bool = True,
+    ) -> None:
+        self.that = that
+        self.because = because
+        self.reads = reads
+        self._formula = formula
+        self._lasts = lasts
+        self._worst = TRUE
+        self._count = 0
+        self._over = False
+        self._earlier: deque[Mapping[str, Any]] = deque()
+        self._violated: tuple[int, Mapping[str, Any]] | None = None
+        self._unknown: tuple[int, Mapping[str, Any]] | None = None
+
+    def step(self, values: Mapping[str, Any]) -> None:
+        """Take in a tick with the values that are there then."""
+        self._earlier.append(values)
+        found = self._formula.step()
+        if found is None:
+            return
+        then = self._earlier.popleft()
+        if self._lasts or not self._count:
+            self._judge(found, then)
+        self._count += 1
+
+    def _judge(self, found: Judgement, then: Mapping[str, Any]) -> None:
+        (low, high), worst = found, self._worst
+        self._worst = min(low, worst[0]), min(high, worst[1])
+        if not high[0]:
+            self._violated = self._violated or (self._count, then)
+        elif not low[0]:
+            self._unknown = self._unknown or (self._count, then)
+
+    def finish(self) -> None:
+        """The run is over: what is still to be judged depends on nothing that is known."""
+        for _ in range(self._formula.delay):
+            self.step({})
+        self._over = True
+
+    @property
+    def verdict(self) -> Verdict:
+        """What is known of it; a requirement is met only once the run is over."""
+        if not self._worst[1][0]:
+            return "violated"
+        return "met" if self._over and self._count and self._worst[0][0] else "unknown"
+
+    def as_data(self, tick_s: float) -> dict[str, Any]:
+        """The entry of the report; `time_s` is the first tick that makes the verdict."""
+        verdict = self.verdict
+        margin = {"met": self._worst[0][1], "violated": self._worst[1][1], "unknown": None}[verdict]
+        first = {"met": None, "violated": self._violated, "unknown": self._unknown}[verdict]
+        return {
+            "that": self.that,
+            "because": self.because,
+            "verdict": verdict,
+            "margin": None if margin is None or math.isinf(margin) else margin,
+            "time_s": first[0] * tick_s if first else None,
+            "values": self._shown(first[1]) if first else {},
+        }
+
+    def _shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        plain = (bool, int, float, str)
+        return {
+            name: None
+            if attribute not in values
+            else values[attribute]
+            if isinstance(values[attribute], plain)
+            else text_of(values[attribute])
+            for name, attribute in self.reads.items()
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A value that requirements name: `element` of `subsystem`, kept as `attribute`.
+
+    What was sent is seen when others see it; all else as it is after the step, from its time stamp
+    on. `initial` is the input, with its subsystem, that has the value before anything is sent.
+    """
+
+    attribute: str
+    subsystem: str
+    kind: Literal["state", "memory", "sent", "reported"]
+    element: str = ""
+    initial: tuple[str, str] | None = None
+    asks_presence: bool = False
+
+
+_ABSENT = object()
+
+
+def _found(
+    reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsystem: Subsystem
+) -> Any:
+    """The value after a step that is committed."""
+    if reading.kind == "state":
+        return record.state
+    if reading.kind == "sent":
+        return sent.get(reading.element, _ABSENT)
+    source = subsystem.memory if reading.kind == "memory" else subsystem.x
+    return getattr(source, reading.element, _ABSENT)
+
+
+class Requirements:
+    """Those of a system. A generated class has what they read and how they judge it."""
+
+    readings: ClassVar[tuple[Reading, ...]]
+
+    values: Any
+    atoms: tuple[Atom, ...]
+    requirements: tuple[Requirement, ...]
+
+    def follow(self, subsystems: Mapping[str, tuple[Subsystem, int]], tick_s: float) -> None:
+        """Begin a run of these subsystems, each with the ticks of its period."""
+        self._tick_s = tick_s
+        self._subsystems = subsystems
+        self._known: Mapping[str, Any] = {}
+        self._tick = 0
+        self._changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
+        self._readings: defaultdict[str, list[Reading]] = defaultdict(list)
+        for reading in self.readings:
+            self._readings[reading.subsystem].append(reading)
+            self._begin(reading)
+        self._settled = dict.fromkeys(self._readings, 0)
+
+    def _begin(self, reading: Reading) -> None:
+        if reading.asks_presence:
+            self._changes[0][reading.attribute] = False
+        if reading.initial is not None:
+            reader, element = reading.initial
+            inbox = self._subsystems[reader][0].x
+            if hasattr(inbox, element):
+                value = getattr(inbox, element)
+                self._changes[0][reading.attribute] = reading.asks_presence or value
+
+    def __call__(self, record: StepRecord) -> None:
+        """Take note of a step that is committed."""
+        readings = self._readings.get(record.subsystem)
+        if not readings:
+            return
+        subsystem, ticks = self._subsystems[record.subsystem]
+        start = round(record.time_s / self._tick_s)
+        sent = dict(record.sent)
+        for reading in readings:
+            value = _found(reading, record, sent, subsystem)
+            if value is not _ABSENT:
+                tick = start + ticks if reading.kind == "sent" else start
+                self._changes[tick][reading.attribute] = reading.asks_presence or value
+        self._settled[record.subsystem] = start + ticks
+
+    def advance(self, tick: int) -> None:
+        """Judge the ticks before `tick` of which all values are known."""
+        last = min(tick, *self._settled.values()) if self._settled else tick
+        while self._tick < last:
+            if changes := self._changes.pop(self._tick, None):
+                self._known = {**self._known, **changes}
+                for name, value in changes.items():
+                    setattr(self.values, name, value)
+                for atom in self.atoms:
+                    atom.update()
+            for requirement in self.requirements:
+                requirement.step(self._known)
+            self._tick += 1
+
+    def finish(self, tick: int) -> None:
+        """The run is over after so many ticks."""
+        self.advance(tick)
+        for atom in self.atoms:
+            atom.now = UNKNOWN
+        for requirement in self.requirements:
+            requirement.finish()
+
+    @property
+    def violated(self) -> bool:
+        """Whether one of them is."""
+        return any(item.verdict == "violated" for item in self.requirements)
+
+    def as_data(self) -> list[dict[str, Any]]:
+        """What the report says of each."""
+        return [item.as_data(self._tick_s) for item in self.requirements]

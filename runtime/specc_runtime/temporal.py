@@ -1,0 +1,200 @@
+"""Monitors of temporal formulas over base ticks, with three truth values and margins.
+
+A judgement says between which bounds the truth and the margin of a formula lie: both bounds are one
+where it is decided, and the widest where it is unknown. The margin is the robustness of signal
+temporal logic (Donze and Maler, 2010): how far the numbers that are compared may change until the
+verdict does. With these bounds `and` is a minimum and `or` a maximum, over two formulas and over
+ticks, which gives Kleene's logic for truth. Memory is bounded by the ticks that operators reach
+over.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+Known = tuple[bool, float]
+"""Truth and margin, which is not negative where it is true and not positive where it is not."""
+Judgement = tuple[Known, Known]
+
+_LOWEST, _HIGHEST = (False, -math.inf), (True, math.inf)
+UNKNOWN: Judgement = (_LOWEST, _HIGHEST)
+TRUE: Judgement = (_HIGHEST, _HIGHEST)
+FALSE: Judgement = (_LOWEST, _LOWEST)
+
+
+def judged(holds: bool, margin: float = math.inf) -> Judgement:
+    """The judgement of a condition by what it says and how far its two numbers are apart."""
+    size = abs(margin)
+    known = (True, size) if holds else (False, -size)
+    return known, known
+
+
+class Formula(ABC):
+    """A formula that follows a run. What it says at a tick is known `delay` ticks later."""
+
+    delay: int = 0
+
+    @abstractmethod
+    def step(self) -> Judgement | None:
+        """Take in a tick; the judgement of the tick `delay` earlier, None before the first."""
+
+
+class Atom(Formula):
+    """A condition on the values of one tick; it is unknown where it cannot be computed."""
+
+    def __init__(self, judge: Callable[[], Judgement]) -> None:
+        self.now = UNKNOWN
+        self._judge = judge
+
+    def update(self) -> None:
+        """Take in values that have changed."""
+        try:
+            self.now = self._judge()
+        except Exception:  # noqa: BLE001  # what is absent, a division by zero, what an operator raises
+            self.now = UNKNOWN
+
+    def step(self) -> Judgement:
+        """See `Formula`."""
+        return self.now
+
+
+class Not(Formula):
+    """The opposite."""
+
+    def __init__(self, operand: Formula) -> None:
+        self.delay = operand.delay
+        self._operand = operand
+
+    def step(self) -> Judgement | None:
+        """See `Formula`."""
+        found = self._operand.step()
+        return found and (_opposite(found[1]), _opposite(found[0]))
+
+
+def _opposite(known: Known) -> Known:
+    return not known[0], -known[1]
+
+
+class _Delayed:
+    """A formula whose judgements come `by` ticks later than it gives them."""
+
+    def __init__(self, formula: Formula, delay: int) -> None:
+        self._formula = formula
+        self._by = delay - formula.delay
+        self._waiting: deque[Judgement | None] = deque()
+
+    def step(self) -> Judgement | None:
+        if not self._by:
+            return self._formula.step()
+        self._waiting.append(self._formula.step())
+        return self._waiting.popleft() if len(self._waiting) > self._by else None
+
+
+class _Junction(Formula):
+    def __init__(self, pick: Callable[[list[Known]], Known], operands: Sequence[Formula]) -> None:
+        self._pick = pick
+        self.delay = max(operand.delay for operand in operands)
+        self._operands = [_Delayed(operand, self.delay) for operand in operands]
+
+    def step(self) -> Judgement | None:
+        """See `Formula`."""
+        found = [operand.step() for operand in self._operands]
+        known = [judgement for judgement in found if judgement is not None]
+        if not known:
+            return None
+        return self._pick([low for low, _ in known]), self._pick([high for _, high in known])
+
+
+class And(_Junction):
+    """All hold."""
+
+    def __init__(self, *operands: Formula) -> None:
+        super().__init__(min, operands)
+
+
+class Or(_Junction):
+    """One at least holds."""
+
+    def __init__(self, *operands: Formula) -> None:
+        super().__init__(max, operands)
+
+
+class _Window(Formula):
+    """The best or worst of a formula over `ticks + 1` ticks, those to come or those that were."""
+
+    best: ClassVar[bool]
+    ahead: ClassVar[bool]
+
+    def __init__(self, ticks: int, operand: Formula) -> None:
+        self._ticks = ticks
+        self._operand = operand
+        self._count = 0
+        # Of each bound the ticks that may still be the best, each with a better one before it.
+        self._lows: deque[tuple[int, Known]] = deque()
+        self._highs: deque[tuple[int, Known]] = deque()
+        self.delay = operand.delay + (ticks if self.ahead else 0)
+
+    def step(self) -> Judgement | None:
+        """See `Formula`."""
+        found = self._operand.step()
+        if found is None:
+            return None
+        low, high = self._kept(self._lows, found[0]), self._kept(self._highs, found[1])
+        self._count += 1
+        return None if self.ahead and self._count <= self._ticks else (low, high)
+
+    def _kept(self, kept: deque[tuple[int, Known]], new: Known) -> Known:
+        while kept and (kept[-1][1] <= new if self.best else kept[-1][1] >= new):
+            kept.pop()
+        kept.append((self._count, new))
+        if kept[0][0] < self._count - self._ticks:
+            kept.popleft()
+        return kept[0][1]
+
+
+class Within(_Window):
+    """At some tick from now on."""
+
+    best, ahead = True, True
+
+
+class Throughout(_Window):
+    """At all ticks from now on."""
+
+    best, ahead = False, True
+
+
+class Once(_Window):
+    """At some tick until now."""
+
+    best, ahead = True, False
+
+
+class Historically(_Window):
+    """At all ticks until now."""
+
+    best, ahead = False, False
+
+
+class Since(Formula):
+    """The second held at some tick until now, and the first at all ticks after that one."""
+
+    def __init__(self, first: Formula, second: Formula) -> None:
+        self.delay = max(first.delay, second.delay)
+        self._first = _Delayed(first, self.delay)
+        self._second = _Delayed(second, self.delay)
+        self._last = FALSE
+
+    def step(self) -> Judgement | None:
+        """See `Formula`."""
+        first, second = self._first.step(), self._second.step()
+        if first is None or second is None:
+            return None
+        low = max(second[0], min(first[0], self._last[0]))
+        high = max(second[1], min(first[1], self._last[1]))
+        self._last = low, high
+        return self._last

@@ -1,0 +1,81 @@
+"""Temporal formulas to syntax trees: `p implies q` is read as a call before Python's syntax is."""
+
+from __future__ import annotations
+
+import ast
+import copy
+import re
+from types import MappingProxyType
+
+from specc.lang.errors import ExprError
+from specc.lang.parse import parse
+
+TIMED = ("within", "throughout", "once", "historically")
+USAGE = MappingProxyType(
+    {name: f"{name}(0.2[s], p)" for name in TIMED}
+    | {"always": "always(p)", "since": "since(p, q)", "implies": "p implies q"}
+)
+"""The operators of formulas and how each is written."""
+_TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\bimplies\b|[()\[\]{},]")
+
+
+def parse_formula(text: str) -> ast.expr:
+    """The syntax tree of a formula, one's own to change; raises `ExprError`."""
+    if not re.search(r"\bimplies\b", text):
+        return copy.deepcopy(parse(text))
+    written, origins = _with_calls(text)
+    try:
+        tree = copy.deepcopy(parse(written))
+    except ExprError as error:
+        start, end = _original(origins, error.start, error.end)
+        raise ExprError(error.message, start, end, error.help, error.code) from None
+    for node in ast.walk(tree):
+        if isinstance(node, ast.expr | ast.keyword):
+            begin, end = node.col_offset, node.end_col_offset or node.col_offset
+            node.col_offset, node.end_col_offset = _original(origins, begin, end)
+    return tree
+
+
+def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:
+    last = len(origins) - 1
+    return origins[min(start, last)], origins[min(max(end - 1, 0), last)] + 1
+
+
+def _with_calls(text: str) -> tuple[str, list[int]]:
+    """The text with each `p implies q` as `implies(p, q)`, and whence each character comes.
+
+    It binds weaker than anything else and to the right: `p implies (q implies r)`.
+    """
+    out: list[tuple[str, int]] = []
+    begun, left_open = [0], [0]  # by bracket: where the last operand begins, calls to close
+
+    def close(at: int) -> None:
+        out.extend((")", max(at - 1, 0)) for _ in range(left_open[-1]))
+        left_open[-1] = 0
+
+    done = 0
+    for token in _TOKEN.finditer(text):
+        place, word = token.start(), token[0]
+        out += [(char, done + i) for i, char in enumerate(text[done:place])]
+        done = token.end()
+        if word == "implies" and any(not char.isspace() for char, _ in out[begun[-1] :]):
+            first = out[begun[-1]][1]
+            out[begun[-1] : begun[-1]] = [(char, first) for char in "implies("]
+            out.append((",", place))
+            left_open[-1] += 1
+            begun[-1] = len(out)
+            continue
+        if word in ")]},":
+            close(place)
+        out += [(char, place + i) for i, char in enumerate(word)]
+        if word in "([{":
+            begun.append(len(out))
+            left_open.append(0)
+        elif word in ")]}" and len(begun) > 1:
+            begun.pop()
+            left_open.pop()
+        elif word == ",":
+            begun[-1] = len(out)
+    out += [(char, done + i) for i, char in enumerate(text[done:])]
+    close(len(text))
+    return "".join(char for char, _ in out), [origin for _, origin in out]

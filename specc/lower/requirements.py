@@ -1,0 +1,163 @@
+"""The requirements of a system to the plan of their module."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from specc.frozen import frozen
+from specc.lang import show
+from specc.lower.annotations import PythonTypes
+from specc.lower.module import Module, buffer_names, memory_names
+from specc.lower.names import (
+    AttributePlan,
+    FilePlan,
+    MethodPlan,
+    Namespace,
+    comment,
+    docstring,
+    literal,
+)
+from specc.lower.nodes import Nodes
+from specc.lower.table import TermTable
+from specc.model import expr as e
+from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal
+from specc.model.system import Device, Element, System
+from specc.model.trace import Trace
+from specc.model.types import Int, Real
+from specc.source import Place
+
+RUNTIME, TEMPORAL = "specc_runtime.requirements", "specc_runtime.temporal"
+CLASS = "SystemRequirements"
+
+
+@frozen
+class RequirementPlan:
+    """One requirement: Python texts of what is said of it and of its formula."""
+
+    that: str
+    because: str
+    formula: str
+    reads: str
+    lasts: bool
+
+
+def requirements_plan(
+    system: System, types: PythonTypes, tick_s: Fraction, title: str, spec: str, *, stand_ins: bool
+) -> FilePlan:
+    """What the module of the requirements of a system contains."""
+    readings = {r.name: r for item in system.requirements for r in item.readings}
+    # To expressions, what requirements read is as the memory of a device that reports all of it.
+    read = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
+    watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
+    module = Module(system, watch, types, stand_ins=stand_ins)
+    module.memory = _attributes(readings)
+    writer = _Writer(module, _table(system, module), tick_s)
+    plans = tuple(writer.plan(item) for item in system.requirements)
+    values = tuple(_value(module, reading) for reading in readings.values())
+    module.imports.add(RUNTIME, "Reading")
+    module.imports.add(RUNTIME, "Requirement")
+    module.imports.add(RUNTIME, "Requirements")
+    parts = {
+        "title": title,
+        "spec": spec,
+        "class_name": CLASS,
+        "values": values,
+        "slots": literal(tuple(item.name for item in values)),
+        "readings": tuple(_reading(system, module, reading) for reading in readings.values()),
+        "requirements": plans,
+        "atoms": tuple((method.name, method) for method in writer.methods),
+        **module.parts(),
+    }
+    return FilePlan("requirements.py.j2", parts)
+
+
+def _attributes(readings: dict[str, Reading]) -> dict[str, str]:
+    names = Namespace()
+    return {name: names.new(name.replace("(", ".").rstrip(")")) for name in readings}
+
+
+def _table(system: System, module: Module) -> TermTable:
+    constants = {c.name: c.value for c in system.constants if c.name not in module.computed}
+    parameters = {o.name: tuple(t for _, t in o.parameters) for o in system.operators}
+    return TermTable((), module.computed, (), constants, parameters)
+
+
+def _value(module: Module, reading: Reading) -> AttributePlan:
+    annotation = "str" if reading.kind == "state" else module.annotations.of(reading.type)
+    said = reading.name if reading.kind == "state" else f"{reading.name}: {reading.type}"
+    return AttributePlan(module.memory[reading.name], annotation, comment(said))
+
+
+def _reading(system: System, module: Module, reading: Reading) -> str:
+    """A call of `Reading`."""
+    subsystems = {s.qualified_name: s for s in system.subsystems}
+    owner = subsystems[reading.subsystem]
+    said = [module.memory[reading.name], reading.subsystem, reading.kind]
+    if reading.kind == "memory":
+        said.append(memory_names(owner)[reading.element[0]])
+    elif reading.kind != "state":
+        ends = owner.outputs if reading.kind == "sent" else owner.inputs
+        peer, element = reading.element
+        said.append(buffer_names(ends)[peer, element])
+    arguments = [literal(text) for text in said]
+    if reading.initial:
+        reader, peer, element = reading.initial
+        attribute = buffer_names(subsystems[reader].inputs)[peer, element]
+        arguments.append(f"initial={literal((reader, attribute))}")
+    if reading.asks_presence:
+        arguments.append("asks_presence=True")
+    return f"Reading({', '.join(arguments)})"
+
+
+@dataclass
+class _Writer:
+    """Writes formulas, with a method for each of their atoms."""
+
+    module: Module
+    table: TermTable
+    tick_s: Fraction
+    methods: list[MethodPlan] = field(default_factory=list)
+
+    def plan(self, item: Requirement) -> RequirementPlan:
+        """One requirement."""
+        pairs = (f"{literal(r.name)}: {literal(self.module.memory[r.name])}" for r in item.readings)
+        formula = self._formula(item.formula)
+        reads = f"{{{', '.join(pairs)}}}"
+        return RequirementPlan(
+            literal(item.that), literal(item.because), formula, reads, item.lasts
+        )
+
+    def _formula(self, formula: Formula) -> str:
+        if isinstance(formula, Atom):
+            return f"self.{self._atom(formula.that)}"
+        name = self.module.imports.add(TEMPORAL, formula.op.capitalize())
+        operands = [self._formula(operand) for operand in formula.operands]
+        if isinstance(formula, Temporal) and formula.op != "since":
+            operands.insert(0, str(formula.span_s // self.tick_s))
+        return f"{name}({', '.join(operands)})"
+
+    def _atom(self, that: e.Expr) -> str:
+        """A method that judges a condition; returns the attribute with its atom."""
+        number = len(self.methods) + 1
+        judged = self.module.imports.add(TEMPORAL, "judged")
+        self.module.imports.add(TEMPORAL, "Judgement")
+        self.module.imports.add(TEMPORAL, "Atom")
+        nodes = Nodes(self.module, self.table)
+        nodes.hint = f"atom_{number}"
+        texts = [nodes.value(self.table.of(part)).text for part in _parts(that)]
+        lines = ["memory = self.values"] if "memory" in nodes.touched else []
+        lines.append(f"return {judged}({', '.join(texts)})")
+        self.methods.append(
+            MethodPlan(f"atom_{number}", (), "Judgement", docstring(show(that)), tuple(lines))
+        )
+        return f"atom_{number}"
+
+
+def _parts(that: e.Expr) -> Iterator[e.Expr]:
+    """A condition and, if it compares two numbers, how far they are apart."""
+    yield that
+    ordered = isinstance(that, e.Compare) and that.op not in ("==", "!=")
+    if isinstance(that, e.Compare) and ordered and isinstance(that.left.type, Real | Int):
+        yield e.Binary("-", that.left, that.right, type=that.left.type)

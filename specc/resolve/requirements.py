@@ -1,0 +1,357 @@
+"""The requirements of a system: formulas whose names are values of all its subsystems."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any, cast
+
+from specc.lang import (
+    Declared,
+    Environment,
+    ExprError,
+    ExprErrors,
+    Scope,
+    check,
+    evaluate,
+    members_of,
+)
+from specc.lang.parse import span
+from specc.lang.temporal import TIMED, USAGE, parse_formula
+from specc.limits import MAX_SPAN_S
+from specc.model.expr import Expr, has_unknown
+from specc.model.requirement import Atom, Formula, Junction, Reading, Requirement, Temporal
+from specc.model.system import Agent, Device, Element, Port, Subsystem
+from specc.model.types import Bool, Enum, Real
+from specc.model.units import SECOND
+from specc.resolve.context import FOLLOW_UP, Where, suggestion
+from specc.resolve.definitions import inlined
+from specc.resolve.expressions import Expressions
+from specc.resolve.library import constant_scope
+from specc.schema.files import RequirementDef
+
+
+def resolve_requirements(
+    definitions: Sequence[RequirementDef],
+    where: Where,
+    agents: Sequence[Agent],
+    expressions: Expressions,
+    uncertain: frozenset[str],
+) -> tuple[Requirement, ...]:
+    """The requirements without errors; what is wrong with others is reported.
+
+    What is missing in an `uncertain` subsystem may be so because of its errors.
+    """
+    found = []
+    for index, item in enumerate(definitions):
+        at = where[index]["that"]
+        reader = _Reader(item.that, agents, expressions, uncertain)
+        try:
+            formula, lasts = reader.requirement()
+        except ExprErrors as failure:
+            for error in failure.errors:
+                expressions.findings.expression_error(at, error)
+            continue
+        readings = tuple(reader.readings.values())
+        that = " ".join(item.that.split())
+        found.append(Requirement(that, item.because, formula, lasts, readings, at.place))
+    return tuple(found)
+
+
+class _Reader:
+    """Reads the text of one requirement. `readings` are the values that it names."""
+
+    def __init__(
+        self,
+        text: str,
+        agents: Sequence[Agent],
+        expressions: Expressions,
+        uncertain: frozenset[str],
+    ) -> None:
+        self.readings: dict[str, Reading] = {}
+        self._text = text
+        self._definitions = expressions.definitions
+        self._scope = constant_scope(expressions.definitions)
+        self._names = _Names(text, agents, self.readings, uncertain, self._scope.names())
+
+    def requirement(self) -> tuple[Formula, bool]:
+        """The formula inside `always(...)`, if it is there, and whether it is.
+
+        Raises:
+            ExprErrors: what is wrong with the text.
+        """
+        tree = parse_formula(self._text)
+        if _operator(tree) != "always":
+            return self._formula(tree), False
+        (inner,) = self._arguments(tree, 1)
+        return self._formula(inner), True
+
+    def _formula(self, node: ast.expr) -> Formula:
+        match node:
+            case ast.BoolOp():
+                both = isinstance(node.op, ast.And)
+                return Junction("and" if both else "or", self._all(node.values))
+            case ast.UnaryOp(op=ast.Not()):
+                return Junction("not", self._all([node.operand]))
+        op = _operator(node)
+        if op == "implies":
+            premise, conclusion = self._all(self._arguments(node, 2))
+            return Junction("or", (Junction("not", (premise,)), conclusion))
+        if op == "since":
+            return Temporal("since", self._all(self._arguments(node, 2)))
+        if op in TIMED:
+            span_node, operand = self._arguments(node, 2)
+            span_s, reach = self._span(span_node)
+            return Temporal(cast(Any, op), self._all([operand]), span_s, reach)
+        if op == "always":
+            help = "what holds for some time is `throughout(0.2[s], p)`"
+            raise _error(node, "`always` stands only around a whole requirement", help)
+        return Atom(self._condition(node))
+
+    def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
+        """The formulas of some operands, with what is wrong in any of them."""
+        found: list[Formula] = []
+        errors: list[ExprError] = []
+        for node in nodes:
+            try:
+                found.append(self._formula(node))
+            except ExprErrors as failure:
+                errors += failure.errors
+        if errors:
+            raise ExprErrors(errors)
+        return tuple(found)
+
+    def _condition(self, node: ast.expr) -> Expr:
+        for inner in ast.walk(node):
+            if isinstance(inner, ast.expr) and inner is not node and (op := _operator(inner)):
+                message = f"`{op}` stands inside a value"
+                help = "join formulas with `and`, `or`, `not` and `implies` only"
+                raise _error(inner, message, help)
+        named = self._names.visit(node)
+        read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
+        known = (enum for enums in self._scope.enums.values() for enum in enums)
+        states = (r.type for r in self.readings.values() if r.kind == "state")
+        enums = members_of([*known, *(t for t in states if isinstance(t, Enum))])
+        return self._typed(named, replace(self._scope, memory=read, enums=enums), Bool())
+
+    def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real) -> Expr:
+        expr = check(node, self._text, scope, expected)
+        if has_unknown(expr):
+            raise ExprError("", *span(node), code=FOLLOW_UP)
+        return self._definitions.inlined(expr)
+
+    def _span(self, node: ast.expr) -> tuple[Fraction, Expr]:
+        expr = self._typed(node, self._scope, Real(SECOND))
+        try:
+            value = evaluate(inlined(expr, self._definitions.constants), Environment())
+        except (LookupError, ArithmeticError, ValueError):
+            message = "how far a formula reaches is not known before a run"
+            help = "write a number, or a constant that no operator computes"
+            raise _error(node, message, help) from None
+        if not (math.isfinite(value) and 0 <= value <= MAX_SPAN_S):
+            message = f"a formula reaches over 0 to {MAX_SPAN_S} s, not over {value:g} s"
+            help = "give the bound of the time within which it is decided"
+            raise _error(node, message, help)
+        return Fraction(str(value)), expr
+
+    def _arguments(self, node: ast.expr, count: int) -> list[ast.expr]:
+        op = _operator(node)
+        if isinstance(node, ast.Call) and len(node.args) == count and not node.keywords:
+            return node.args
+        help = f"it is written `{USAGE[op]}`"
+        if op in TIMED:
+            help += ": a run remembers only so much, so every operator but `always` has a bound"
+        raise _error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
+
+
+def _operator(node: ast.expr) -> str:
+    """The temporal operator that a node applies, else an empty text."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in USAGE:
+        return node.func.id
+    return ""
+
+
+def _error(node: ast.expr, message: str, help: str = "", code: str = "E0335") -> ExprError:
+    return ExprError(message, *span(node), help, code)
+
+
+class _Names(ast.NodeTransformer):
+    """Puts one name in the place of every value of an agent, and notes the value."""
+
+    def __init__(
+        self,
+        text: str,
+        agents: Sequence[Agent],
+        readings: dict[str, Reading],
+        uncertain: frozenset[str],
+        others: Sequence[str],
+    ) -> None:
+        """`others` are names that no value of an agent begins with."""
+        self._text = text
+        self._others = set(others)
+        self._agents = {agent.name: agent for agent in agents}
+        self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
+        self._devices = {d.qualified_name: d for a in agents for d in a.devices}
+        self._readings = readings
+        self._uncertain = uncertain
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """`state(agent.subsystem)` and `present(value)` are values themselves."""
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name not in ("state", "present") or len(node.args) != 1:
+            self.generic_visit(node)
+            return node
+        argument = node.args[0]
+        steps = _steps(argument)
+        if name == "state":
+            owner = self._subsystem(".".join(steps), argument)
+            states = Enum("", tuple(state.name for state in owner.states))
+            said = f"state({owner.qualified_name})"
+            return self._named(node, Reading(said, "state", *_of(owner), states, owner.place))
+        known = self._reading(steps, argument)
+        return self._named(
+            node, replace(known, name=f"present({known.name})", type=Bool(), asks_presence=True)
+        )
+
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
+        """The variable of a quantifier is no agent."""
+        targets = (part.target for part in node.generators)
+        self._others |= {target.id for target in targets if isinstance(target, ast.Name)}
+        self.generic_visit(node)
+        return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """A value of a subsystem or device; components and fields of it stay as they are."""
+        steps = _steps(node)
+        if steps and steps[0] not in (*self._agents, *self._others):
+            raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
+        if not steps or steps[0] not in self._agents or len(steps) > self._length(steps):
+            self.generic_visit(node)
+            return node
+        return self._named(node, self._reading(steps, node))
+
+    def _named(self, node: ast.expr, reading: Reading) -> ast.expr:
+        self._readings.setdefault(reading.name, reading)
+        return ast.copy_location(ast.Name(reading.name, ast.Load()), node)
+
+    def _length(self, steps: Sequence[str]) -> int:
+        if ".".join(steps[:2]) not in self._subsystems and steps[1:2] in (["E"], ["R"]):
+            return 4
+        return 5 if steps[2:3] in (["x"], ["y"]) else 3
+
+    def _reading(self, steps: list[str], node: ast.expr) -> Reading:
+        name = ".".join(steps)
+        if len(steps) != self._length(steps) or len(steps) < 3:
+            message = f"`{_quoted(self._text, node)}` is not a value"
+            help = (
+                "name memory `agent.subsystem.name`, a buffer `agent.subsystem.x.peer.element`, "
+                "a device `agent.E.device.element`, or `state(agent.subsystem)`"
+            )
+            raise _error(node, message, help)
+        if len(steps) == 4:
+            return self._of_device(name, steps, node)
+        owner = self._subsystem(".".join(steps[:2]), node)
+        if len(steps) == 5:
+            return self._of_buffer(name, owner, steps, node)
+        memory = {item.name: item for item in owner.memory}
+        item = memory.get(steps[2])
+        if item is None:
+            raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
+        return Reading(name, "memory", *_of(owner, item.name), item.type, item.place)
+
+    def _of_buffer(self, name: str, owner: Subsystem, steps: list[str], node: ast.expr) -> Reading:
+        _, _, side, peer, element = steps
+        port = owner.port(side, peer)
+        if port is None:
+            peers = [p.peer for p in owner.ports if p.direction == side]
+            raise self._unknown(
+                f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
+            )
+        item = port.element(element)
+        if item is None:
+            known = [e.name for e in port.elements]
+            raise self._unknown("element", element, known, node, owner, "E0203")
+        place = item.type, item.place
+        if side == "y":
+            return Reading(name, "sent", *_of(owner, peer, element), *place)
+        if port.other_end in self._devices:
+            return Reading(name, "reported", *_of(owner, peer, element), *place)
+        return self._received(name, owner, port, item, node)
+
+    def _received(
+        self, name: str, reader: Subsystem, port: Port, item: Element, node: ast.expr
+    ) -> Reading:
+        """What a subsystem has in its buffer is what was sent there last, or its initial value."""
+        sender = self._subsystem(port.other_end, node)
+        ends = (p for p in sender.ports if p.other_end == reader.qualified_name)
+        back = next((p for p in ends if p.direction == "y" and p.element(item.name)), None)
+        if back is None:
+            raise ExprError("", *span(node), code=FOLLOW_UP)  # the ends differ, which is reported
+        initial = (reader.qualified_name, port.peer, item.name) if item.init is not None else None
+        key = _of(sender, back.peer, item.name)
+        return Reading(name, "sent", *key, item.type, item.place, initial)
+
+    def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
+        device = self._devices.get(".".join(steps[:3]))
+        if device is None:
+            known = [d.name for d in self._devices.values() if d.agent == steps[0]]
+            raise self._unknown("device", steps[2], known, node, None, "E0220")
+        for side, kind in (("x", "sent"), ("y", "reported")):
+            item = next((e for e in getattr(device, side) if e.name == steps[3]), None)
+            if item is not None:
+                owner, peer = self._user(device, "y" if side == "x" else "x", item.name, node)
+                found = _of(owner, peer, item.name)
+                return Reading(name, kind, *found, item.type, item.place)  # type: ignore[arg-type]  # of the tuple above
+        known = [e.name for e in (*device.x, *device.y)]
+        raise self._unknown("element", steps[3], known, node, None, "E0203")
+
+    def _user(
+        self, device: Device, side: str, element: str, node: ast.expr
+    ) -> tuple[Subsystem, str]:
+        for subsystem in self._subsystems.values():
+            for port in subsystem.ports:
+                ends = port.direction, port.other_end
+                if ends == (side, device.qualified_name) and port.element(element):
+                    return subsystem, port.peer
+        raise ExprError("", *span(node), code=FOLLOW_UP)  # a device that nobody uses is reported
+
+    def _subsystem(self, name: str, node: ast.expr) -> Subsystem:
+        found = self._subsystems.get(name)
+        if found is None:
+            raise self._unknown("subsystem", name, self._subsystems, node, None, "E0220")
+        return found
+
+    def _unknown(
+        self,
+        what: str,
+        name: str,
+        known: object,
+        node: ast.expr,
+        owner: Subsystem | None,
+        code: str,
+    ) -> ExprError:
+        doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain
+        help = suggestion(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
+        code = FOLLOW_UP if doubtful else code
+        return _error(node, f"unknown {what} `{name}`", help, code)
+
+
+def _of(owner: Subsystem, *element: str) -> tuple[str, tuple[str, ...]]:
+    return owner.qualified_name, element
+
+
+def _steps(node: ast.expr) -> list[str]:
+    """The names of `a.b.c`; none of anything else."""
+    names: list[str] = []
+    while isinstance(node, ast.Attribute):
+        names.append(node.attr)
+        node = node.value
+    return [*names, node.id][::-1] if isinstance(node, ast.Name) else []
+
+
+def _quoted(text: str, node: ast.expr) -> str:
+    start, end = span(node)
+    return text[start:end]

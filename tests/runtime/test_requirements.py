@@ -1,0 +1,134 @@
+"""Requirements in runs: verdicts, the tick and the values that decide them, and the exit code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from specc.cli import main
+
+SPEC = """
+specc: 1.1
+system: pair
+constants: {patience: "0.5[s]"}
+agents:
+  counter:
+    control:
+      rate: 10 Hz
+      y: {listener: {v: "real[m/s]"}}
+      memory: {v: {type: "real[m/s]", init: 0}, n: {type: int, init: 0}}
+      functions: {count: {v: "v + 0.25[m/s]", n: n + 1, y.listener.v: v}}
+      conditions: {terminal: {fast: "n >= 8"}}
+      behaviours: {count: {functions: [count], terminal: fast}, rest: {terminal: never}}
+      states: {counting: count, resting: rest}
+      initial_state: counting
+      transitions: [[counting, terminal, always, resting]]
+  listener:
+    control:
+      rate: 5 Hz
+      x: {counter: {v: "real[m/s]"}}
+      memory: {seen: {type: "real[m/s]", init: 0}}
+      functions: {listen: {seen: "x.counter.v if present(x.counter.v) else seen"}}
+      behaviours: {listen: {functions: [listen], terminal: never}}
+      states: {S0: listen}
+      initial_state: S0
+"""
+# After its step at k / 10 s the counter has n = k + 1 and v = n / 4 m/s, until n = 8 at 0.7 s.
+
+
+def watched(folder: Path, text: str, code: int, duration: str = "2") -> dict[str, Any]:
+    """What the report of a run says of one requirement."""
+    spec, report = folder / "pair.yaml", folder / "report.json"
+    spec.write_text(f'{SPEC}require:\n  - that: "{text}"\n    because: of the test\n')
+    options = ["--duration", duration, "--report", str(report)]
+    assert main(["run", str(spec), *options]) == code
+    (found,) = json.loads(report.read_text())["requirements"]
+    assert found.pop("that") == text
+    assert found.pop("because") == "of the test"
+    return dict(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "margin"),
+    [
+        ("always(counter.c.v <= 2[m/s])", 0.0),
+        ("always(counter.c.v < 2.5[m/s])", 0.5),
+        (
+            "always(counter.c.n > 4 implies within(patience, state(counter.c) == resting))",
+            1,
+        ),
+        ("always(state(counter.c) == resting implies historically(1[s], counter.c.v > 0))", 0.25),
+        ("always(present(listener.c.x.counter.v) implies listener.c.x.counter.v >= 0)", 0.0),
+        ("always(listener.c.seen < 2[m/s])", 0.25),
+        ("within(1[s], counter.c.n == 8)", None),
+    ],
+)
+def test_what_holds_is_met(tmp_path: Path, text: str, margin: float | None) -> None:
+    found = watched(tmp_path, text, code=0)
+    assert found == {"verdict": "met", "margin": margin, "time_s": None, "values": {}}
+
+
+@pytest.mark.parametrize(
+    ("text", "margin", "time_s", "values"),
+    [
+        ("always(counter.c.v < 1[m/s])", -1.0, 0.3, {"counter.c.v": 1.0}),
+        # What is sent at 0.1 s is there at 0.2 s; memory is as it is after the step.
+        (
+            "always(not (present(listener.c.x.counter.v) and listener.c.x.counter.v > 0))",
+            -1.75,
+            0.2,
+            {"present(listener.c.x.counter.v)": True, "listener.c.x.counter.v": 0.25},
+        ),
+        (
+            "always(counter.c.n == 2 implies within(patience, state(counter.c) == resting))",
+            None,
+            0.1,
+            {"counter.c.n": 2, "state(counter.c)": "counting"},
+        ),
+        ("since(counter.c.n > 5, counter.c.n == 2)", None, 0.0, {"counter.c.n": 1}),
+    ],
+)
+def test_what_fails_is_violated(
+    tmp_path: Path, text: str, margin: float | None, time_s: float, values: dict[str, Any]
+) -> None:
+    found = watched(tmp_path, text, code=1)
+    assert found["verdict"] == "violated"
+    assert found["margin"] == margin
+    assert found["time_s"] == pytest.approx(time_s)
+    assert found["values"] == values
+
+
+@pytest.mark.parametrize(
+    ("text", "duration", "time_s"),
+    [
+        ("always(listener.c.x.counter.v >= 0)", "2", 0.0),  # nothing was sent yet
+        ("always(throughout(patience, state(counter.c) == counting))", "0.7", 0.2),
+        ("always(1[m/s] / (counter.c.v - 1[m/s]) < 100)", "2", 0.3),  # cannot be computed
+    ],
+)
+def test_what_is_not_known_is_unknown(
+    tmp_path: Path, text: str, duration: str, time_s: float
+) -> None:
+    found = watched(tmp_path, text, code=0, duration=duration)
+    assert (found["verdict"], found["margin"]) == ("unknown", None)
+    assert found["time_s"] == pytest.approx(time_s)
+
+
+def test_a_run_without_requirements_says_nothing_of_them(tmp_path: Path) -> None:
+    spec, report = tmp_path / "pair.yaml", tmp_path / "report.json"
+    spec.write_text(SPEC)
+    assert main(["run", str(spec), "--duration", "0.5", "--report", str(report)]) == 0
+    assert "requirements" not in json.loads(report.read_text())
+
+
+def test_requirements_change_nothing_in_a_run(tmp_path: Path) -> None:
+    digests = []
+    for part in ("", 'require: [{that: "always(counter.c.v < 0)", because: of the test}]\n'):
+        spec, report = tmp_path / "pair.yaml", tmp_path / "report.json"
+        spec.write_text(SPEC + part)
+        main(["run", str(spec), "--duration", "2", "--report", str(report)])
+        digests.append(json.loads(report.read_text())["records_sha256"])
+    assert digests[0] == digests[1]
