@@ -65,7 +65,7 @@ def resolve(
             "O0401", "the system has no agents yet", top["system"].key, help="add `agents:`"
         )
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
-    library.agents = tuple(spec.agents)
+    library.agents, library.groups = tuple(spec.agents), groups_of(spec.agents)
     definitions = _definitions(library, file, instead or {})
     agents, resolver = _agents(file, library, definitions, findings)
     plant = task = None
@@ -129,9 +129,7 @@ def _relative(library: Library, file: Loaded, path: str) -> str:
 def _agents(
     file: Loaded, library: Library, definitions: Definitions, findings: Findings
 ) -> tuple[tuple[Agent, ...], AgentResolver]:
-    resolver = AgentResolver(
-        library, findings, tuple(file.spec.agents), groups_of(file.spec.agents)
-    )
+    resolver = AgentResolver(library, findings, library.agents)
     setting = Setting(file, definitions)
     found = [
         resolver.resolve(name, item, file.top["agents"][name], setting)

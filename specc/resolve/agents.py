@@ -31,7 +31,6 @@ class AgentResolver:
     library: Library
     findings: Findings
     names: tuple[str, ...]
-    groups: Groups = field(default_factory=dict)
     broken: set[str] = field(default_factory=set)
     faulty: set[str] = field(default_factory=set)
     instances: list[Definitions] = field(default_factory=list)
@@ -124,7 +123,7 @@ class AgentResolver:
             inside = used
         described, here = levels[-1]
         named = inside.definitions.agents
-        known = self._groups(kind, agent, around, peers)
+        known = self._groups(kind, agent, around, inside.definitions)
         described, here, groups = with_members(described, here, known)
         inside = replace(inside, groups=groups)
         neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings)
@@ -159,17 +158,17 @@ class AgentResolver:
         return resolved
 
     def _groups(
-        self, kind: SubsystemKind, agent: str, around: AgentDef, peers: Mapping[str, str]
+        self, kind: SubsystemKind, agent: str, around: AgentDef, given: Definitions
     ) -> Groups:
         """The groups that a control subsystem may name; an agent is no peer of itself."""
         if kind != "control":
             return {}
         others = {
-            name: {at: member for at, member in members.items() if member != agent}
-            for name, members in self.groups.items()
+            name: {at: m for at, m in members.items() if given.agents.get(m, m) != agent}
+            for name, members in (self.library.groups | given.groups).items()
         }
         own = groups_of(around.virtual_effectors) | groups_of(around.virtual_receptors)
-        return {n: members for n, members in (others | own).items() if members and n not in peers}
+        return {name: members for name, members in (others | own).items() if members}
 
     def _kept(
         self, name: str, given: tuple[object, ...], raw: object, made: Callable[[], Subsystem]

@@ -16,6 +16,7 @@ from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Int, Type
 from specc.resolve.context import Findings, Where
+from specc.resolve.groups import Groups
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
 
@@ -130,6 +131,8 @@ class Definitions:
     """Names whose own definition has an error."""
     agents: dict[str, str] = field(default_factory=dict)
     """Parameters that stand for agents, each with the name of the agent."""
+    groups: Groups = field(default_factory=dict)
+    """Parameters that stand for all agents of a `for`; `agents` has each of them."""
     given: dict[str, Constant] | None = None
     """The parameters of a described file with their values; None for any other file."""
     has_points: bool = True

@@ -26,6 +26,7 @@ from specc.read import ANYWHERE, Reach
 from specc.resolve.context import FOLLOW_UP, Findings, Where, trace_of
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.expressions import Expressions
+from specc.resolve.groups import Groups
 from specc.schema import SpecFile
 from specc.schema.files import TypeDef
 
@@ -58,7 +59,8 @@ class Library:
     reach: Reach = ANYWHERE
     instead: Mapping[str, Where] = field(default_factory=dict)
     agents: tuple[str, ...] = ()
-    """Names of all agents of the system."""
+    """Names of all agents of the system, some of which are `groups`."""
+    groups: Groups = field(default_factory=dict)
     _using: tuple[str, ...] = ()
     _known: dict[str, Definitions] = field(default_factory=dict)
     """Of files that others use, by path: what two use is built once."""

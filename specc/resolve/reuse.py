@@ -59,11 +59,11 @@ def reuse(
     scratch = replace(library, findings=Findings())
     types = scratch.definitions(file, frames)
     given = binder.values(file, types)
-    agents = binder.agents(file, types, library.agents)
+    agents, groups = binder.agents(file, types, library)
     if not binder.complete:
         return None
     definitions = library.definitions(file, frames, given)
-    definitions.agents = agents
+    definitions.agents, definitions.groups = agents, groups
     return Setting(file, definitions, given, using=(*using, file.path))
 
 
@@ -134,19 +134,29 @@ class _Binder:
                 constants.append(Constant(name, value, "", where.key))
         return tuple(constants)
 
-    def agents(self, file: Loaded, inner: Definitions, others: tuple[str, ...]) -> dict[str, str]:
-        """Parameter that stands for an agent -> name of the agent."""
-        known = {name: name for name in others} | self.outer.agents
-        bound = {}
+    def agents(
+        self, file: Loaded, inner: Definitions, library: Library
+    ) -> tuple[dict[str, str], Groups]:
+        """Parameter that stands for an agent -> its name, and parameters that stand for many."""
+        known = {name: name for name in library.agents} | self.outer.agents
+        many = library.groups | self.outer.groups
+        bound: dict[str, str] = {}
+        groups: Groups = {}
         for name, kind in file.spec.parameters.items():
-            if is_agent(kind, inner) and name in self.arguments:
-                actual = self.arguments[name]
-                if actual in known:
-                    bound[name] = known[actual]
-                else:
-                    self._fail()
-                    self.findings.unknown("E0218", "agent", actual, known, self.where[name].place)
-        return bound
+            if not is_agent(kind, inner) or name not in self.arguments:
+                continue
+            actual = self.arguments[name]
+            if actual in many:
+                own = {at: "_".join((name, *map(str, at))) for at in many[actual]}
+                groups[name] = own
+                bound |= {own[at]: known[other] for at, other in many[actual].items()}
+            elif actual in known:
+                bound[name] = known[actual]
+            else:
+                self._fail()
+                names = [*known, *many]
+                self.findings.unknown("E0218", "agent", actual, names, self.where[name].place)
+        return bound, groups
 
     def _names(self, parameters: Mapping[str, str]) -> None:
         meant = set()

@@ -95,15 +95,23 @@ def test_parameters_of_a_shared_class_are_those_of_each_agent(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "case", ["ok-ring", "ok-two-pairs", "ok-devices-of-a-kind", "ok-reader-of-many"]
+    ("case", "modules"),
+    [
+        ("ok-ring", 2),
+        ("ok-two-pairs", 2),
+        ("ok-two-teams", 2),
+        ("ok-devices-of-a-kind", 3),
+        ("ok-reader-of-many", 2),
+        ("ok-commands-to-receptors", 4),
+    ],
 )
-def test_cases_of_many_agents(case: str) -> None:
+def test_cases_of_many_agents(case: str, modules: int) -> None:
     result = compile_spec(str(CASES / f"{case}.yaml"))
     assert result.system is not None
     script = Script(result.system, case, (0.0, 1.0))
     files = filled(lower(result.system, result.proofs))
-    assert len(files) < 3 + len(result.system.subsystems + result.system.devices)
-    with package(files) as modules:
+    assert len(files) == modules + len(("__init__.py", "layouts.py", "system.py"))
+    with package(files) as made:
         plant = ScriptedPlant(script) if result.system.devices else None
-        made = executed(modules["system.py"].build(""), plant, 60)
-    assert list(differences(made, interpreted(result.system, script, 60))) == []
+        found = executed(made["system.py"].build(""), plant, 60)
+    assert list(differences(found, interpreted(result.system, script, 60))) == []
