@@ -116,8 +116,8 @@ def _looking(commands: Any) -> None:
         "--budget",
         metavar="STEPS",
         type=_steps,
-        default=300_000,
-        help="of single machines, in all ways that are followed (default: 300000)",
+        default=1_000_000,
+        help="of single machines, in all ways that are followed (default: 1000000)",
     )
     explore.add_argument("--format", choices=("text", "json"), default="text")
 

@@ -97,7 +97,8 @@ def _explored(
     """The graph that says most about a slice; its findings are added to those `found`."""
     best = Graph(Composition(names, abstraction, exact=False), budget)
     there = findings(best, abstraction, facts.system)
-    if there and _is_timed(best):
+    # Without measurements, time alone makes ways that counting it closes again.
+    if (there or not best.complete) and _is_timed(best):
         counted = Graph(Composition(names, abstraction, exact=True), budget)
         confirmed = findings(counted, abstraction, facts.system)
         there = confirmed if counted.complete else there | confirmed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from specc.diagnostics import Diagnostic, Related
@@ -198,6 +198,8 @@ def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
         keys = last.walkers[sender].inputs
         asked += [(sender, key) for key in keys if last.sender(sender, key)[0] == stuck.index]
     for reader, key in asked:
+        if key in last.walkers[reader].events:
+            continue  # said of every state in which it is lost
         step = way.lost(reader, key)
         if step or (reader, key) in way.overtaken:
             yield _missed(last, stuck, way, reader, key)
@@ -225,7 +227,7 @@ def _event(
         message = f"{what} is lost: {name} does not look at it in `{state.name}`"
         place, label = state.place, "it comes here"
     return Finding(
-        ("W1005", walker.name, key, place),
+        ("W1005", walker.name, key, place if key in walker.events else None),
         "W1005",
         message,
         place,
@@ -255,6 +257,9 @@ def _events(graph: Graph) -> Iterator[Finding]:
                     reader, key, state = each
                     way = trace(graph, number, edge)
                     step = way.lost(reader, key) if state else None
+                    if walkers[reader].may_be_absent(key):
+                        coming = f"`x.{key[0]}.{key[1]}` coming then"
+                        way = replace(way, free=(*way.free, coming))
                     yield _event(walkers[reader], key, way, step)
 
 

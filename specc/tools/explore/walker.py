@@ -74,7 +74,7 @@ class Walker:
         self.exact = exact
         self.inputs = tuple(key for key in self.subsystem.inputs if key in kept.inputs)
         self.slots = {key: index for index, key in enumerate(self.inputs)}
-        self.events = {key for key in self.inputs if self.subsystem.inputs[key].event}
+        self.events = {key for key, element in self.subsystem.inputs.items() if element.event}
         self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
         constants = (*abstraction.facts.system.constants, *self.subsystem.constants)
@@ -240,12 +240,21 @@ class Walker:
         return frozenset(a for a in answers if memory not in self._rests(a).memory)
 
     def _lost(self, buffers: tuple[int, ...], source: str, target: str) -> tuple[InputName, ...]:
-        """Inputs that are new, and neither asked by the conditions nor read by the functions."""
-        if all(not b % 2 for b in buffers):
+        """Inputs that are new, and neither asked by the conditions nor read by the functions.
+
+        Measurements that are events are taken to be new in every period but the first.
+        """
+        new = [key for key, slot in self.slots.items() if buffers[slot] % 2]
+        new += sorted(self.events & self._measured) if source else []
+        if not new:
             return ()
         looked = self.looks_into[target] | self.looks_at.get(source, frozenset())
         looked |= self._ignores[source or target]
-        return tuple(k for k, slot in self.slots.items() if buffers[slot] % 2 and k not in looked)
+        return tuple(key for key in new if key not in looked)
+
+    def may_be_absent(self, key: InputName) -> bool:
+        """Whether a measurement need not be there when it is taken to be new."""
+        return key in self._measured and key not in self._steady
 
     @cached_property
     def looks_at(self) -> dict[str, frozenset[InputName]]:
