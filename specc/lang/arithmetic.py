@@ -14,6 +14,7 @@ from specc.model.expr import Expr
 from specc.model.types import (
     Bool,
     Int,
+    ListOf,
     Pose,
     Real,
     Spatial,
@@ -68,11 +69,21 @@ def _sum(ctx: Context, node: ast.BinOp, op: Literal["+", "-"], hint: Type | None
     if a is not None and a == b:
         whole = isinstance(left.type, Int) and isinstance(right.type, Int)
         return m.Binary(op, left, right, type=Int() if whole else Real(a), span=span(node))
+    joined = _joined(left.type, right.type) if op == "+" else None
+    if joined is not None:
+        return m.Builtin("joined", (left, right), type=joined, span=span(node))
     left, right = _beside(left, right), _beside(right, left)
     type = _summed(left.type, right.type, op)
     if type is not None:
         return m.Binary(op, left, right, type=type, span=span(node))
     raise unlike(ctx, (node.left, left), (node.right, right), _SUMS[op])
+
+
+def _joined(a: Type, b: Type) -> ListOf | None:
+    """The type of the items of two lists of one kind."""
+    if isinstance(a, ListOf) and isinstance(b, ListOf) and a.element == b.element:
+        return ListOf(a.element, nonempty=a.nonempty or b.nonempty)
+    return None
 
 
 def _beside(expr: Expr, other: Expr) -> Expr:

@@ -7,6 +7,7 @@ implementation in `specc_runtime.builtins`.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
@@ -93,6 +94,8 @@ class BuiltinFunction:
     """Whether its result is a number that is never negative."""
     is_costly: bool = False
     """Whether calling it again costs more than keeping its result; arrays always do."""
+    sign: str = ""
+    """How the compiler's own is written, with braces for the arguments: `{} + {}`."""
     gives_way: bool = False
     """Whether an operator of that name takes its place; version 1 did not have it."""
 
@@ -240,6 +243,16 @@ FUNCTIONS: dict[str, BuiltinFunction] = {
         may_fail=False,
         overflows=False,
         gives_way=True,
+    ),
+    "joined": _exact(
+        "list, list -> list: the items of both", None, operator.add, python="", sign="{} + {}"
+    ),
+    "rest": _exact(
+        "list, n -> list: all items but the first n",
+        None,
+        lambda items, first: items[first:],
+        python="",
+        sign="{}[{}:]",
     ),
     "float": BuiltinFunction(
         "n -> real: what an integer in the place of a real becomes",

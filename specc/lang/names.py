@@ -7,12 +7,13 @@ import math
 from typing import Literal, cast
 
 from specc.diagnostics.nearest import nearest
-from specc.lang.context import Context
+from specc.lang.context import Context, not_empty
 from specc.lang.errors import CLOCK_NAMES, ExprError, Scope, listed, one_of
 from specc.lang.literals import quantity
 from specc.lang.parse import span
 from specc.model.expr import (
     BoundVariable,
+    Builtin,
     Clock,
     Component,
     ConstantRef,
@@ -31,6 +32,8 @@ from specc.model.types import (
     Bool,
     Enum,
     File,
+    Int,
+    ListOf,
     Opaque,
     Pose,
     Real,
@@ -193,6 +196,8 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
     if isinstance(node.value, ast.Constant) and type(node.value.value) in (int, float):
         return quantity(ctx, node)
     value = ctx.infer(node.value)
+    if isinstance(value.type, ListOf):
+        return _of_list(ctx, node, value, value.type)
     size = value.type.size if isinstance(value.type, Vector) else 6
     if not isinstance(value.type, (Vector, Spatial)):
         message = f"`{ctx.quote(node.value)}` is `{value.type}`, which has no components"
@@ -208,6 +213,19 @@ def subscript(ctx: Context, node: ast.Subscript, hint: Type | None) -> Expr:
     message = f"`{ctx.quote(node.slice)}` is not an index: an index is a whole number, 0 or more"
     help = "`all(...)` and `any(...)` go over all components"
     raise ctx.error(node.slice, message, help, "E0234")
+
+
+def _of_list(ctx: Context, node: ast.Subscript, value: Expr, kind: ListOf) -> Expr:
+    """`v[0]`, the first item, of which there must be one; `v[2:]`, the items from the third on."""
+    match node.slice:
+        case ast.Constant(value=0) if node.slice.value is not False:
+            return Component(not_empty(value), 0, type=kind.element, span=span(node))
+        case ast.Slice(ast.Constant(value=int(first)), None, None) if not isinstance(first, bool):
+            start = Number(first, type=Int(), span=span(node.slice))
+            return Builtin("rest", (value, start), type=ListOf(kind.element), span=span(node))
+    text = ctx.quote(node.value)
+    help = f"the first item is `{text}[0]`, the others are `{text}[1:]`"
+    raise ctx.error(node.slice, f"`{ctx.quote(node.slice)}` is no part of a list", help, "E0234")
 
 
 def input_element(ctx: Context, node: ast.expr) -> Input:

@@ -18,7 +18,7 @@ DEEPEST = 64
 _LARGEST_NUMBER = 1e300
 
 _LANGUAGE = frozenset({
-    ast.Name, ast.Attribute, ast.Constant, ast.Subscript, ast.Call, ast.List, ast.Set,
+    ast.Name, ast.Attribute, ast.Constant, ast.Subscript, ast.Slice, ast.Call, ast.List, ast.Set,
     ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.GeneratorExp,
     ast.comprehension, ast.keyword, ast.Load, ast.Store, ast.And, ast.Or, ast.Not, ast.USub,
     ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.MatMult,
@@ -33,7 +33,6 @@ _REFUSED = {
     ast.DictComp: ("a dict comprehension", "only `all(...)` and `any(...)` go over items"),
     ast.NamedExpr: ("an assignment", "name the value under `let:`"),
     ast.JoinedStr: ("a formatted text", "write the text in plain quotes"),
-    ast.Slice: ("a slice", "choose one component, `v[2]`"),
     ast.Starred: ("an unpacking", "write the items out"),
     ast.FloorDiv: ("the operator `//`", "divide with `/`"),
     ast.Mod: ("the operator `%`", "write an operator for the remainder"),

@@ -22,9 +22,17 @@ def show(expr: m.Expr) -> str:
 def _print(expr: m.Expr) -> tuple[str, int]:
     """Text, and how tightly its outermost operator binds."""
     if isinstance(expr, m.Builtin) and FUNCTIONS[expr.name].rule is None:
-        return _print(expr.args[0])  # nobody wrote it
+        return _unnamed(expr, FUNCTIONS[expr.name].sign)
     printer = _PRINTERS.get(type(expr))
     return (_ATOMS[type(expr)](expr), _ATOM) if printer is None else printer(expr)
+
+
+def _unnamed(expr: m.Builtin, sign: str) -> tuple[str, int]:
+    """A function that nobody wrote as a call, if at all."""
+    if not sign:
+        return _print(expr.args[0])
+    binding = _SUM if "+" in sign else _ATOM
+    return sign.format(*(_within(arg, binding) for arg in expr.args)), binding
 
 
 def _within(expr: m.Expr, binding: int) -> str:

@@ -304,6 +304,10 @@ class Nodes:
             if not is_array(kind):
                 distance = call("abs", binary("-", args[0], args[1]))
                 return compare("<=", distance, args[2])
+        if name == "joined":
+            return binary("+", *args)
+        if name == "rest":
+            return Spelled(f"{args[0].at(PRIMARY)}[{args[1].text}:]", PRIMARY)
         module = FUNCTIONS[name].python
         return call(self.module.imports.add(module, name) if module else name, *args)
 

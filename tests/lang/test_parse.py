@@ -151,13 +151,6 @@ def failure(text: str) -> ExprError:
             "(a, b)",
             "write a vector or a list in square brackets",
         ),
-        (
-            "a[1:2]",
-            "E0302",
-            "a slice is not in the language",
-            "1:2",
-            "choose one component, `v[2]`",
-        ),
         ("f(*a)", "E0302", "an unpacking is not in the language", "*a", "write the items out"),
         ("...", "E0302", "ellipsis is not in the language", "...", "write an operator for it"),
         ("2j", "E0302", "complex is not in the language", "2j", "write an operator for it"),

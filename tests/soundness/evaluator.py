@@ -281,6 +281,8 @@ _BUILTINS: dict[str, Callable[..., Value]] = {
     "len": len,
     "abs": abs,
     "sqrt": math.sqrt,
+    "joined": lambda v, w: (*v, *w),
+    "rest": lambda v, n: v[n:],
     "sin": math.sin,
     "cos": math.cos,
     "atan2": math.atan2,

@@ -177,6 +177,10 @@ class Phrases:
                 X, move = self.known("pose[B, E]"), self.listed("vector[3, m]", 0)
                 ways = [f"({named} + {move})", f"({named} - {move})", f"({named} + 2 * {named})"]
                 return self.one((*ways, *([f"({X} @ {move})"] if X.isidentifier() else [])))
+            case "list[real[m]]" if named.isidentifier():
+                more = self.listed(type_, 0)
+                ways = (f"({named} + {more})", f"({more} + {named}[1:])", f"{named}[1:]")
+                return self.one(ways)
             case "wrench[E]":
                 return self.one((f"({named} + {named})", f"-{named}", f"({named} * 0.5)"))
             case "pose[B, E]":
@@ -244,6 +248,8 @@ class Phrases:
             return ""
         kind, body = self.one(("argmax", "argmin")), self.one(("v", "abs(v)", "-v"))
         found = f"{kind}({body} for v in {named})"
+        if named.isidentifier() and self.chance(30):
+            found = f"{named}[0]"
         if kept or self.chance(self.trusting):
             return found
         return (

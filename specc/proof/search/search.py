@@ -105,7 +105,7 @@ class Ways:
 
     def _component(self, expr: m.Component, value: Value, at: Situation) -> Situations:
         whole = list(self._now(expr.value, at))
-        whole[expr.index] = value
+        whole[expr.index : expr.index + 1] = [value]  # also where a list has no item yet
         yield from self.ways(expr.value, tuple(whole), at)
 
     def _field(self, expr: m.FieldOf, value: Value, at: Situation) -> Situations:
