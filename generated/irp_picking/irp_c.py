@@ -55,29 +55,44 @@ as_object = as_record(
     size=as_vector(3),
 )
 as_fingers = as_record(Fingers, X_Bl=as_pose, X_Br=as_pose)
+DK = operator("DK", direct_kinematics, as_pose, "pose[B, E]")
 GO = operator("GO", graspable_objects, as_list(as_object), "list[Object[B]]")
 TO = operator("TO", transform_objects, as_list(as_object), "list[Object[X]]")
 US = operator("US", update_scene, as_list(as_object), "list[Object[B]]")
 LR = operator("LR", left_right_grasp, as_fingers, "Fingers")
 GC = operator("GC", grasp_pose, as_pose, "pose[B, E]")
-DK = operator("DK", direct_kinematics, as_pose, "pose[B, E]")
 
-POSITION_TOLERANCE: Final = 0.001  # m, when two positions are equal
-ROTATION_TOLERANCE: Final = 0.01  # rad, when two orientations are equal
 Q_S: Final = vector(
     0.0, -1.570796, 0.0, 0.0, 4.712389, -1.570796
 )  # rad, joints in the initial pose
+POSITION_TOLERANCE: Final = 0.001  # m, when two positions are equal
+ROTATION_TOLERANCE: Final = 0.01  # rad, when two orientations are equal
+X_EF: Final = identity()  # centre of the gripper in the end-effector
+X_PG: Final = read_only(translation(0.0, 0.0, 0.2))  # grasp pose seen from the pre-grasp pose
+D_M: Final = 0.09  # m, distance between the fingers of the open gripper
 FINGER_TOLERANCE: Final = 0.001  # m, when two distances between fingers are equal
 GRASP_TOLERANCE: Final = 0.003  # m, when the grasp pose is reached
 CONTACT_FORCE: Final = 2.0  # N, a force along Z is detected; below z_V z_D, see docs/errata.md
+C_L: Final = 0.1  # A, current at which the fingers have tightened
+X_BK: Final = read_only(
+    pose(vector(0.88317, -0.21239, 2.0291), vector(0.70462, -0.70437, -0.04336, 0.0741))
+)  # pose of the Kinect
+GENERATE_GRASP_X_BEP: Final = read_only(inverse(X_PG))  # pose[E, E]
 UNUSED_6: Final = vector(nan, nan, nan, nan, nan, nan)
+V_Z: Final = 0.01  # m/s, speed of the approach
+COMMAND_APPROACH_V_D: Final = vector(0.0, 0.0, V_Z, 0.0, 0.0, 0.0)  # m/s and rad/s
+D_Z: Final = 400.0  # kg/s, damping of the approach
+COMMAND_APPROACH_D_D: Final = vector(nan, nan, D_Z, nan, nan, nan)  # kg/s and kg*m**2/s
+I_Z: Final = 20.0  # kg, inertia of the approach
+COMMAND_APPROACH_I_D: Final = vector(nan, nan, I_Z, nan, nan, nan)  # kg and kg*m**2
 COMMAND_GRASP_F_D: Final = vector(0.0, 0.0, nan, nan, nan, nan)  # N and N*m
 COMMAND_GRASP_V_D: Final = vector(nan, nan, 0.0, 0.0, 0.0, 0.0)  # m/s and rad/s
-INITIAL_X_BK: Final = read_only(
-    pose(vector(0.88317, -0.21239, 2.0291), vector(0.70462, -0.70437, -0.04336, 0.0741))
-)  # pose[B, K]
-INITIAL_X_PG: Final = read_only(translation(0.0, 0.0, 0.2))  # pose[E, E]
-IDENTITY: Final = identity()
+D_X: Final = 400.0  # kg/s, damping along X while closing
+D_Y: Final = 400.0  # kg/s, damping along Y while closing
+COMMAND_GRASP_D_D: Final = vector(D_X, D_Y, nan, nan, nan, nan)  # kg/s and kg*m**2/s
+I_X: Final = 20.0  # kg, inertia along X while closing
+I_Y: Final = 20.0  # kg, inertia along Y while closing
+COMMAND_GRASP_I_D: Final = vector(I_X, I_Y, nan, nan, nan, nan)  # kg and kg*m**2
 
 
 class Inputs:
@@ -85,8 +100,8 @@ class Inputs:
 
     __slots__ = ("m_T_c", "m_F_c", "g_d_c", "g_c_c", "k_O_c", "fresh_k_O_c")
 
-    m_T_c: Pose  # pose[B, E]
-    m_F_c: Spatial  # wrench[E]
+    m_T_c: Pose  # pose[B, E], current pose of the end-effector
+    m_F_c: Spatial  # wrench[E], current force exerted by the end-effector
     g_d_c: float  # real[m]
     g_c_c: float  # real[A]
     k_O_c: tuple[Object, ...]  # list[Object[K]]
@@ -100,57 +115,25 @@ class Outputs:
 
     __slots__ = ("m_T_d", "m_b", "m_F_d", "m_V_d", "m_D_d", "m_I_d", "g_d_d")
 
-    m_T_d: Pose  # pose[B, E]
-    m_b: tuple[Mode, ...]  # vector[6, Mode]
-    m_F_d: Spatial  # partial[wrench[E]]
-    m_V_d: Spatial  # partial[twist[E]]
-    m_D_d: Spatial  # partial[spatial[E, kg/s, kg*m**2/s]]
-    m_I_d: Spatial  # partial[spatial[E, kg, kg*m**2]]
+    m_T_d: Pose  # pose[B, E], desired pose of the end-effector
+    m_b: tuple[Mode, ...]  # vector[6, Mode], modes of the position-force regulators
+    m_F_d: Spatial  # partial[wrench[E]], desired force exerted by the manipulator
+    m_V_d: Spatial  # partial[twist[E]], desired velocity
+    m_D_d: Spatial  # partial[spatial[E, kg/s, kg*m**2/s]], desired damping
+    m_I_d: Spatial  # partial[spatial[E, kg, kg*m**2]], desired inertia
     g_d_d: float  # real[m]
 
 
 class Memory:
     """Internal memory."""
 
-    __slots__ = (
-        "X_BK",
-        "X_PG",
-        "X_EF",
-        "O_c",
-        "O_s",
-        "X_BEg",
-        "X_BEp",
-        "d_o",
-        "X_BEs",
-        "d_m",
-        "V_z",
-        "D_z",
-        "I_z",
-        "D_x",
-        "D_y",
-        "I_x",
-        "I_y",
-        "c_l",
-    )
+    __slots__ = ("O_c", "O_s", "X_BEg", "X_BEp", "d_o")
 
-    X_BK: Pose  # pose[B, K], pose of the Kinect
-    X_PG: Pose  # pose[E, E], grasp pose seen from the pre-grasp pose
-    X_EF: Pose  # pose[E, F], centre of the gripper in the end-effector
     O_c: tuple[Object, ...]  # list[Object[B]], recognised objects
     O_s: tuple[Object, ...]  # list[Object[B]], the selected object, for the report
     X_BEg: Pose  # pose[B, E], grasp pose
     X_BEp: Pose  # pose[B, E], pre-grasp pose
     d_o: float  # real[m], desired distance between the fingers
-    X_BEs: Pose  # pose[B, E], initial pose
-    d_m: float  # real[m], distance between the fingers of the open gripper
-    V_z: float  # real[m/s], speed of the approach
-    D_z: float  # real[kg/s], damping of the approach
-    I_z: float  # real[kg], inertia of the approach
-    D_x: float  # real[kg/s], damping along X while closing
-    D_y: float  # real[kg/s], damping along Y while closing
-    I_x: float  # real[kg], inertia along X while closing
-    I_y: float  # real[kg], inertia along Y while closing
-    c_l: float  # real[A], current at which the fingers have tightened
 
 
 class IrpC(Subsystem):
@@ -227,6 +210,7 @@ class IrpC(Subsystem):
         self.y = Outputs()
         self.memory = Memory()
         self._work: Callable[[], int] = self._start
+        self._X_BEs: Pose = read_only(DK(Q_S))  # initial pose
 
     def step(self) -> int:
         """One period of the work cycle; the row of the transition taken, or -1."""
@@ -235,32 +219,11 @@ class IrpC(Subsystem):
     def _start(self) -> int:
         """First period: initial memory and the behaviour of the initial state."""
         memory = self.memory
-        memory.X_BK = INITIAL_X_BK
-        memory.X_PG = INITIAL_X_PG
-        memory.X_EF = IDENTITY
         memory.O_c = ()
         memory.O_s = ()
-        dk = DK(Q_S)
-        memory.X_BEg = dk
-        memory.X_BEp = dk
+        memory.X_BEg = self._X_BEs
+        memory.X_BEp = self._X_BEs
         memory.d_o = 0.0
-        memory.X_BEs = dk
-        memory.d_m = 0.09
-        memory.V_z = 0.01
-        memory.D_z = 400.0
-        memory.I_z = 20.0
-        memory.D_x = 400.0
-        memory.D_y = 400.0
-        memory.I_x = 20.0
-        memory.I_y = 20.0
-        memory.c_l = 0.1
-        # Put together once: no behaviour changes what these are made of.
-        self._generate_grasp_X_BEp_inverse: Pose = inverse(memory.X_PG)
-        self._command_approach_V_d: Spatial = vector(0.0, 0.0, memory.V_z, 0.0, 0.0, 0.0)
-        self._command_approach_D_d: Spatial = vector(nan, nan, memory.D_z, nan, nan, nan)
-        self._command_approach_I_d: Spatial = vector(nan, nan, memory.I_z, nan, nan, nan)
-        self._command_grasp_D_d: Spatial = vector(memory.D_x, memory.D_y, nan, nan, nan, nan)
-        self._command_grasp_I_d: Spatial = vector(memory.I_x, memory.I_y, nan, nan, nan, nan)
         self.state, self._work = "S1", self._in_s1
         self._move_to_initial_pose()
         return -1
@@ -268,10 +231,9 @@ class IrpC(Subsystem):
     def _in_s1(self) -> int:
         """Move to initial pose, Table 9."""
         x = self.x
-        memory = self.memory
         # error never: no_error, eq. 60
         if near_pose(
-            x.m_T_c, memory.X_BEs, POSITION_TOLERANCE, ROTATION_TOLERANCE
+            x.m_T_c, self._X_BEs, POSITION_TOLERANCE, ROTATION_TOLERANCE
         ):  # initial_pose_reached, eq. 52
             self.state, self._work = "S2", self._in_s2
             self._recognise_objects()
@@ -283,7 +245,7 @@ class IrpC(Subsystem):
         """Recognise objects in the scene, Table 9."""
         memory = self.memory
         # error never: no_error, eq. 60
-        O_g = GO(memory.O_c, memory.X_EF, memory.X_PG, Q_S)  # objects that the gripper can take
+        O_g = GO(memory.O_c, X_EF, X_PG, Q_S)  # objects that the gripper can take
         if len(O_g) > 0:  # objects_recognised, eq. 53
             self.state, self._work = "S3", self._in_s3
             self._generate_grasp_parameters(O_g)
@@ -294,7 +256,7 @@ class IrpC(Subsystem):
     def _in_s3(self) -> int:
         """Generate grasp parameters, Table 9."""
         # error never: no_error, eq. 60
-        # terminal always: grasp_generated, eq. 54
+        # terminal always: generate_grasp_parameters.terminal, eq. 54
         self.state, self._work = "S4", self._in_s4
         self._move_to_pregrasp_pose()
         return 2
@@ -316,9 +278,8 @@ class IrpC(Subsystem):
     def _in_s5(self) -> int:
         """Open the gripper, Table 9."""
         x = self.x
-        memory = self.memory
         # error never: no_error, eq. 60
-        if abs(x.g_d_c - memory.d_m) <= FINGER_TOLERANCE:  # gripper_open, eq. 56
+        if abs(x.g_d_c - D_M) <= FINGER_TOLERANCE:  # gripper_open, eq. 56
             self.state, self._work = "S6", self._in_s6
             self._move_to_grasp_pose()
             return 4
@@ -346,7 +307,7 @@ class IrpC(Subsystem):
         memory = self.memory
         # error never: no_error, eq. 60
         if (
-            abs(x.g_d_c - memory.d_o) <= FINGER_TOLERANCE or x.g_c_c >= memory.c_l
+            abs(x.g_d_c - memory.d_o) <= FINGER_TOLERANCE or x.g_c_c >= C_L
         ):  # object_grasped, eq. 58
             self.state, self._work = "S8", self._in_s8
             self._move_to_pregrasp_pose()
@@ -371,9 +332,8 @@ class IrpC(Subsystem):
     def _in_s9(self) -> int:
         """Open the gripper and drop the object, Table 9."""
         x = self.x
-        memory = self.memory
         # error never: no_error, eq. 60
-        if abs(x.g_d_c - memory.d_m) <= FINGER_TOLERANCE:  # gripper_open, eq. 56
+        if abs(x.g_d_c - D_M) <= FINGER_TOLERANCE:  # gripper_open, eq. 56
             self.state, self._work = "S1", self._in_s1
             self._move_to_initial_pose()
             return 8
@@ -384,7 +344,7 @@ class IrpC(Subsystem):
         """Move to initial pose, eq. 61."""
         y = self.y
         memory = self.memory
-        y.m_T_d = memory.X_BEs  # eq. 62
+        y.m_T_d = self._X_BEs  # eq. 62
         memory.O_c = ()
 
     def _recognise_objects(self) -> None:
@@ -392,7 +352,7 @@ class IrpC(Subsystem):
         x = self.x
         memory = self.memory
         memory.O_c = (
-            US(memory.O_c, TO(memory.X_BK, x.k_O_c)) if x.fresh_k_O_c else memory.O_c
+            US(memory.O_c, TO(X_BK, x.k_O_c)) if x.fresh_k_O_c else memory.O_c
         )  # eq. 64; Fig. 23
 
     def _generate_grasp_parameters(self, O_g: tuple[Object, ...]) -> None:
@@ -400,10 +360,10 @@ class IrpC(Subsystem):
         memory = self.memory
         O_b = argmax((o.confidence, o) for o in O_g)  # eq. 67
         fingers = LR(O_b)  # poses of the fingertips
-        grasp = GC(fingers, memory.X_EF)  # grasp pose
+        grasp = GC(fingers, X_EF)  # grasp pose
         memory.d_o = finite(norm(position(fingers.X_Bl) - position(fingers.X_Br)))  # eq. 67
         memory.X_BEg = grasp  # eq. 68
-        memory.X_BEp = finite(grasp @ self._generate_grasp_X_BEp_inverse)  # eq. 69
+        memory.X_BEp = finite(grasp @ GENERATE_GRASP_X_BEP)  # eq. 69
         memory.O_s = (O_b,)
 
     def _move_to_pregrasp_pose(self) -> None:
@@ -415,17 +375,16 @@ class IrpC(Subsystem):
     def _open_the_gripper(self) -> None:
         """Open the gripper, eq. 72."""
         y = self.y
-        memory = self.memory
-        y.g_d_d = memory.d_m  # eq. 73
+        y.g_d_d = D_M  # eq. 73
 
     def _move_to_grasp_pose(self) -> None:
         """Move to grasp pose, eq. 74; Table 11."""
         y = self.y
         y.m_b = ("u", "u", "g", "u", "u", "u")  # eq. 76
         y.m_F_d = UNUSED_6  # eq. 77
-        y.m_V_d = self._command_approach_V_d  # eq. 78
-        y.m_D_d = self._command_approach_D_d  # eq. 79
-        y.m_I_d = self._command_approach_I_d  # eq. 80
+        y.m_V_d = COMMAND_APPROACH_V_D  # eq. 78
+        y.m_D_d = COMMAND_APPROACH_D_D  # eq. 79
+        y.m_I_d = COMMAND_APPROACH_I_D  # eq. 80
 
     def _close_the_gripper(self) -> None:
         """Close the gripper, eq. 81; Table 12."""
@@ -434,6 +393,6 @@ class IrpC(Subsystem):
         y.m_b = ("c", "c", "u", "u", "u", "u")  # eq. 83
         y.m_F_d = COMMAND_GRASP_F_D  # eq. 84
         y.m_V_d = COMMAND_GRASP_V_D  # eq. 85
-        y.m_D_d = self._command_grasp_D_d  # eq. 86
-        y.m_I_d = self._command_grasp_I_d  # eq. 87
+        y.m_D_d = COMMAND_GRASP_D_D  # eq. 86
+        y.m_I_d = COMMAND_GRASP_I_D  # eq. 87
         y.g_d_d = memory.d_o  # eq. 88

@@ -82,10 +82,10 @@ class IrpG(Subsystem):
     period_s = PERIOD
     initial_state = "S0"
     transitions = (
-        Transition("S0", "terminal", "idle_commanded", "S0"),
         Transition("S0", "terminal", "motion_commanded", "S1"),
-        Transition("S1", "terminal", "idle_commanded", "S0"),
         Transition("S1", "terminal", "motion_commanded", "S1"),
+        Transition("S0", "terminal", "otherwise", "S0"),
+        Transition("S1", "terminal", "otherwise", "S0"),
     )
     sends: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "S0": ("c_d_c", "c_c_c", "E_c_d"),
@@ -121,14 +121,14 @@ class IrpG(Subsystem):
         """Idle."""
         x = self.x
         d_c = MD(x.E_m_m)  # current distance
-        if not x.fresh_c_d_d:  # idle_commanded
-            self._idle(d_c)
-            return 0
-        else:  # motion_commanded
+        if x.fresh_c_d_d:  # motion_commanded
             self.state, self._work = "S1", self._in_s1
             self._periods = 0
             self._motion(d_c)
-            return 1
+            return 0
+        else:  # otherwise
+            self._idle(d_c)
+            return 2
 
     def _in_s1(self) -> int:
         """Execute motion."""
@@ -139,13 +139,13 @@ class IrpG(Subsystem):
         if (
             abs(d_c - memory.d_g) <= TOLERANCE or not abs(x.c_d_d - memory.d_g) <= TOLERANCE
         ):  # distance_reached
-            if not x.fresh_c_d_d:  # idle_commanded
-                self.state, self._work = "S0", self._in_s0
-                self._idle(d_c)
-                return 2
-            else:  # motion_commanded
+            if x.fresh_c_d_d:  # motion_commanded
                 self._periods = 0
                 self._motion(d_c)
+                return 1
+            else:  # otherwise
+                self.state, self._work = "S0", self._in_s0
+                self._idle(d_c)
                 return 3
         self._motion(d_c)
         return -1

@@ -156,8 +156,8 @@ class IrpK(Subsystem):
     def _in_s0(self) -> int:
         """Idle, Table 7."""
         x = self.x
-        # error never: no_idle_error, eq. 41
-        # terminal always: idle_ended, eq. 40
+        # error never: idle.error, eq. 41
+        # terminal always: idle.terminal, eq. 40
         if not x.fresh_R_I_rgb or not x.fresh_R_I_d:  # images_missing, eq. 39
             return 0
         else:  # images_present, eq. 36
@@ -168,8 +168,8 @@ class IrpK(Subsystem):
     def _in_s1(self) -> int:
         """Object recognition, Table 7."""
         x = self.x
-        # error never: no_recognition_error, eq. 38
-        # terminal always: recognition_ended, eq. 37
+        # error never: recognition.error, eq. 38
+        # terminal always: recognition.terminal, eq. 37
         if not x.fresh_R_I_rgb or not x.fresh_R_I_d:  # images_missing, eq. 39
             self.state, self._work = "S0", self._in_s0
             return 2

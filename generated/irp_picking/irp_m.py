@@ -199,8 +199,8 @@ class IrpM(Subsystem):
     def _in_s0(self) -> int:
         """Idle, Table 3."""
         x = self.x
-        # error never: no_error_0, eq. 12
-        # terminal always: idle_ended, eq. 11
+        # error never: idle.error, eq. 12
+        # terminal always: idle.terminal, eq. 11
         q_c = MJ(x.E_m_m)  # current joint positions
         T_c = DK(q_c)  # current pose of the end-effector
         if not x.fresh_c_T_d and (not x.fresh_c_b or "s" in x.c_b):  # idle_commanded, eq. 10
@@ -221,7 +221,7 @@ class IrpM(Subsystem):
         x = self.x
         memory = self.memory
         self._periods += 1
-        # error never: no_error_1, eq. 6
+        # error never: p2p.error, eq. 6
         q_c = MJ(x.E_m_m)  # current joint positions
         T_c = DK(q_c)  # current pose of the end-effector
         if near_pose(T_c, memory.T_g, POSITION_TOLERANCE, ROTATION_TOLERANCE) or not near_pose(
@@ -245,7 +245,7 @@ class IrpM(Subsystem):
     def _in_s2(self) -> int:
         """Execute position-force control, Table 3."""
         x = self.x
-        # error never: no_error_2, eq. 9
+        # error never: position_force.error, eq. 9
         q_c = MJ(x.E_m_m)  # current joint positions
         T_c = DK(q_c)  # current pose of the end-effector
         if x.fresh_c_b or x.fresh_c_T_d:  # commanded_anew, eq. 8

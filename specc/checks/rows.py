@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def ending(behaviour: Behaviour, cause: Cause) -> str:
-    """How a behaviour ends by a cause: `by its terminal condition `idle_ended``."""
+    """How a behaviour ends by a cause: `by its terminal condition `reached``."""
     condition = behaviour.terminal if cause == "terminal" else behaviour.error
     return f"by its {cause} condition `{condition.name}`"
 

@@ -198,7 +198,8 @@ class Library:
             if not own.claim("constant", name, where.key, self.findings):
                 continue
             scope = replace(around, constants=_declared(own))
-            value = expressions.value(where.scalar("is"), definition.value, scope, None)
+            wanted = expressions.type(where["type"], definition.type) if definition.type else None
+            value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
             place, other = where.key, self.instead.get(name)
             if value is not None and other is not None:
                 value = expressions.value(other, str(other.raw), scope, value.type, place)

@@ -43,6 +43,7 @@ class TypeDef(Traced, short="type", first="frames type eq table fig title"):
 class ConstantDef(Traced, short="is"):
     """A value that never changes."""
 
+    type: TypeText | None = key(None, "What the expression must be a value of.")
     value: ConstantText = key(
         about="An expression of constants, operators and numbers.", spelled="is"
     )

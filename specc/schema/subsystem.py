@@ -106,7 +106,7 @@ class ConditionDef(Traced, short="when", first="eq table fig title"):
     when: ExprText | None = key(None, "A Boolean expression, e.g. `fresh(x.c.T_d)`.")
 
 
-class TerminalDef(ConditionDef, short="condition"):
+class TerminalDef(ConditionDef, short="condition", first="eq table fig title"):
     """What ends a behaviour: the name of a condition, or one that stands in place."""
 
     condition: Annotated[str, Text(Role("name", "terminal condition"))] | None = key(
@@ -114,7 +114,7 @@ class TerminalDef(ConditionDef, short="condition"):
     )
 
 
-class ErrorDef(ConditionDef, short="condition"):
+class ErrorDef(ConditionDef, short="condition", first="eq table fig title"):
     """What aborts a behaviour: the name of a condition, or one that stands in place."""
 
     condition: Annotated[str, Text(Role("name", "error condition"))] | None = key(

@@ -5,7 +5,7 @@ from tests.house.tree import ROOT
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"
 SESSIONS: list[tuple[str, str, dict[str, str]]] = [
     (
-        "          terminal:\n            idle_ended: {eq: 11",
+        "          terminal:\n            pose_reached:\n              eq: 5",
         "            stopped: {eq: 10, when: fresh(x.c.b) and any(v == s for v in x.c.b)}",
         {"fresh(": "x", "x.": "c", "x.c.": "b", "and an": "any", "v == ": "s", "10, w": "when"},
     ),
