@@ -36,12 +36,20 @@ X_BK = read_only(
     pose(vector(0.88317, -0.21239, 2.0291), vector(0.70462, -0.70437, -0.04336, 0.0741))
 )
 X_PG = read_only(translation(0.0, 0.0, 0.2))
+X_GP = read_only(inverse(X_PG))
 X_EF = identity()
 APPROACH = ("u", "u", "g", "u", "u", "u")  # eq. 76
 CLOSE = ("c", "c", "u", "u", "u", "u")  # eq. 83
 NO_FORCE = vector(nan, nan, nan, nan, nan, nan)  # eq. 77
 YIELDING = vector(0.0, 0.0, nan, nan, nan, nan)  # eq. 84
 STANDING = vector(nan, nan, 0.0, 0.0, 0.0, 0.0)  # eq. 85
+SLOWLY = vector(0.0, 0.0, 0.01, 0.0, 0.0, 0.0)  # eq. 78
+DAMPED_Z = vector(nan, nan, 400.0, nan, nan, nan)  # eq. 79
+INERT_Z = vector(nan, nan, 20.0, nan, nan, nan)  # eq. 80
+DAMPED_XY = vector(400.0, 400.0, nan, nan, nan, nan)  # eq. 86
+INERT_XY = vector(20.0, 20.0, nan, nan, nan, nan)  # eq. 87
+OPEN = 0.09  # m
+TIGHT = 0.1  # A
 
 
 class Inputs:
@@ -68,28 +76,12 @@ class Outputs:
 
 
 class Memory:
-    __slots__ = (
-        "D_x", "D_y", "D_z", "I_x", "I_y", "I_z", "O_c", "O_s", "V_z", "X_BEg", "X_BEp", "X_BEs",
-        "X_BK", "X_EF", "X_PG", "c_l", "d_m", "d_o",
-    )  # fmt: skip
+    __slots__ = ("O_c", "O_s", "X_BEg", "X_BEp", "d_o")
 
-    D_x: float
-    D_y: float
-    D_z: float
-    I_x: float
-    I_y: float
-    I_z: float
     O_c: tuple[Object, ...]
     O_s: tuple[Object, ...]
-    V_z: float
     X_BEg: Pose
     X_BEp: Pose
-    X_BEs: Pose
-    X_BK: Pose
-    X_EF: Pose
-    X_PG: Pose
-    c_l: float
-    d_m: float
     d_o: float
 
 
@@ -102,31 +94,22 @@ class Picking:
         self.memory = Memory()
         self.state = ""
         self._work: Callable[[], int] = self._start
+        self.X_BEs = DK(Q_START)
 
     def step(self) -> int:
         return self._work()
 
     def _start(self) -> int:
         memory = self.memory
-        memory.X_BK, memory.X_PG, memory.X_EF = X_BK, X_PG, X_EF
         memory.O_c = memory.O_s = ()
-        memory.X_BEg = memory.X_BEp = memory.X_BEs = DK(Q_START)
-        memory.d_o, memory.d_m = 0.0, 0.09
-        memory.V_z, memory.D_z, memory.I_z = 0.01, 400.0, 20.0
-        memory.D_x, memory.D_y, memory.I_x, memory.I_y = 400.0, 400.0, 20.0, 20.0
-        memory.c_l = 0.1
-        # What nobody changes later is put together once.
-        self._V_z = vector(0.0, 0.0, memory.V_z, 0.0, 0.0, 0.0)  # eq. 78
-        self._D_z = vector(nan, nan, memory.D_z, nan, nan, nan)  # eq. 79
-        self._I_z = vector(nan, nan, memory.I_z, nan, nan, nan)  # eq. 80
-        self._D_xy = vector(memory.D_x, memory.D_y, nan, nan, nan, nan)  # eq. 86
-        self._I_xy = vector(memory.I_x, memory.I_y, nan, nan, nan, nan)  # eq. 87
+        memory.X_BEg = memory.X_BEp = self.X_BEs
+        memory.d_o = 0.0
         self.state, self._work = "S1", self._in_s1
         self._move_to_initial_pose()
         return -1
 
     def _in_s1(self) -> int:
-        T_c, X_BEs = self.x.m_T_c, self.memory.X_BEs
+        T_c, X_BEs = self.x.m_T_c, self.X_BEs
         if near_pose(T_c, X_BEs, POSITION_TOLERANCE, ROTATION_TOLERANCE):  # eq. 52
             self.state, self._work = "S2", self._in_s2
             self._recognise_objects()
@@ -136,7 +119,7 @@ class Picking:
 
     def _in_s2(self) -> int:
         memory = self.memory
-        graspable = GO(memory.O_c, memory.X_EF, memory.X_PG, Q_START)
+        graspable = GO(memory.O_c, X_EF, X_PG, Q_START)
         if graspable:  # eq. 53
             self.state, self._work = "S3", self._in_s3
             self._generate_grasp_parameters(graspable)
@@ -159,7 +142,7 @@ class Picking:
         return -1
 
     def _in_s5(self) -> int:
-        if abs(self.x.g_d_c - self.memory.d_m) <= FINGER_TOLERANCE:  # eq. 56
+        if abs(self.x.g_d_c - OPEN) <= FINGER_TOLERANCE:  # eq. 56
             self.state, self._work = "S6", self._in_s6
             self._move_to_grasp_pose()
             return 4
@@ -180,7 +163,7 @@ class Picking:
 
     def _in_s7(self) -> int:
         x, memory = self.x, self.memory
-        if abs(x.g_d_c - memory.d_o) <= FINGER_TOLERANCE or x.g_c_c >= memory.c_l:  # eq. 58
+        if abs(x.g_d_c - memory.d_o) <= FINGER_TOLERANCE or x.g_c_c >= TIGHT:  # eq. 58
             self.state, self._work = "S8", self._in_s8
             self._move_to_pregrasp_pose()
             return 6
@@ -197,7 +180,7 @@ class Picking:
         return -1
 
     def _in_s9(self) -> int:
-        if abs(self.x.g_d_c - self.memory.d_m) <= FINGER_TOLERANCE:
+        if abs(self.x.g_d_c - OPEN) <= FINGER_TOLERANCE:
             self.state, self._work = "S1", self._in_s1
             self._move_to_initial_pose()
             return 8
@@ -205,43 +188,43 @@ class Picking:
         return -1
 
     def _move_to_initial_pose(self) -> None:
-        self.y.m_T_d = self.memory.X_BEs  # eq. 62
+        self.y.m_T_d = self.X_BEs  # eq. 62
         self.memory.O_c = ()
 
     def _recognise_objects(self) -> None:
         x, memory = self.x, self.memory
         if x.fresh_k_O_c:
-            memory.O_c = US(memory.O_c, TO(memory.X_BK, x.k_O_c))  # eq. 64
+            memory.O_c = US(memory.O_c, TO(X_BK, x.k_O_c))  # eq. 64
 
     def _generate_grasp_parameters(self, graspable: tuple[Object, ...]) -> None:
         memory = self.memory
         selected = argmax((each.confidence, each) for each in graspable)
         fingers = LR(selected)
-        grasp = GC(fingers, memory.X_EF)
+        grasp = GC(fingers, X_EF)
         memory.d_o = norm(position(fingers.X_Bl) - position(fingers.X_Br))  # eq. 67
         memory.X_BEg = grasp  # eq. 68
-        memory.X_BEp = grasp @ inverse(memory.X_PG)  # eq. 69
+        memory.X_BEp = grasp @ X_GP  # eq. 69
         memory.O_s = (selected,)
 
     def _move_to_pregrasp_pose(self) -> None:
         self.y.m_T_d = self.memory.X_BEp  # eq. 71
 
     def _open_gripper(self) -> None:
-        self.y.g_d_d = self.memory.d_m  # eq. 73
+        self.y.g_d_d = OPEN  # eq. 73
 
     def _move_to_grasp_pose(self) -> None:
         y = self.y
         y.m_b = APPROACH
         y.m_F_d = NO_FORCE
-        y.m_V_d = self._V_z
-        y.m_D_d = self._D_z
-        y.m_I_d = self._I_z
+        y.m_V_d = SLOWLY
+        y.m_D_d = DAMPED_Z
+        y.m_I_d = INERT_Z
 
     def _close_gripper(self) -> None:
         y = self.y
         y.m_b = CLOSE
         y.m_F_d = YIELDING
         y.m_V_d = STANDING
-        y.m_D_d = self._D_xy
-        y.m_I_d = self._I_xy
+        y.m_D_d = DAMPED_XY
+        y.m_I_d = INERT_XY
         y.g_d_d = self.memory.d_o  # eq. 88

@@ -70,9 +70,9 @@ class Gripper:
             self.state, self._work = "S1", self._in_s1
             self._begin_motion()
             self._move(d_c)
-            return 1
+            return 0
         self._hold(d_c)
-        return 0
+        return 2
 
     def _in_s1(self) -> int:
         x, d_g = self.x, self.memory.d_g
@@ -81,10 +81,10 @@ class Gripper:
             if x.fresh_c_d_d:
                 self._begin_motion()
                 self._move(d_c)
-                return 3
+                return 1
             self.state, self._work = "S0", self._in_s0
             self._hold(d_c)
-            return 2
+            return 3
         self._periods += 1
         self._move(d_c)
         return -1

@@ -58,7 +58,7 @@ def _those_near(values: Any, *_: Any) -> tuple[Any, ...]:
 _STUBS: dict[str, Callable[..., Any]] = {
     "DK": _first, "MJ": _first, "MD": _first, "DM": _first,
     "TO": _second, "US": _second,
-    "GO": _those_near, "near_pose": _is_near, "finite": _first,
+    "GO": _those_near, "near_pose": _is_near, "finite": _first, "read_only": _first,
 }  # fmt: skip
 _REPLACED = ("specc_runtime.operators.", "specc_runtime.builtins")
 

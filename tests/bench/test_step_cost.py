@@ -66,10 +66,10 @@ class Wrong(irp_c.Picking):
 
 def test_a_difference_is_found(flagship: Path) -> None:
     files = {"irp6": "", "objects": ""}
-    generated = building.fresh(flagship, building.FLAGSHIP.parent, "irp.c")
-    kind = type(generated.x)
-    with stubbed(building.module_of(type(generated)), irp_c):
-        inputs = random_inputs(kind, 500, random.Random(0))
+    kind = type(building.fresh(flagship, building.FLAGSHIP.parent, "irp.c"))
+    with stubbed(building.module_of(kind), irp_c):
+        generated = building.fresh(flagship, building.FLAGSHIP.parent, "irp.c")
+        inputs = random_inputs(type(generated.x), 500, random.Random(0))
         pairs = [(copied(irp_c.Inputs, x), x) for x in inputs]
         with pytest.raises(Different, match=r"'S5' and 'S5': y\.g_d_d"):
             check_same(Wrong(files), generated, pairs, generated.sends)
