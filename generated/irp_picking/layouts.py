@@ -37,37 +37,51 @@ OBJECTMODEL = forms.record(
 )
 IRP_C = forms.Layout(
     x=(
-        forms.Element("m_T_c", ("m", "T_c"), forms.array(4, 4), "pose[B, E]"),
-        forms.Element("m_F_c", ("m", "F_c"), forms.array(6), "wrench[E]"),
+        forms.Element(
+            "m_T_c", ("m", "T_c"), forms.array(4, 4), "pose[B, E], current pose of the end-effector"
+        ),
+        forms.Element(
+            "m_F_c",
+            ("m", "F_c"),
+            forms.array(6),
+            "wrench[E], current force exerted by the end-effector",
+        ),
         forms.Element("g_d_c", ("g", "d_c"), forms.REAL, "real[m]"),
         forms.Element("g_c_c", ("g", "c_c"), forms.REAL, "real[A]"),
         forms.Element("k_O_c", ("k", "O_c"), forms.items(OBJECT), "list[Object[K]]"),
     ),
     y=(
-        forms.Element("m_T_d", ("m", "T_d"), forms.array(4, 4), "pose[B, E]"),
-        forms.Element("m_b", ("m", "b"), forms.items(forms.TEXT), "vector[6, Mode]"),
-        forms.Element("m_F_d", ("m", "F_d"), forms.array(6), "partial[wrench[E]]"),
-        forms.Element("m_V_d", ("m", "V_d"), forms.array(6), "partial[twist[E]]"),
         forms.Element(
-            "m_D_d", ("m", "D_d"), forms.array(6), "partial[spatial[E, kg/s, kg*m**2/s]]"
+            "m_T_d", ("m", "T_d"), forms.array(4, 4), "pose[B, E], desired pose of the end-effector"
         ),
-        forms.Element("m_I_d", ("m", "I_d"), forms.array(6), "partial[spatial[E, kg, kg*m**2]]"),
+        forms.Element(
+            "m_b",
+            ("m", "b"),
+            forms.items(forms.TEXT),
+            "vector[6, Mode], modes of the position-force regulators",
+        ),
+        forms.Element(
+            "m_F_d",
+            ("m", "F_d"),
+            forms.array(6),
+            "partial[wrench[E]], desired force exerted by the manipulator",
+        ),
+        forms.Element("m_V_d", ("m", "V_d"), forms.array(6), "partial[twist[E]], desired velocity"),
+        forms.Element(
+            "m_D_d",
+            ("m", "D_d"),
+            forms.array(6),
+            "partial[spatial[E, kg/s, kg*m**2/s]], desired damping",
+        ),
+        forms.Element(
+            "m_I_d",
+            ("m", "I_d"),
+            forms.array(6),
+            "partial[spatial[E, kg, kg*m**2]], desired inertia",
+        ),
         forms.Element("g_d_d", ("g", "d_d"), forms.REAL, "real[m]"),
     ),
     memory=(
-        forms.Element("X_BK", ("X_BK",), forms.array(4, 4), "pose[B, K], pose of the Kinect"),
-        forms.Element(
-            "X_PG",
-            ("X_PG",),
-            forms.array(4, 4),
-            "pose[E, E], grasp pose seen from the pre-grasp pose",
-        ),
-        forms.Element(
-            "X_EF",
-            ("X_EF",),
-            forms.array(4, 4),
-            "pose[E, F], centre of the gripper in the end-effector",
-        ),
         forms.Element("O_c", ("O_c",), forms.items(OBJECT), "list[Object[B]], recognised objects"),
         forms.Element(
             "O_s",
@@ -78,25 +92,11 @@ IRP_C = forms.Layout(
         forms.Element("X_BEg", ("X_BEg",), forms.array(4, 4), "pose[B, E], grasp pose"),
         forms.Element("X_BEp", ("X_BEp",), forms.array(4, 4), "pose[B, E], pre-grasp pose"),
         forms.Element("d_o", ("d_o",), forms.REAL, "real[m], desired distance between the fingers"),
-        forms.Element("X_BEs", ("X_BEs",), forms.array(4, 4), "pose[B, E], initial pose"),
-        forms.Element(
-            "d_m", ("d_m",), forms.REAL, "real[m], distance between the fingers of the open gripper"
-        ),
-        forms.Element("V_z", ("V_z",), forms.REAL, "real[m/s], speed of the approach"),
-        forms.Element("D_z", ("D_z",), forms.REAL, "real[kg/s], damping of the approach"),
-        forms.Element("I_z", ("I_z",), forms.REAL, "real[kg], inertia of the approach"),
-        forms.Element("D_x", ("D_x",), forms.REAL, "real[kg/s], damping along X while closing"),
-        forms.Element("D_y", ("D_y",), forms.REAL, "real[kg/s], damping along Y while closing"),
-        forms.Element("I_x", ("I_x",), forms.REAL, "real[kg], inertia along X while closing"),
-        forms.Element("I_y", ("I_y",), forms.REAL, "real[kg], inertia along Y while closing"),
-        forms.Element(
-            "c_l", ("c_l",), forms.REAL, "real[A], current at which the fingers have tightened"
-        ),
     ),
     ends={
         "S1": ("initial_pose_reached", "no_error"),
         "S2": ("objects_recognised", "no_error"),
-        "S3": ("grasp_generated", "no_error"),
+        "S3": ("generate_grasp_parameters.terminal", "no_error"),
         "S4": ("pregrasp_reached", "no_error"),
         "S5": ("gripper_open", "no_error"),
         "S6": ("contact_or_grasp_pose", "no_error"),
@@ -184,9 +184,9 @@ IRP_M = forms.Layout(
         forms.Element("arm", ("arm",), forms.opaque("Arm"), "Arm, masses of the arm"),
     ),
     ends={
-        "S0": ("idle_ended", "no_error_0"),
-        "S1": ("pose_reached", "no_error_1"),
-        "S2": ("commanded_anew", "no_error_2"),
+        "S0": ("idle.terminal", "idle.error"),
+        "S1": ("pose_reached", "p2p.error"),
+        "S2": ("commanded_anew", "position_force.error"),
     },
 )
 IRP_G = forms.Layout(
@@ -249,8 +249,8 @@ IRP_K = forms.Layout(
         ),
     ),
     ends={
-        "S0": ("idle_ended", "no_idle_error"),
-        "S1": ("recognition_ended", "no_recognition_error"),
+        "S0": ("idle.terminal", "idle.error"),
+        "S1": ("recognition.terminal", "recognition.error"),
     },
 )
 LAYOUTS: Final = {
