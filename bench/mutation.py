@@ -28,6 +28,7 @@ ROOT = Path(__file__).parents[1]
 DOCUMENT = ROOT / "docs/mutation_score.md"
 MOST = 40
 PAIRS = 200
+ABSORBED = ("fault", "seeded", "still found", "absorbed", "extra")
 HEAD = ("fault", "seeded", "found", "at its line", "shown", "elsewhere", "more", "extra")
 
 INTRODUCTION = """\
@@ -52,6 +53,16 @@ an extra complaint. The files as they are give no finding.
 
 Two faults in different subsystems of one file: {pairs} pairs were seeded, by chance but always the
 same, of classes that leave the file readable; both were found in {both} of them.
+"""
+
+TAKEN_UP = """
+## Absorbed by `otherwise`
+
+A row with `otherwise` applies wherever no other row of its state and cause does. Where a row, or a
+case of a condition, is lost beside it, what is left has a row for every case and may well be meant.
+Such faults are in no other table; most of them nobody can find but the designer, who reads in
+`specc diff` what `otherwise` covers now:
+
 """
 
 CONSEQUENCES = """
@@ -102,6 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     found = [score for score, _ in scores(faults, soil, options.most)]
     rows = [(s.fault.name, *map(str, s.counts)) for s in found]
     print(table(f"{len(soil)} files", HEAD, [*rows, ("all", *map(str, total(found)))]))
+    print(table("absorbed by `otherwise`", ABSORBED, list(_absorbed(found))))
     if options.only:
         print(*_shortcomings(found), sep="", end="")
         return
@@ -131,7 +143,7 @@ def total(found: Sequence[Score]) -> tuple[int, ...]:
 def document(found: Sequence[Score], soil: Sequence[Bed], most: int, pairs: tuple[int, int]) -> str:
     """The page of the documentation."""
     counts = total(found)
-    outcomes = [outcome for score in found for outcome in score.outcomes]
+    outcomes = [o for score in found for o in score.outcomes if not o.seed.absorbable]
     by_fault: Mapping[Fault, Score] = {score.fault: score for score in found}
     introduction = INTRODUCTION.format(
         classes=len(found),
@@ -153,6 +165,12 @@ def document(found: Sequence[Score], soil: Sequence[Bed], most: int, pairs: tupl
             for fault in faults
             if fault in by_fault
         ]
+    parts += [
+        TAKEN_UP,
+        _row(ABSORBED),
+        _row(("---",) * len(ABSORBED)),
+        *map(_row, _absorbed(found)),
+    ]
     return "".join([*parts, *_consequences(found), *_others(), BEYOND, *_shortcomings(found)])
 
 
@@ -167,6 +185,13 @@ def _consequences(found: Sequence[Score]) -> Iterator[str]:
         named = [f"{name} ({count})" for name, count in by_class.items() if count]
         if named:
             yield f"- {why}, {sum(by_class.values())} faults: {', '.join(named)}\n"
+
+
+def _absorbed(found: Sequence[Score]) -> Iterator[tuple[str, ...]]:
+    """The classes with faults that may be absorbed, and their numbers."""
+    for score in found:
+        if score.absorbable[0]:
+            yield (score.fault.name, *map(str, score.absorbable))
 
 
 def _others() -> Iterator[str]:
@@ -191,11 +216,12 @@ def _shortcomings(found: Sequence[Score]) -> list[str]:
         return []
     lines = ["\n## Not as it should be\n\n"]
     for score in bad:
-        worst = next(o for o in score.outcomes if not o.placed or o.extra)
+        worst = next(o for o in score.outcomes if not o.perfect)
         line = min(worst.seed.lines(worst.sheet))
         text = worst.seed.text(worst.sheet).splitlines()[line - 1].strip()
         said = ", ".join(sorted({f.diagnostic.code for f in worst.extra})) or "nothing more"
-        what = "not found" if not worst.found else "" if worst.placed else "at another line"
+        right = worst.placed or worst.absorbed
+        what = "" if right else "at another line" if worst.found else "not found"
         shown = text if len(text) <= 80 else f"{text[:77]}..."
         notes = "; ".join(filter(None, (what, f"also said: {said}" if worst.extra else "")))
         file = Path(worst.sheet.path).relative_to(ROOT).as_posix()

@@ -24,7 +24,7 @@ from typing import Any
 
 from bench.harness.tables import table
 from bench.seeding.classes import FAULTS
-from bench.seeding.machine import Machine, machines
+from bench.seeding.machine import OTHERWISE, Machine, Row, machines
 from bench.seeding.score import beds, spread
 from bench.seeding.sheet import Sheet, misspelt
 from specc.read import read_text
@@ -65,9 +65,10 @@ def chart_of(machine: Machine) -> Chart:
         {
             "source": source,
             "target": target,
-            "guard": {when: _text(machine, "initial", when), **_end(machine, source, cause)},
+            "guard": {when: _initial(machine, row), **_end(machine, source, cause)},
         }
-        for _, (source, cause, when, target) in machine.rows()
+        for row in machine.rows()
+        for source, cause, when, target in [row.cells]
     ]
     states = [str(state) for state in machine.get("states")]
     return {"initial": machine.get("initial_state"), "states": states, "rows": rows}
@@ -76,8 +77,20 @@ def chart_of(machine: Machine) -> Chart:
 def _end(machine: Machine, state: str, cause: str) -> dict[str, str | None]:
     if state not in machine.get("states"):
         return {}
-    name = machine.get("behaviours", machine.behaviour_of(state)).get(cause, "never")
+    behaviour = machine.behaviour_of(state)
+    name = machine.get("behaviours", behaviour).get(cause, "never")
+    if isinstance(name, dict):
+        return {f"{behaviour}_{cause}": machine.ends(behaviour, cause)}
     return {name: _text(machine, cause, name)}
+
+
+def _initial(machine: Machine, row: Row) -> str | None:
+    """The condition of a row; `otherwise` is spelled out."""
+    if row.condition != OTHERWISE:
+        return _text(machine, "initial", row.condition)
+    others = [other.condition for other in machine.rows_of(row.state, row.cause) if other != row]
+    some = " or ".join(f"({_text(machine, 'initial', name) or name})" for name in others)
+    return f"not ({some or False})"
 
 
 def _text(machine: Machine, kind: str, name: str) -> str | None:

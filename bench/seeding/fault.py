@@ -35,6 +35,8 @@ class Seed:
     edits: tuple[Edit, ...]
     places: tuple[int, ...]
     elsewhere: tuple[int, ...] = ()
+    absorbable: bool = False
+    """Whether a row with `otherwise` applies where the fault leaves a gap, which may be meant."""
 
     def text(self, sheet: Sheet) -> str:
         """The text with the fault."""
@@ -65,10 +67,15 @@ class Seed:
         return offset
 
 
-def seed(edits: Edit | Iterable[Edit], *places: int, elsewhere: Iterable[int] = ()) -> Seed:
+def seed(
+    edits: Edit | Iterable[Edit],
+    *places: int,
+    elsewhere: Iterable[int] = (),
+    absorbable: bool = False,
+) -> Seed:
     """A fault that is at the places, or else where its first edit is."""
     made = (edits,) if isinstance(edits, Edit) else tuple(edits)
-    return Seed(made, places or (made[0].start,), tuple(elsewhere))
+    return Seed(made, places or (made[0].start,), tuple(elsewhere), absorbable)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from bench.seeding.fault import Follows, Seed, fault, seed
-from bench.seeding.machine import Machine, machines
+from bench.seeding.machine import Machine, elements, machines
 from bench.seeding.sheet import Sheet
 from specc.source import Route
 
@@ -22,7 +22,7 @@ def _spare_at_both_ends(sheet: Sheet) -> Iterator[Seed]:
             there: Route = (*control, other, machine.route[-1])
             if machine.is_control or not (sheet.has(here) and sheet.has(there)):
                 continue
-            firsts = [sheet.entries(buffer)[0] for buffer in (here, there)]
+            firsts = dict.fromkeys(elements(sheet, buffer)[0] for buffer in (here, there))
             edits = [sheet.beside(first, "spare: int") for first in firsts]
             yield seed(edits, *(sheet.key(first).start for first in firsts))
 
@@ -32,7 +32,7 @@ def _not_written(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         every = [
             route
-            for function in machine.get("functions")
+            for function in machine.functions()
             for route in machine.targets_of(function).values()
         ]
         for route in every:
@@ -40,13 +40,15 @@ def _not_written(sheet: Sheet) -> Iterator[Seed]:
             others = [entry for entry in sheet.entries(route[:-1]) if entry in every]
             if name.startswith("y.c.") and len(mates) == 1 and len(others) > 1:
                 _, peer, element = name.split(".")
-                yield seed(sheet.removed(route), sheet.key(machine.below("y", peer, element)).start)
+                place = machine.element("y", peer, element)
+                assert place is not None
+                yield seed(sheet.removed(route), sheet.key(place).start)
 
 
 def _memory_not_read(sheet: Sheet) -> Iterator[Seed]:
     """A second memory element that is written like the first, and never read."""
     for machine in machines(sheet):
-        for function in machine.get("functions"):
+        for function in machine.functions():
             for name, route in machine.targets_of(function).items():
                 memory = machine.below("memory", name)
                 if not name.startswith("y.") and sheet.one_line(memory):
@@ -73,8 +75,9 @@ def _asked(machine: Machine) -> list[int]:
     found = []
     for _, route in machine.expressions():
         for peer, element in _FRESH.findall(sheet.raw(sheet.at(route))):
-            if sheet.has(machine.below("x", peer, element)) and peer != "R":
-                found.append(sheet.key(machine.below("x", peer, element)).start)
+            entry = machine.element("x", peer, element)
+            if entry and peer != "R":
+                found += [sheet.key(entry).start, sheet.key(machine.below("x", peer)).start]
     return found
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 from bench.seeding.fault import Follows, Seed, fault, seed
-from bench.seeding.machine import Machine, machines
+from bench.seeding.machine import CAUSES, OTHERWISE, Machine, Row, machines
 from bench.seeding.presence_seeds import entered_unprepared, no_initial_values
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
@@ -15,11 +16,11 @@ _FRESH = re.compile(r"(?<!not )fresh\(x\.(\w+)\.(\w+)\)")
 _MEMBERS = re.compile(r"in \{(\w+), (\w+)")
 
 
-def _ends(machine: Machine) -> Iterator[tuple[str, str, list[tuple[Route, list[str]]]]]:
+def _ends(machine: Machine) -> Iterator[tuple[str, str, list[Row]]]:
     """Each state and cause that can occur, with its rows."""
     for state in machine.get("states"):
-        for cause in ("terminal", "error"):
-            if machine.ends(state, cause) != "False":
+        for cause in CAUSES:
+            if machine.ends(machine.behaviour_of(state), cause) != "False":
                 yield state, cause, machine.rows_of(state, cause)
 
 
@@ -27,15 +28,28 @@ def _missing_rows(sheet: Sheet) -> Iterator[Seed]:
     """One of several rows is gone: nothing applies where it did."""
     for machine in machines(sheet):
         for state, _, rows in _ends(machine):
-            for route, _row in rows if len(rows) > 1 else ():
-                yield seed(sheet.removed(route), machine.place_of(state))
+            for row in rows if len(rows) > 1 else ():
+                others = {other.condition for other in rows if other != row}
+                if OTHERWISE not in others:
+                    yield seed(machine.without(row), machine.place_of(state))
+                elif not _lost_without(machine, row):
+                    yield seed(machine.without(row), absorbable=True)
+
+
+def _missing_ways(sheet: Sheet) -> Iterator[Seed]:
+    """The only row that leads to a state is gone, and `otherwise` applies where it did."""
+    for machine in machines(sheet):
+        for row in machine.rows():
+            lost = _lost_without(machine, row)
+            if lost and row.condition != OTHERWISE and machine.has_otherwise(*row[:2]):
+                yield seed(machine.without(row), *map(machine.place_of, sorted(lost)))
 
 
 def _missing_last_rows(sheet: Sheet, cause: str) -> Iterator[Seed]:
     for machine in machines(sheet):
         for state, its_cause, rows in _ends(machine):
             if its_cause == cause and rows:
-                edits = [sheet.removed(route) for route, _row in rows]
+                edits = [machine.without(row) for row in rows]
                 yield seed(edits, machine.place_of(state))
 
 
@@ -53,7 +67,7 @@ def _new_errors(sheet: Sheet) -> Iterator[Seed]:
     Where the state is over by then, that is what is wrong with it.
     """
     for machine in machines(sheet):
-        for route in machine.entries("conditions", "error"):
+        for route in machine.conditions("error"):
             node = sheet.at(sheet.scalar(route, "when"))
             states = [s for s in machine.get("states") if not machine.rows_of(s, "error")]
             places = [machine.place_of(state) for state in states]
@@ -66,14 +80,15 @@ def _overlaps(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         states = list(machine.get("states"))
         for _, _, rows in _ends(machine):
-            for route, row in rows:
-                if len(rows) > 1:
-                    places = [sheet.at(other).start for other, _row in rows]
-                    yield seed(sheet.replaced(sheet.at((*route, 2)), "always"), *places)
-                elsewhere = [state for state in states if state != row[3]]
-                for target in elsewhere[:1]:
-                    text = f"[{', '.join([*row[:3], target])}]"
-                    yield seed(sheet.beside(route, text), sheet.at(route).start)
+            for row in rows:
+                others = {other.condition for other in rows if other != row}
+                if others - {OTHERWISE}:
+                    places = [sheet.at(other.route).start for other in rows]
+                    yield seed(sheet.replaced(sheet.at((*row.route, 2)), "always"), *places)
+                elsewhere = [state for state in states if state != row.target]
+                for target in elsewhere[:1] if row.condition != OTHERWISE else ():
+                    text = f"[{', '.join([*row.cells[:3], target])}]"
+                    yield seed(sheet.beside(row.route, text), sheet.at(row.route).start)
 
 
 def _narrowed(sheet: Sheet) -> Iterator[Seed]:
@@ -82,24 +97,32 @@ def _narrowed(sheet: Sheet) -> Iterator[Seed]:
         for route in machine.entries("conditions", "initial"):
             text = sheet.scalar(route, "when")
             places = _states_with(machine, str(route[-1]))
+            absorbed = _is_absorbed(machine, str(route[-1]))
             node = sheet.at(text)
             if machine.text_of("initial", str(route[-1])) == "True":
-                yield seed(sheet.replaced(node, '"elapsed > 1[s]"'), elsewhere=places)
+                edit = sheet.replaced(node, '"elapsed > 1[s]"')
+                yield seed(edit, elsewhere=places, absorbable=absorbed)
                 continue
             for found in _MEMBERS.finditer(sheet.raw(node)):
                 start, end = (node.start + found.start(group) for group in (1, 2))
-                yield seed(Edit(start, end, ""), elsewhere=places)
+                yield seed(Edit(start, end, ""), elsewhere=places, absorbable=absorbed)
             inner = sheet.raw(node).strip("\"'")
             if "\n" not in inner:
                 more = f'"({inner}) and elapsed > 1[s]"'
-                yield seed(sheet.replaced(node, more), elsewhere=places)
+                yield seed(sheet.replaced(node, more), elsewhere=places, absorbable=absorbed)
 
 
 def _states_with(machine: Machine, condition: str) -> list[int]:
     """Places of the states that have a row with this initial condition, and of their rows."""
-    states = {row[0] for _, row in machine.rows() if row[2] == condition}
-    rows = [machine.sheet.at(route).start for route, row in machine.rows() if row[0] in states]
+    states = {row.state for row in machine.rows() if row.condition == condition}
+    rows = [machine.sheet.at(row.route).start for row in machine.rows() if row.state in states]
     return [*(machine.place_of(state) for state in sorted(states)), *rows]
+
+
+def _is_absorbed(machine: Machine, condition: str) -> bool:
+    """Whether, where a row with this condition does not apply, one with `otherwise` does."""
+    rows = [row for row in machine.rows() if row.condition == condition]
+    return all(machine.has_otherwise(row.state, row.cause) for row in rows)
 
 
 def _negated(sheet: Sheet) -> Iterator[Seed]:
@@ -108,9 +131,11 @@ def _negated(sheet: Sheet) -> Iterator[Seed]:
         for route in machine.entries("conditions", "initial"):
             node = sheet.at(sheet.scalar(route, "when"))
             places = _states_with(machine, str(route[-1]))
+            absorbed = _is_absorbed(machine, str(route[-1]))
             for found in re.finditer(r"\bnot ", sheet.raw(node)):
                 start = node.start + found.start()
-                yield seed(Edit(start, start + 4, ""), elsewhere=places)
+                edit = Edit(start, start + 4, "")
+                yield seed(edit, elsewhere=places, absorbable=absorbed)
 
 
 def _never_initial(sheet: Sheet) -> Iterator[Seed]:
@@ -123,7 +148,7 @@ def _never_ending(sheet: Sheet) -> Iterator[Seed]:
 
 def _contradicted(sheet: Sheet, kind: str) -> Iterator[Seed]:
     for machine in machines(sheet):
-        for route in machine.entries("conditions", kind):
+        for route in machine.conditions(kind):
             node = sheet.at(sheet.scalar(route, "when"))
             fresh = _FRESH.search(sheet.raw(node))
             part = fresh[0] if fresh else "elapsed > 1[s]"
@@ -135,7 +160,7 @@ def _constant_parts(sheet: Sheet) -> Iterator[Seed]:
     """A part beside the rest that is always or never so: a contradiction, a time, the clock."""
     for machine in machines(sheet):
         for kind in ("initial", "terminal"):
-            for route in machine.entries("conditions", kind):
+            for route in machine.conditions(kind):
                 node = sheet.at(sheet.scalar(route, "when"))
                 inner = sheet.raw(node).strip().strip("\"'")
                 if "\n" in inner or inner in ("True", "False"):
@@ -151,7 +176,7 @@ def _constant_parts(sheet: Sheet) -> Iterator[Seed]:
 def _turned_round(sheet: Sheet) -> Iterator[Seed]:
     """An error that holds at once: `elapsed < 3[s]` for `elapsed > 3[s]`."""
     for machine in machines(sheet):
-        for route in machine.entries("conditions", "error"):
+        for route in machine.conditions("error"):
             node = sheet.at(sheet.scalar(route, "when"))
             found = re.search(r"elapsed (>) (?!x\.)", sheet.raw(node))
             if found:
@@ -163,11 +188,9 @@ def _too_late(sheet: Sheet) -> Iterator[Seed]:
     """A behaviour that ends at once, beside an error that takes its time."""
     for machine in machines(sheet):
         for name in machine.get("behaviours"):
-            behaviour = machine.get("behaviours", name)
-            kind = machine.text_of("error", behaviour.get("error", "never"))
-            if re.search(r"elapsed > (?!x\.)", kind) and "terminal" in behaviour:
+            terminal, error = (machine.end(name, cause) for cause in CAUSES)
+            if terminal and error and re.search(r"elapsed > (?!x\.)", machine.ends(name, "error")):
                 node = sheet.at(machine.below("behaviours", name, "terminal"))
-                error = machine.below("conditions", "error", behaviour["error"])
                 yield seed(sheet.replaced(node, "always"), elsewhere=[sheet.key(error).start])
 
 
@@ -178,8 +201,7 @@ def _unreachable(sheet: Sheet) -> Iterator[Seed]:
         rows = machine.entries("transitions")
         first = next(iter(machine.get("states")))
         for name in behaviours:
-            behaviour = machine.get("behaviours", name)
-            if not rows or machine.text_of("error", behaviour.get("error", "never")) != "False":
+            if not rows or machine.ends(name, "error") != "False":
                 continue
             state = machine.entries("states")[0]
             edits = [
@@ -192,23 +214,30 @@ def _unreachable(sheet: Sheet) -> Iterator[Seed]:
 def _swapped(sheet: Sheet) -> Iterator[Seed]:
     """The targets of two rows changed round, where a state can no longer be reached then."""
     for machine in machines(sheet):
-        rows = machine.rows()
-        arcs = [(row[0], row[3]) for _, row in rows]
-        for i in range(len(rows)):
-            for j in range(i + 1, len(rows)):
-                changed = list(arcs)
-                changed[i], changed[j] = (arcs[i][0], arcs[j][1]), (arcs[j][0], arcs[i][1])
-                lost = _reached(machine, arcs) - _reached(machine, changed)
-                if lost:
-                    edits = [
-                        sheet.replaced(sheet.at((*rows[i][0], 3)), arcs[j][1]),
-                        sheet.replaced(sheet.at((*rows[j][0], 3)), arcs[i][1]),
-                    ]
-                    places = [machine.place_of(state) for state in sorted(lost)]
-                    yield seed(edits, *(edit.start for edit in edits), elsewhere=places)
+        targets = {row.route: row.target for row in machine.rows()}
+        before = _reached(machine, targets)
+        for one, other in itertools.combinations(targets, 2):
+            swapped = {one: targets[other], other: targets[one]}
+            if lost := before - _reached(machine, {**targets, **swapped}):
+                edits = [sheet.replaced(sheet.at((*at, 3)), to) for at, to in swapped.items()]
+                places = [machine.place_of(state) for state in sorted(lost)]
+                yield seed(edits, *(edit.start for edit in edits), elsewhere=places)
 
 
-def _reached(machine: Machine, arcs: Iterable[tuple[str, str]]) -> set[str]:
+def _lost_without(machine: Machine, row: Row) -> set[str]:
+    """The states that cannot be reached without a row."""
+    arcs = [(other.state, other.target) for other in machine.rows()]
+    others = [(other.state, other.target) for other in machine.rows() if other != row]
+    return _reached_by(machine, arcs) - _reached_by(machine, others)
+
+
+def _reached(machine: Machine, targets: Mapping[Route, str]) -> set[str]:
+    """The states that can be reached, with the next states of the lines of the table."""
+    return _reached_by(machine, [(row.state, targets[row.route]) for row in machine.rows()])
+
+
+def _reached_by(machine: Machine, arcs: Sequence[tuple[str, str]]) -> set[str]:
+    """The states that can be reached from the initial one, by steps from state to state."""
     reached, added = set(), {str(machine.get("initial_state"))}
     while added:
         reached |= added
@@ -220,10 +249,11 @@ def _returning(sheet: Sheet) -> Iterator[Seed]:
     """All rows of a state lead back to it."""
     for machine in machines(sheet):
         for state in machine.get("states"):
-            leaving = [(route, row) for route, row in machine.rows() if row[0] == state != row[3]]
-            arcs = [(row[0], state if row[0] == state else row[3]) for _, row in machine.rows()]
-            if leaving and _reached(machine, arcs) == set(machine.get("states")):
-                edits = [sheet.replaced(sheet.at((*route, 3)), state) for route, _ in leaving]
+            leaving = [row for row in machine.rows() if row.state == state != row.target]
+            targets = {row.route: row.target for row in machine.rows()}
+            targets |= {row.route: state for row in leaving}
+            if leaving and _reached(machine, targets) == set(machine.get("states")):
+                edits = [sheet.replaced(sheet.at((*row.route, 3)), state) for row in leaving]
                 places = [edit.start for edit in edits]
                 yield seed(edits, *places, elsewhere=[machine.place_of(state)])
 
@@ -232,9 +262,9 @@ def _idle_rows(sheet: Sheet) -> Iterator[Seed]:
     """A row for a cause that cannot occur."""
     for machine in machines(sheet):
         for state in machine.get("states"):
-            for cause in ("terminal", "error"):
-                if machine.ends(state, cause) == "False" and machine.rows():
-                    row = machine.rows()[0][0]
+            for cause in CAUSES:
+                never = machine.ends(machine.behaviour_of(state), cause) == "False"
+                for row in machine.entries("transitions")[:1] if never else ():
                     text = f"[{state}, {cause}, always, {state}]"
                     yield seed(sheet.beside(row, text))
 
@@ -242,10 +272,11 @@ def _idle_rows(sheet: Sheet) -> Iterator[Seed]:
 def _other_causes(sheet: Sheet) -> Iterator[Seed]:
     """`error` for `terminal`, or the other way round."""
     for machine in machines(sheet):
-        for route, row in machine.rows():
-            other = "error" if row[1] == "terminal" else "terminal"
+        for route in machine.entries("transitions"):
+            states = [row.state for row in machine.rows() if row.route == route]
+            other = "error" if sheet.get((*route, 1)) == "terminal" else "terminal"
             edit = sheet.replaced(sheet.at((*route, 1)), other)
-            yield seed(edit, edit.start, machine.place_of(row[0]))
+            yield seed(edit, edit.start, *(machine.place_of(state) for state in states))
 
 
 def _named_twice(sheet: Sheet) -> Iterator[Seed]:
@@ -261,13 +292,13 @@ def _two_writers(sheet: Sheet) -> Iterator[Seed]:
         for name in machine.get("behaviours"):
             own = machine.functions_of(name)
             written = {target for function in own for target in machine.targets_of(function)}
-            for other in machine.get("functions"):
+            for other in machine.entries("functions"):
                 both = sorted(written & set(machine.targets_of(other)))
                 if other in own or not both:
                     continue
                 listed = machine.below("behaviours", name, "functions")
                 end = sheet.at(listed).end - 1
-                yield seed(Edit(end, end, f", {other}"), sheet.at(listed).start)
+                yield seed(Edit(end, end, f", {other[-1]}"), sheet.at(listed).start)
 
 
 def _unused(sheet: Sheet) -> Iterator[Seed]:
@@ -312,6 +343,7 @@ _LEADS = f"{_READS} E0514"
 
 FAULTS = (
     fault("missing case (one of several rows)", "E0601", _missing_rows),
+    fault("missing row that alone leads to a state", "W0607", _missing_ways),
     fault(
         "case left out of a condition",
         "E0601",
@@ -362,6 +394,7 @@ FAULTS = (
         "row for the other cause",
         "W0604 E0601 E0602 E0603 O0605",
         _other_causes,
+        {Follows.WAY: "W0607"},
         several=Follows.EACH,
     ),
     fault("unreachable state", "W0607", _unreachable),
@@ -377,5 +410,11 @@ FAULTS = (
         no_initial_values,
         several=Follows.EVERY_USE,
     ),
-    fault("read before present", "E0701 E0702", entered_unprepared, several=Follows.EVERY_USE),
+    fault(
+        "read before present",
+        "E0701 E0702",
+        entered_unprepared,
+        {Follows.WAY: "W0612"},
+        several=Follows.EVERY_USE,
+    ),
 )

@@ -80,16 +80,19 @@ def _lets_of(machine: Machine, name: str, lets: set[str]) -> set[str]:
 
 
 def _listed(sheet: Sheet, *steps: str) -> Iterator[Seed]:
-    """Names that stand as values, or in lists, in parts of machines: `behaviours`, `functions`."""
+    """Names that stand as values, or in lists, in parts of machines: `behaviours`, `functions`.
+
+    What stands there itself has no name.
+    """
     part, key = steps
     for machine in machines(sheet):
         for entry in machine.entries(part):
             route = sheet.scalar(entry, key) if part == "states" else (*entry, key)
-            given = sheet.has(route) and sheet.get(route) != []
-            values = sheet.entries(route) or ([route] if given else [])
-            for value in values:
+            listed = isinstance(sheet.get(route), list)
+            for value in sheet.entries(route) if listed else [route]:
                 name = sheet.get(value)
-                yield seed(sheet.replaced(sheet.at(value), f"{name}_"))
+                if isinstance(name, str):
+                    yield seed(sheet.replaced(sheet.at(value), f"{name}_"))
 
 
 def _functions(sheet: Sheet) -> Iterator[Seed]:
@@ -132,13 +135,16 @@ def _targets(sheet: Sheet) -> Iterator[Seed]:
 
 
 def _sources(sheet: Sheet) -> Iterator[Seed]:
-    yield from _cells(sheet, 0)
+    for machine in machines(sheet):
+        for row in machine.rows():
+            yield seed(sheet.replaced(sheet.at(row.source), f"{row.state}_"))
 
 
 def _cells(sheet: Sheet, column: int) -> Iterator[Seed]:
     for machine in machines(sheet):
-        for route, row in machine.rows():
-            yield seed(sheet.replaced(sheet.at((*route, column)), f"{row[column]}_"))
+        for route in machine.entries("transitions"):
+            cell = (*route, column)
+            yield seed(sheet.replaced(sheet.at(cell), f"{sheet.get(cell)}_"))
 
 
 def _initial(sheet: Sheet) -> Iterator[Seed]:
@@ -149,7 +155,7 @@ def _initial(sheet: Sheet) -> Iterator[Seed]:
 
 def _assigned(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
-        for function in machine.get("functions"):
+        for function in machine.functions():
             for name, route in machine.targets_of(function).items():
                 yield seed(sheet.replaced(sheet.key(route), f"{name}x"))
 
@@ -173,13 +179,13 @@ def _frames(sheet: Sheet) -> Iterator[Seed]:
 
 
 def type_texts(sheet: Sheet) -> Iterable[Route]:
-    """Routes of the types of memory, buffer elements and devices."""
+    """Routes of the types of memory and buffer elements, each once."""
+    found = []
     for machine in machines(sheet):
-        for route in machine.entries("memory"):
-            yield (*route, "type")
+        found += [(*route, "type") for route in machine.entries("memory")]
         for direction in "xy":
-            for element in machine.elements(direction):
-                yield sheet.scalar(element, "type")
+            found += [sheet.scalar(route, "type") for route in machine.elements(direction)]
+    return dict.fromkeys(found)
 
 
 def _members(sheet: Sheet) -> Iterator[Seed]:

@@ -64,7 +64,7 @@ def _by_subsystem(bed: Bed, classes: Sequence[Fault]) -> dict[Route, list[tuple[
     grown: dict[Route, list[tuple[Fault, Seed]]] = {}
     spans = {machine.route: sheet.at(machine.route) for machine in machines(sheet)}
     for fault in classes:
-        for seed in fault.seeds(sheet):
+        for seed in (seed for seed in fault.seeds(sheet) if not seed.absorbable):
             for route, node in spans.items():
                 if all(node.start <= e.start and e.end <= node.end for e in seed.edits):
                     grown.setdefault(route, []).append((fault, seed))

@@ -195,7 +195,7 @@ def _cycles(sheet: Sheet) -> Iterator[Seed]:
         if ".".join(map(str, whole)) != sheet.get((*cycle, "of")):
             continue
         source = sheet.get((*cycle, "from"))
-        joined = {row[3] for _, row in machine.rows() if row[0] == source}
+        joined = {row.target for row in machine.rows() if row.state == source}
         for state in machine.get("states"):
             if state not in joined:
                 yield seed(sheet.replaced(sheet.at((*cycle, "to")), state))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bench.seeding.fault import Seed, seed
-from bench.seeding.machine import Machine, machines
+from bench.seeding.machine import OTHERWISE, Machine, elements, machines
 from bench.seeding.sheet import Sheet
 from specc.source import Route
 
@@ -30,17 +30,11 @@ def entered_unprepared(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for state in machine.get("states"):
             reads = _event_reads(machine, state)
-            for route, row in machine.rows():
-                text = machine.text_of("initial", row[2])
-                if (
-                    reads
-                    and text.startswith("not fresh")
-                    and row[3] != state
-                    and row[1] == "terminal"
-                ):
-                    if row[0] != machine.get("initial_state"):
-                        continue
-                    edit = sheet.replaced(sheet.at((*route, 3)), state)
+            for row in machine.rows_of(str(machine.get("initial_state")), "terminal"):
+                idle = row.condition == OTHERWISE
+                idle = idle or machine.text_of("initial", row.condition).startswith("not fresh")
+                if reads and idle and row.target != state:
+                    edit = sheet.replaced(sheet.at((*row.route, 3)), state)
                     yield seed(edit, elsewhere=reads)
 
 
@@ -48,9 +42,9 @@ def _event_reads(machine: Machine, state: str) -> list[int]:
     """Places in expressions of a state's behaviour that read inputs from `c` without `init`."""
     sheet = machine.sheet
     inputs = {
-        f"x.c.{name}"
-        for name, element in machine.get("x").get("c", {}).items()
-        if not (isinstance(element, dict) and "init" in element)
+        f"x.c.{element[-1]}"
+        for element in elements(sheet, machine.below("x", "c"))
+        if not sheet.has((*element, "init"))
     }
     routes = {
         route[-1] if route[-1] != "is" else route[-2]: route

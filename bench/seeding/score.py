@@ -38,6 +38,16 @@ class Outcome:
         """Whether it was reported at a right place."""
         return self.at_its_line or self.shown or self.elsewhere
 
+    @property
+    def absorbed(self) -> bool:
+        """Whether it was not reported, and a row with `otherwise` applies in its place."""
+        return self.seed.absorbable and not self.found
+
+    @property
+    def perfect(self) -> bool:
+        """Whether it was found at a right place or absorbed, without any extra complaint."""
+        return (self.placed or self.absorbed) and not self.extra
+
 
 @dataclass(slots=True)
 class Score:
@@ -48,8 +58,11 @@ class Score:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Faults seeded, found, at their line, shown, elsewhere, with more findings, with extra."""
-        done = self.outcomes
+        """Faults seeded, found, at their line, shown, elsewhere, with more findings, with extra.
+
+        Those that a row with `otherwise` may absorb are not among them.
+        """
+        done = [o for o in self.outcomes if not o.seed.absorbable]
         return (
             len(done),
             sum(o.found for o in done),
@@ -61,9 +74,20 @@ class Score:
         )
 
     @property
+    def absorbable(self) -> tuple[int, ...]:
+        """Faults that may be absorbed: seeded, found all the same, absorbed, with extra."""
+        done = [o for o in self.outcomes if o.seed.absorbable]
+        return (
+            len(done),
+            sum(o.found for o in done),
+            sum(o.absorbed for o in done),
+            sum(bool(o.extra) for o in done),
+        )
+
+    @property
     def perfect(self) -> bool:
-        """Whether every fault was found at a right place, without any extra complaint."""
-        return all(o.found and o.placed and not o.extra for o in self.outcomes)
+        """Whether every fault was found at a right place or absorbed, and nothing else was said."""
+        return all(o.perfect for o in self.outcomes)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from bench.seeding.fault import Follows, Seed, fault, seed
-from bench.seeding.machine import Machine, machines
+from bench.seeding.machine import Machine, elements, machines
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
 
@@ -31,6 +31,12 @@ def _other_end(sheet: Sheet, buffer: Route) -> Route | None:
     return next((end for end in ends if sheet.has(end)), None)
 
 
+def _named(sheet: Sheet, buffer: Route | None, name: str) -> list[int]:
+    """Where an element of a buffer is named, if there are such."""
+    listed = elements(sheet, buffer) if buffer else []
+    return [sheet.key(route).start for route in listed if route[-1] == name]
+
+
 def _uses(sheet: Sheet, text: str) -> list[int]:
     """Expressions and targets with a text such as `x.c.T_d`."""
     found = []
@@ -38,7 +44,7 @@ def _uses(sheet: Sheet, text: str) -> list[int]:
         for _, route in machine.expressions():
             node = sheet.at(route)
             found += [node.start + m.start() for m in re.finditer(re.escape(text), sheet.raw(node))]
-        for function in machine.get("functions"):
+        for function in machine.functions():
             targets = machine.targets_of(function).items()
             found += [sheet.key(route).start for name, route in targets if name.startswith(text)]
     return found
@@ -83,7 +89,7 @@ def _other_types(sheet: Sheet) -> Iterator[Seed]:
             node = sheet.at(sheet.scalar(element, "type"))
             other = "text" if "text" not in sheet.raw(node) else "int"
             end = _other_end(sheet, route)
-            there = [sheet.key((*end, element[-1])).start] if end else []
+            there = _named(sheet, end, str(element[-1]))
             uses = _uses(sheet, f"{route[-2]}.{route[-1]}.{element[-1]}")
             yield seed(sheet.replaced(node, other), node.start, elsewhere=[*there, *uses])
 
@@ -106,8 +112,7 @@ def _changed_types(sheet: Sheet, part: re.Pattern[str], other: str) -> Iterator[
             found = part.search(sheet.raw(node))
             if found and ("," in found[0]) == ("," in other):
                 start, end = (node.start + offset for offset in found.span())
-                end_route = _other_end(sheet, route)
-                there = [sheet.key((*end_route, element[-1])).start] if end_route else []
+                there = _named(sheet, _other_end(sheet, route), str(element[-1]))
                 uses = _uses(sheet, f"{route[-2]}.{route[-1]}.{element[-1]}")
                 yield seed(Edit(start, end, other), elsewhere=[*there, *uses])
 
@@ -193,10 +198,14 @@ def _spare_elements(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for direction in "xy":
             for buffer in machine.entries(direction):
-                first = sheet.entries(buffer)[0]
                 end = _other_end(sheet, buffer)
-                lacking = sheet.key(end if end else first).start
-                yield seed(sheet.beside(first, "spare: int"), lacking)
+                if isinstance(sheet.get(buffer), str):
+                    more = f"{{is: {sheet.raw(sheet.at(buffer))}, spare: int}}"
+                    edit, here = sheet.replaced(sheet.at(buffer), more), buffer
+                else:
+                    here = sheet.entries(buffer)[0]
+                    edit = sheet.beside(here, "spare: int")
+                yield seed(edit, sheet.key(end if end else here).start)
 
 
 def _use_twice(sheet: Sheet) -> Iterator[Seed]:

@@ -94,7 +94,7 @@ def _all_uses(machine: Machine, name: str) -> Iterator[Edit]:
     """Where a memory element is read, and where it is assigned."""
     for use in machine.uses(name):
         yield Edit(use.start, use.end, "")
-    for function in machine.get("functions"):
+    for function in machine.functions():
         for target, route in machine.targets_of(function).items():
             if target == name:
                 yield Edit(machine.sheet.key(route).start, 0, "")
