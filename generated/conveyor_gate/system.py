@@ -22,6 +22,7 @@ from .belt_drive import BeltDrive
 from .gate_barrier import GateBarrier
 from .gate_c import GateC
 from .gate_eye import GateEye
+from .requirements import SystemRequirements
 
 
 def build(base: str) -> System:
@@ -92,4 +93,5 @@ def build(base: str) -> System:
             source="closing",
             target="closed",
         ),
+        requirements=SystemRequirements(files),
     )

@@ -44,14 +44,14 @@ class RequirementPlan:
 
 
 def requirements_plan(
-    system: System, types: PythonTypes, tick_s: Fraction, title: str, spec: str, *, stand_ins: bool
+    system: System, types: PythonTypes, tick_s: Fraction, title: str, spec: str
 ) -> FilePlan:
     """What the module of the requirements of a system contains."""
     readings = {r.name: r for item in system.requirements for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
     read = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
     watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
-    module = Module(system, watch, types, stand_ins=stand_ins)
+    module = Module(system, watch, types)
     module.memory = _attributes(readings)
     writer = _Writer(module, _table(system, module), tick_s)
     plans = tuple(writer.plan(item) for item in system.requirements)

@@ -227,11 +227,9 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
         files[f"{modules[name]}.py"] = plan
     if not stand_ins:
         files["layouts.py"] = layouts_plan(system, types, title, spec)
-    if system.requirements:
+    if system.requirements and not stand_ins:
         tick = base_tick(1 / s.rate_hz for s in system.subsystems)
-        files["requirements.py"] = requirements_plan(
-            system, types, tick, title, spec, stand_ins=stand_ins
-        )
+        files["requirements.py"] = requirements_plan(system, types, tick, title, spec)
     made = Made(known, classes, modules)
     files["system.py"] = _whole(system, title, types, made, stand_ins=stand_ins)
     return files
@@ -339,7 +337,8 @@ def _whole(
     if system.task:
         imports.add("specc_runtime.system", "Task")
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
-    if system.requirements:
+    required = REQUIREMENTS if system.requirements and not stand_ins else ""
+    if required:
         imports.add(".requirements", REQUIREMENTS)
     parts = {
         "title": title,
@@ -353,7 +352,7 @@ def _whole(
         "connections": connected,
         "plant": plant,
         "task": tuple(_task(system, system.task)) if system.task else (),
-        "requirements": REQUIREMENTS if system.requirements else "",
+        "requirements": required,
     }
     return FilePlan("system.py.j2", parts)
 

@@ -207,7 +207,7 @@ class _Names(ast.NodeTransformer):
         argument = node.args[0]
         steps = _steps(argument)
         if name == "state":
-            owner = self._subsystem(".".join(steps), argument)
+            owner = self._subsystem(".".join(steps) or _quoted(self._text, argument), argument)
             states = Enum("", tuple(state.name for state in owner.states))
             said = f"state({owner.qualified_name})"
             return self._named(node, Reading(said, "state", *_of(owner), states, owner.place))
