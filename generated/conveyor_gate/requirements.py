@@ -34,10 +34,10 @@ class SystemRequirements(Requirements):
     def __init__(self, files: Mapping[str, str]) -> None:
         """`files` has the path of each file of the specification."""
         self.values = Values()
-        self.atom_1 = Atom(self._atom_1)
-        self.atom_2 = Atom(self._atom_2)
-        self.atom_3 = Atom(self._atom_3)
-        self.atom_4 = Atom(self._atom_4)
+        self.atom_1 = Atom(self._atom_1, "state_gate_c")
+        self.atom_2 = Atom(self._atom_2, "belt_E_drive_v_m")
+        self.atom_3 = Atom(self._atom_3, "state_gate_c")
+        self.atom_4 = Atom(self._atom_4, "state_gate_c")
         self.atoms = (
             self.atom_1,
             self.atom_2,

@@ -146,6 +146,8 @@ class Requirements:
         self._tick_s = tick_s
         self._subsystems = subsystems
         self._known: Mapping[str, Any] = {}
+        for atom in self.atoms:
+            atom.update()
         self._tick = 0
         self._changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
         self._readings: defaultdict[str, list[Reading]] = defaultdict(list)
@@ -183,12 +185,16 @@ class Requirements:
         """Judge the ticks before `tick` of which all values are known."""
         last = min(tick, *self._settled.values()) if self._settled else tick
         while self._tick < last:
-            if changes := self._changes.pop(self._tick, None):
-                self._known = {**self._known, **changes}
+            known = self._known
+            found = self._changes.pop(self._tick, {})
+            changes = {n: v for n, v in found.items() if n not in known or known[n] is not v}
+            if changes:
+                self._known = {**known, **changes}
                 for name, value in changes.items():
                     setattr(self.values, name, value)
                 for atom in self.atoms:
-                    atom.update()
+                    if not atom.reads.isdisjoint(changes):
+                        atom.update()
             for requirement in self.requirements:
                 requirement.step(self._known)
             self._tick += 1

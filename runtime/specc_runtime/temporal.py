@@ -44,10 +44,14 @@ class Formula(ABC):
 
 
 class Atom(Formula):
-    """A condition on the values of one tick; it is unknown where it cannot be computed."""
+    """A condition on the values of one tick; it is unknown where it cannot be computed.
 
-    def __init__(self, judge: Callable[[], Judgement]) -> None:
+    `reads` are the attributes of the values that it asks for.
+    """
+
+    def __init__(self, judge: Callable[[], Judgement], *reads: str) -> None:
         self.now = UNKNOWN
+        self.reads = frozenset(reads)
         self._judge = judge
 
     def update(self) -> None:

@@ -67,7 +67,8 @@ def requirements_plan(
         "slots": literal(tuple(item.name for item in values)),
         "readings": tuple(_reading(system, module, reading) for reading in readings.values()),
         "requirements": plans,
-        "atoms": tuple((method.name, method) for method in writer.methods),
+        "atoms": writer.made,
+        "methods": writer.methods,
         **module.parts(),
     }
     return FilePlan("requirements.py.j2", parts)
@@ -119,6 +120,8 @@ class _Writer:
     table: TermTable
     tick_s: Fraction
     methods: list[MethodPlan] = field(default_factory=list)
+    made: list[tuple[str, str]] = field(default_factory=list)
+    """Attribute of each atom, and the arguments that make it."""
 
     def plan(self, item: Requirement) -> RequirementPlan:
         """One requirement."""
@@ -149,9 +152,11 @@ class _Writer:
         texts = [nodes.value(self.table.of(part)).text for part in _parts(that)]
         lines = ["memory = self.values"] if "memory" in nodes.touched else []
         lines.append(f"return {judged}({', '.join(texts)})")
-        self.methods.append(
-            MethodPlan(f"atom_{number}", (), "Judgement", docstring(show(that)), tuple(lines))
-        )
+        said = docstring(show(that))
+        self.methods.append(MethodPlan(f"atom_{number}", (), "Judgement", said, tuple(lines)))
+        read = (n.name for n in e.walk(that) if isinstance(n, e.MemoryRef))
+        names = [literal(self.module.memory[name]) for name in dict.fromkeys(read)]
+        self.made.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
         return f"atom_{number}"
 
 

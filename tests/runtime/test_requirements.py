@@ -132,3 +132,13 @@ def test_requirements_change_nothing_in_a_run(tmp_path: Path) -> None:
         main(["run", str(spec), "--duration", "2", "--report", str(report)])
         digests.append(json.loads(report.read_text())["records_sha256"])
     assert digests[0] == digests[1]
+
+
+def test_what_is_required_is_a_part_of_what_changed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    old.write_text(SPEC)
+    new.write_text(f'{SPEC}require: [{{that: "always(counter.c.n < 9)", because: it rests}}]\n')
+    main(["diff", str(old), str(new)])
+    assert "requirement" in capsys.readouterr().out
