@@ -20,8 +20,6 @@ from specc import output
 from specc.diagnostics import nearest
 from specc.lang import Environment, ExprError, ExprErrors, Scope, evaluate, expression, members_of
 from specc.lang.errors import Declared
-from specc.lower.annotations import PythonTypes, named_types
-from specc.lower.module import Module
 from specc.model import expr as e
 from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector
 from specc.pipeline import build
@@ -66,8 +64,7 @@ class Stepped:
             enums=members_of(type_ for _, type_ in system.types if isinstance(type_, Enum)),
         )
         self._environment = _environment({c.name: c.value for c in constants})
-        types = PythonTypes(named_types(system))
-        self._methods = Module(system, self._model, types).state_methods
+        self._methods = {state: method for state, (*_, method) in layout.ends.items()}
         self._x = {".".join(("x", *element.name)): element for element in layout.x}
         self._y = {".".join(("y", *element.name)): element for element in layout.y}
         self._memory = {element.name[0]: element for element in layout.memory}

@@ -21,10 +21,10 @@ BELT_C = forms.Layout(
     ),
     memory=(),
     ends={
-        "idle": ("asked", "never"),
-        "running": ("held", "never"),
-        "holding": ("released", "held_too_long"),
-        "alarm": ("asked", "never"),
+        "idle": ("asked", "never", "_in_idle"),
+        "running": ("held", "never", "_in_running"),
+        "holding": ("released", "held_too_long", "_in_holding"),
+        "alarm": ("asked", "never", "_in_alarm"),
     },
 )
 BELT_DRIVE = forms.Layout(
@@ -42,7 +42,7 @@ BELT_DRIVE = forms.Layout(
         ),
     ),
     ends={
-        "S0": ("never", "never"),
+        "S0": ("never", "never", "_in_s0"),
     },
 )
 GATE_C = forms.Layout(
@@ -58,11 +58,11 @@ GATE_C = forms.Layout(
     ),
     memory=(),
     ends={
-        "closed": ("parcel_came", "never"),
-        "halting": ("belt_stands", "never"),
-        "opening": ("is_open", "stuck"),
-        "passing": ("parcel_gone", "never"),
-        "closing": ("is_closed", "stuck"),
+        "closed": ("parcel_came", "never", "_in_closed"),
+        "halting": ("belt_stands", "never", "_in_halting"),
+        "opening": ("is_open", "stuck", "_in_opening"),
+        "passing": ("parcel_gone", "never", "_in_passing"),
+        "closing": ("is_closed", "stuck", "_in_closing"),
     },
 )
 GATE_BARRIER = forms.Layout(
@@ -76,7 +76,7 @@ GATE_BARRIER = forms.Layout(
     ),
     memory=(),
     ends={
-        "S0": ("never", "never"),
+        "S0": ("never", "never", "_in_s0"),
     },
 )
 GATE_EYE = forms.Layout(
@@ -84,7 +84,7 @@ GATE_EYE = forms.Layout(
     y=(forms.Element("c_parcel", ("c", "parcel"), forms.TRUTH, "bool"),),
     memory=(),
     ends={
-        "S0": ("never", "never"),
+        "S0": ("never", "never", "_in_s0"),
     },
 )
 LAYOUTS: Final = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -93,11 +94,16 @@ class _Attempt:
                 self._close()
 
     def _go(self) -> None:
+        past = self._past()
         options, interruption = self._options, self._interruption
         system = load_system(
             options.directory, options.base, check_operators=options.check_operators
         )
         self._check_interrupted()
+        if past is not None:
+            past.enter(system)
+            for lost in past.lost:
+                say(f"--from: {lost}")
         plant = None
         if system.plant is not None:
             plant = self._plant = _plant(system.plant, Path(options.base), options.renderer)
@@ -112,6 +118,19 @@ class _Attempt:
             self._companions.append(Keeper(session.report, options.report, self._clock))
         self.session = session
         session.run(self._companions)
+
+    def _past(self) -> Any:
+        """What the run goes on from, if anything; the run gets its seed."""
+        resume, record = self._options.resume, self._options.record
+        if resume is None:
+            return None
+        if record is not None and record.exists() and record.samefile(resume[0]):
+            raise UsageError(f"cannot write {record}: the run goes on from it")
+        from specc_runtime.recording.past import Past
+
+        past = Past(*resume)
+        self._options = replace(self._options, seed=past.seed)
+        return past
 
     def _recorder(self, system: System, plant: Any) -> Any:
         """What records the run, if anything does."""

@@ -278,14 +278,16 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What a subsystem reads, writes and remembers; `ends` has the names of the terminal and the
-    error condition of each state.
+    """What a subsystem reads, writes and remembers.
+
+    `ends` has for each state the names of its terminal and its error condition, and of the method
+    that works in it.
     """
 
     x: Sequence[Element]
     y: Sequence[Element]
     memory: Sequence[Element]
-    ends: Mapping[str, tuple[str, str]]
+    ends: Mapping[str, tuple[str, str, str]]
 
 
 def _said(data: Any) -> str:

@@ -38,6 +38,8 @@ class Options:
     inline: bool = False
     quiet: bool = False
     check_operators: bool = False
+    resume: tuple[Path, float] | None = None
+    """A recording and the simulated time from which the run goes on."""
     record: Path | None = None
     record_exact: bool = False
     texts: Mapping[str, str] = field(default_factory=dict)
@@ -73,6 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"simulated seconds after which a cycle is given up (default: {CYCLE_LIMIT_S:g})",
     )
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
+    add("--from", metavar="FILE.mcap@S", type=_moment, dest="resume", help="go on from a recording")
     add("--record", metavar="FILE.mcap", type=Path, help="record every step")
     add("--record-exact", action="store_true", help="with images as they are, to replay all of it")
     add("--video", metavar="FILE.mp4", type=Path, help="record the scene")
@@ -99,6 +102,13 @@ def chosen(found: argparse.Namespace, **others: Any) -> Options:
     return Options(
         **{name: value for name, value in vars(found).items() if name in names}, **others
     )
+
+
+def _moment(text: str) -> tuple[Path, float]:
+    file, at, seconds = text.rpartition("@")
+    if not (file and at):
+        raise argparse.ArgumentTypeError(f"{text!r} is not FILE.mcap@SECONDS")
+    return Path(file), _seconds(seconds)
 
 
 def _whole_number(text: str) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
 from specc.lower.annotations import Annotations, PythonTypes, plain
-from specc.lower.module import buffer_names, memory_names
+from specc.lower.module import Module, buffer_names, memory_names
 from specc.lower.names import (
     ALL_OWN_NAMES,
     FilePlan,
@@ -103,24 +103,25 @@ def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> F
     names = Namespace((*ALL_OWN_NAMES, *types.of.values(), "LAYOUTS", "forms"))
     forms = _Forms(types, names)
     known: dict[_Layout, str] = {}
+    owners = []
     for subsystem in system.subsystems:
-        layout = _layout(subsystem, forms)
+        layout = _layout(system, subsystem, types, forms)
         if layout not in known:
             known[layout] = names.new(identifier(subsystem.qualified_name).upper())
+        owners.append((literal(subsystem.qualified_name), known[layout]))
     parts = {
         "title": title,
         "spec": spec,
         "imports": forms.imports.lines,
         "records": forms.named,
         "layouts": tuple((name, layout) for layout, name in known.items()),
-        "subsystems": tuple(
-            (literal(s.qualified_name), known[_layout(s, forms)]) for s in system.subsystems
-        ),
+        "subsystems": tuple(owners),
     }
     return FilePlan("layouts.py.j2", parts)
 
 
-def _layout(subsystem: Subsystem, forms: _Forms) -> _Layout:
+def _layout(system: System, subsystem: Subsystem, types: PythonTypes, forms: _Forms) -> _Layout:
+    methods = Module(system, subsystem, types).state_methods
     memory = memory_names(subsystem)
     remembered = (((item.name,), memory[item.name], item) for item in subsystem.memory)
     groups = (
@@ -129,7 +130,10 @@ def _layout(subsystem: Subsystem, forms: _Forms) -> _Layout:
         ("memory", tuple(_elements(remembered, forms))),
     )
     ends = (
-        (literal(s.name), literal((s.behaviour.terminal.name, s.behaviour.error.name)))
+        (
+            literal(s.name),
+            literal((*(c.name for _, c in s.behaviour.endings[::-1]), methods[s.name])),
+        )
         for s in subsystem.states
     )
     return _Layout(groups, tuple(ends))

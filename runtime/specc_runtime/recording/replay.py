@@ -30,6 +30,7 @@ from specc_runtime.recording.reading import (
 )
 from specc_runtime.recording.recorder import FORMAT
 from specc_runtime.recording.steps import (
+    STEP_SCHEMA,
     VALUE_SCHEMA,
     WINDOW,
     Cells,
@@ -43,7 +44,8 @@ from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.track import outcome_of
 
-_NOTHING = b"nothing"
+NOTHING = b"nothing"
+"""Stands for an element without a value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,16 +81,19 @@ class Outcome:
     """Why it cannot be compared any further."""
 
 
-class _Shelved:
+class Shelved:
     """What stands aside in the file, as it was read last; see `Fetch`."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: float = 2 * WINDOW) -> None:
+        """Keeps so many values."""
+        self._most = most
         self._kept: OrderedDict[str, Any] = OrderedDict()
 
     def put(self, digest: str, value: Any) -> None:
+        """Keep a value."""
         self._kept[digest] = value
         self._kept.move_to_end(digest)
-        if len(self._kept) > 2 * WINDOW:
+        if len(self._kept) > self._most:
             self._kept.popitem(last=False)
 
     def image(self, data: Any) -> Any:
@@ -126,7 +131,7 @@ def unpacked(data: Any) -> bytes:
 class _Replayed:
     """A subsystem that is given the recorded inputs, until it does something else."""
 
-    def __init__(self, subsystem: Subsystem, layout: Layout, exact: bool, shelf: _Shelved) -> None:
+    def __init__(self, subsystem: Subsystem, layout: Layout, exact: bool, shelf: Shelved) -> None:
         self.outcome = Outcome(subsystem.name)
         self._subsystem = subsystem
         self._stepper = Stepper(subsystem)
@@ -143,12 +148,9 @@ class _Replayed:
         """Whether nothing more can be compared."""
         return bool(self.outcome.difference or self.outcome.unknown)
 
-    def step(self, told: Any) -> None:
+    def step(self, text: bytes) -> None:
         """Make the next step and compare; raises Misshapen for what is no message of a step."""
-        if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
-            raise Misshapen("a message without what every step has")
-        if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
-            raise Misshapen("a message with values of other types than a step has")
+        told = step_of(text)
         if told["stamp"] != self.outcome.steps:
             self.outcome.unknown = f"the steps from stamp {self.outcome.steps} on are missing"
             return
@@ -173,8 +175,8 @@ class _Replayed:
                 name = ".".join(("x", *element.name))
                 raise NotRecorded(f"whether {name} is fresh, which nothing asked then")
         for element in self._layout.x:
-            data = _within(told["x"], element)
-            if data is _NOTHING:
+            data = within(told["x"], element)
+            if data is NOTHING:
                 absent.append(element.attribute)
                 continue
             last = self._fed.get(element.attribute)
@@ -232,14 +234,25 @@ _STEP: dict[str, tuple[type, ...]] = {
 }
 
 
+def step_of(text: bytes) -> dict[str, Any]:
+    """What a message says of a step; raises Misshapen."""
+    told = loaded(text)
+    if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
+        raise Misshapen("a message without what every step has")
+    if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
+        raise Misshapen("a message with values of other types than a step has")
+    return told
+
+
 def _sent(buffer: Any, attributes: tuple[str, ...]) -> tuple[tuple[str, ...], Any]:
     return attributes, [getattr(buffer, name) for name in attributes]
 
 
-def _within(data: Any, element: Element) -> Any:
+def within(data: Any, element: Element) -> Any:
+    """The data of an element in that of a buffer or of memory; `NOTHING` if it is not there."""
     for name in element.name:
         if not isinstance(data, dict) or name not in data:
-            return _NOTHING
+            return NOTHING
         data = data[name]
     return data
 
@@ -253,9 +266,9 @@ def _pairs(
         for attribute, text in zip(held[0], cells.texts(*held, aside, 0.0), strict=True)
     }
     for element in cells.elements:
-        data = _within(recorded, element)
-        then = _NOTHING if data is _NOTHING else dumped(data)
-        yield ".".join(element.name), then, now.get(element, _NOTHING)
+        data = within(recorded, element)
+        then = NOTHING if data is NOTHING else dumped(data)
+        yield ".".join(element.name), then, now.get(element, NOTHING)
 
 
 def about(file: Path) -> Mapping[str, str]:
@@ -281,13 +294,30 @@ def replay(
     told = about(file)
     system = load_system(package, base)
     layouts = load_layouts(system)
-    shelf = _Shelved()
+    shelf = Shelved()
     exact = told.get("exact") == "true"
     replayed = {
         topic_of(s.subsystem.name): _Replayed(s.subsystem, layouts[s.subsystem.name], exact, shelf)
         for s in system.subsystems
         if only in ("", s.subsystem.name)
     }
+    for topic, time_s, text in steps_of(file, shelf):
+        one = replayed.get(topic)
+        if one is not None and not one.is_over and time_s <= until_s:
+            try:
+                one.step(text)
+            except Misshapen as error:
+                raise Unusable(f"{file}: {topic} at {time_s:g} s: {error}") from None
+    return [one.outcome for one in replayed.values()]
+
+
+def steps_of(
+    file: Path, shelf: Shelved, *, images: bool = True
+) -> Iterator[tuple[str, float, bytes]]:
+    """Topic, time and text of every step, in the order of the file; `shelf` gets what is aside.
+
+    Raises Unusable.
+    """
     schemas: dict[int, str] = {}
     channels: dict[int, tuple[str, str]] = {}
     for record in Reading(file):
@@ -297,26 +327,19 @@ def replay(
             channels[record.id] = record.topic, schemas.get(record.schema_id, "")
         elif isinstance(record, Message):
             topic, schema = channels.get(record.channel_id, ("", ""))
-            try:
-                _take(record, topic, schema, replayed, shelf, until_s * 1e9)
-            except Misshapen as error:
-                raise Unusable(f"{file}: {topic} at {record.log_time / 1e9:g} s: {error}") from None
-    return [one.outcome for one in replayed.values()]
+            if schema.startswith(STEP_SCHEMA):
+                yield topic, record.log_time / 1e9, record.data
+            elif schema == VALUE_SCHEMA or (schema == RAW and images):
+                try:
+                    _shelve(loaded(record.data), schema, shelf)
+                except Misshapen as error:
+                    raise Unusable(f"{file}: {topic}: {error}") from None
 
 
-def _take(
-    record: Any,
-    topic: str,
-    schema: str,
-    replayed: Mapping[str, _Replayed],
-    shelf: _Shelved,
-    last_ns: float,
-) -> None:
+def _shelve(message: Any, schema: str, shelf: Shelved) -> None:
     if schema == RAW:
-        image = read_raw(loaded(record.data))
+        image = read_raw(message)
         shelf.put(digest_of(image.tobytes()), image)
-    elif schema == VALUE_SCHEMA:
-        data = unpacked(loaded(record.data))
+    else:
+        data = unpacked(message)
         shelf.put(digest_of(data), data)
-    elif topic in replayed and not replayed[topic].is_over and record.log_time <= last_ns:
-        replayed[topic].step(loaded(record.data))

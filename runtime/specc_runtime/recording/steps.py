@@ -20,7 +20,7 @@ from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem, Transition
 
-VALUES, VALUE_SCHEMA = "/values", "specc.Value"
+VALUES, VALUE_SCHEMA, STEP_SCHEMA = "/values", "specc.Value", "specc.Step."
 SMALL_BYTES = 2048
 """A codec's bytes up to this size stand in the message itself."""
 WINDOW = 32
@@ -202,7 +202,7 @@ class Steps:
         self._ends = layout.ends
         self._passages: dict[tuple[str, int, str, tuple[bool, ...]], bytes] = {}
         self.channel = log.channel(
-            topic_of(subsystem.name), f"specc.Step.{subsystem.name}", _schema(layout)
+            topic_of(subsystem.name), STEP_SCHEMA + subsystem.name, _schema(layout)
         )
         self._step = subsystem.step
         vars(subsystem)["step"] = self._noted
@@ -247,7 +247,7 @@ class Steps:
 
 def passage_of(
     table: Sequence[Transition],
-    ends: Mapping[str, tuple[str, str]],
+    ends: Mapping[str, tuple[str, str, str]],
     before: str,
     row: int,
     state: str,
@@ -260,7 +260,7 @@ def passage_of(
     cause, taken = (table[row].cause, str(table[row])) if row >= 0 else ("", "")
     asked = {}
     if before:
-        terminal, error = ends[before]
+        terminal, error, _ = ends[before]
         asked[error] = cause == "error"
         if cause != "error":
             asked[terminal] = cause == "terminal"

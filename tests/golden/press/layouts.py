@@ -20,7 +20,7 @@ ROBOT_C = forms.Layout(
     ),
     memory=(forms.Element("count", ("count",), forms.INTEGER, "int"),),
     ends={
-        "S0": ("turned", "never"),
+        "S0": ("turned", "never", "_in_s0"),
     },
 )
 ROBOT_PRESS = forms.Layout(
@@ -43,8 +43,8 @@ ROBOT_PRESS = forms.Layout(
         forms.Element("models", ("models",), forms.items(forms.opaque("Model")), "list[Model]"),
     ),
     ends={
-        "S0": ("commanded", "never"),
-        "S1": ("reached", "late"),
+        "S0": ("commanded", "never", "_in_s0"),
+        "S1": ("reached", "late", "_in_s1"),
     },
 )
 LAYOUTS: Final = {

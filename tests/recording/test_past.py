@@ -1,0 +1,133 @@
+"""Runs go on from any moment of a recording, bit for bit as the recorded run did."""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+
+import pytest
+
+from tests.recording.runs import CONVEYOR, ROOT, messages, specc
+
+FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
+WHOLE = ("run", CONVEYOR, "--duration", 14)
+
+
+def sha(report: Path) -> str:
+    """The digest of the records of a run."""
+    return str(json.loads(report.read_text())["records_sha256"])
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a run: `run.mcap` and `run.json`."""
+    folder = tmp_path_factory.mktemp("past")
+    told = ("--seed", 5, "--report", folder / "run.json")
+    done = specc(*WHOLE, *told, "--record-exact", "--record", folder / "run.mcap")
+    assert done.returncode == 0
+    return folder
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_run_goes_on_as_it_did(seed: int, recorded: Path, tmp_path: Path) -> None:
+    moment = random.Random(seed).uniform(0.01, 13.9)
+    report = tmp_path / "run.json"
+    done = specc(*WHOLE, "--from", f"{recorded}/run.mcap@{moment}", "--report", report)
+    assert done.returncode == 0, done.stderr
+    assert sha(report) == sha(recorded / "run.json")
+    assert json.loads(report.read_text())["seed"] == 5
+
+
+def test_the_flagship_goes_on_with_images_and_worker_threads(tmp_path: Path) -> None:
+    whole = ("run", FLAGSHIP, "--duration", 1.5, "--report")
+    file = tmp_path / "run.mcap"
+    first = specc(*whole, tmp_path / "a.json", "--record-exact", "--record", file, "--seed", 2)
+    assert first.returncode == 0, first.stderr
+    done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@0.91")
+    assert done.returncode == 0, done.stderr
+    assert sha(tmp_path / "a.json") == sha(tmp_path / "b.json")
+    assert "--from: irp.m: memory arm is as at the beginning" in done.stderr
+
+
+def test_a_continued_run_is_recorded_and_replays(recorded: Path, tmp_path: Path) -> None:
+    more = ("--from", f"{recorded}/run.mcap@6.5", "--record-exact", "--record", tmp_path / "b.mcap")
+    assert specc(*WHOLE, *more).returncode == 0
+    assert specc("replay", tmp_path / "b.mcap", "--check").returncode == 0
+
+
+def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) -> None:
+    more = ("--from", f"{recorded}/run.mcap@6", "--record-exact", "--record", tmp_path / "b.mcap")
+    assert specc(*WHOLE, *more, "--set", "cruise=0.4[rad/s]").returncode == 0
+    before, after = messages(recorded / "run.mcap"), messages(tmp_path / "b.mcap")
+    parted = []
+    for topic, steps in before.items():
+        told = [(data, other) for (_, data), (_, other) in zip(steps, after[topic], strict=False)]
+        parted += [a["time"] for a, b in told if "time" in a and a != b]
+    assert min(parted) == pytest.approx(6.0)
+
+
+def test_what_cannot_be_carried_over_is_told(recorded: Path, tmp_path: Path) -> None:
+    text = CONVEYOR.read_text()
+    spec = tmp_path / "conveyor_gate.yaml"
+    (tmp_path / "plants").symlink_to(CONVEYOR.parent / "plants")
+    (tmp_path / "pyproject.toml").write_text(f"[tool.specc]\nallow = ['{CONVEYOR.parent}']\n")
+    spec.write_text(text.replace("v_p", "v_last"))
+    moment = ("--duration", 8, "--from", f"{recorded}/run.mcap@7")
+    done = specc("run", spec, *moment)
+    assert done.returncode == 0, done.stderr
+    assert "--from: belt.drive: there is no memory v_p\n" in done.stderr
+    assert "--from: belt.drive: memory v_last is as at the beginning: there was none" in done.stderr
+    spec.write_text(text.replace("running", "going"))
+    done = specc("run", spec, *moment)
+    assert done.returncode == 2
+    assert "belt.c was in running, which is no state of it" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("moment", "words"),
+    [
+        ("{}/run.mcap", "is not FILE.mcap@SECONDS"),
+        ("{}/run.mcap@x", "is not a positive number of seconds"),
+        ("{}/run.mcap@99", "ends at 13.99 s, before 99 s"),
+        ("{}/none.mcap@1", "No such file"),
+        ("{}/run.json@1", "is no MCAP file"),
+    ],
+)
+def test_misuse(moment: str, words: str, recorded: Path) -> None:
+    done = specc(*WHOLE, "--from", moment.format(recorded))
+    assert done.returncode == 2
+    assert words in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_recording_is_not_written_over_while_it_is_read(recorded: Path) -> None:
+    file = recorded / "run.mcap"
+    size = file.stat().st_size
+    done = specc(*WHOLE, "--from", f"{file}@3", "--record", file)
+    assert done.returncode == 2 and "the run goes on from it" in done.stderr
+    assert file.stat().st_size == size
+
+
+def test_an_exact_recording_is_needed(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    assert specc("run", CONVEYOR, "--duration", 2, "--record", file).returncode == 0
+    done = specc(*WHOLE, "--from", f"{file}@1")
+    assert done.returncode == 2 and "recorded without --record-exact" in done.stderr
+
+
+def test_a_fault_is_met_again(tmp_path: Path) -> None:
+    (tmp_path / "plants").symlink_to(CONVEYOR.parent / "plants")
+    (tmp_path / "pyproject.toml").write_text(f"[tool.specc]\nallow = ['{CONVEYOR.parent}']\n")
+    spec = tmp_path / "conveyor_gate.yaml"
+    divides = "y.gate.v: '1 / (2[s] - elapsed) / 1[1/s] * x.drive.v'"
+    spec.write_text(CONVEYOR.read_text().replace("y.gate.v: x.drive.v", divides))
+    file = tmp_path / "run.mcap"
+    first = specc("run", spec, "--duration", 9, "--record-exact", "--record", file)
+    assert first.returncode == 1 and "fault" in first.stdout
+    faults = [data["fault"] for _, data in messages(file)["/belt.c"] if "fault" in data]
+    assert len(faults) == 1
+    assert specc("replay", file, "--spec", spec, "--check").returncode == 0
+    report = tmp_path / "again.json"
+    again = specc("run", spec, "--duration", 9, "--from", f"{file}@1.5", "--report", report)
+    assert again.returncode == 1
+    assert [fault["message"] for fault in json.loads(report.read_text())["faults"]] == faults
