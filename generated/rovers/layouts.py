@@ -40,10 +40,10 @@ ROVERS_1_C = forms.Layout(
         forms.Element("done", ("done",), forms.INTEGER, "int, number of the last one"),
     ),
     ends={
-        "resting": ("ordered", "never"),
-        "taking": ("always", "never"),
-        "going": ("arrived", "never"),
-        "finishing": ("always", "never"),
+        "resting": ("ordered", "never", "_in_resting"),
+        "taking": ("always", "never", "_in_taking"),
+        "going": ("arrived", "never", "_in_going"),
+        "finishing": ("always", "never", "_in_finishing"),
     },
 )
 ROVERS_1_DRIVE = forms.Layout(
@@ -58,7 +58,7 @@ ROVERS_1_DRIVE = forms.Layout(
     ),
     memory=(forms.Element("s_d", ("s_d",), forms.REAL, "real[m], desired place"),),
     ends={
-        "following": ("never", "never"),
+        "following": ("never", "never", "_in_following"),
     },
 )
 DISPATCHER_C = forms.Layout(
@@ -142,8 +142,8 @@ DISPATCHER_C = forms.Layout(
         ),
     ),
     ends={
-        "ordering": ("always", "never"),
-        "waiting": ("all_done", "never"),
+        "ordering": ("always", "never", "_in_ordering"),
+        "waiting": ("all_done", "never", "_in_waiting"),
     },
 )
 LAYOUTS: Final = {
