@@ -94,15 +94,15 @@ IRP_C = forms.Layout(
         forms.Element("d_o", ("d_o",), forms.REAL, "real[m], desired distance between the fingers"),
     ),
     ends={
-        "S1": ("initial_pose_reached", "no_error"),
-        "S2": ("objects_recognised", "no_error"),
-        "S3": ("generate_grasp_parameters.terminal", "no_error"),
-        "S4": ("pregrasp_reached", "no_error"),
-        "S5": ("gripper_open", "no_error"),
-        "S6": ("contact_or_grasp_pose", "no_error"),
-        "S7": ("object_grasped", "no_error"),
-        "S8": ("pregrasp_reached", "no_error"),
-        "S9": ("gripper_open", "no_error"),
+        "S1": ("initial_pose_reached", "no_error", "_in_s1"),
+        "S2": ("objects_recognised", "no_error", "_in_s2"),
+        "S3": ("generate_grasp_parameters.terminal", "no_error", "_in_s3"),
+        "S4": ("pregrasp_reached", "no_error", "_in_s4"),
+        "S5": ("gripper_open", "no_error", "_in_s5"),
+        "S6": ("contact_or_grasp_pose", "no_error", "_in_s6"),
+        "S7": ("object_grasped", "no_error", "_in_s7"),
+        "S8": ("pregrasp_reached", "no_error", "_in_s8"),
+        "S9": ("gripper_open", "no_error", "_in_s9"),
     },
 )
 IRP_M = forms.Layout(
@@ -184,9 +184,9 @@ IRP_M = forms.Layout(
         forms.Element("arm", ("arm",), forms.opaque("Arm"), "Arm, masses of the arm"),
     ),
     ends={
-        "S0": ("idle.terminal", "idle.error"),
-        "S1": ("pose_reached", "p2p.error"),
-        "S2": ("commanded_anew", "position_force.error"),
+        "S0": ("idle.terminal", "idle.error", "_in_s0"),
+        "S1": ("pose_reached", "p2p.error", "_in_s1"),
+        "S2": ("commanded_anew", "position_force.error", "_in_s2"),
     },
 )
 IRP_G = forms.Layout(
@@ -216,8 +216,8 @@ IRP_G = forms.Layout(
         ),
     ),
     ends={
-        "S0": ("always", "never"),
-        "S1": ("distance_reached", "never"),
+        "S0": ("always", "never", "_in_s0"),
+        "S1": ("distance_reached", "never", "_in_s1"),
     },
 )
 IRP_K = forms.Layout(
@@ -249,8 +249,8 @@ IRP_K = forms.Layout(
         ),
     ),
     ends={
-        "S0": ("idle.terminal", "idle.error"),
-        "S1": ("recognition.terminal", "recognition.error"),
+        "S0": ("idle.terminal", "idle.error", "_in_s0"),
+        "S1": ("recognition.terminal", "recognition.error", "_in_s1"),
     },
 )
 LAYOUTS: Final = {
