@@ -15,6 +15,8 @@ from tests.soundness.reliance import Held
 PERIODS_MS = (10, 20, 30, 40, 50, 100)
 MORE_MEMORY = ("int", "real[m]", "Mode", "bool", "optional[real[m]]", "list[real[m]]")
 HERE = "tests.soundness.operators"
+_IN_INTERFACES = 2
+"""Buffers with so many elements have them through an interface."""
 Tree = dict[str, Any]
 
 MODEL = """\
@@ -53,6 +55,7 @@ class Author:
         hundred optional values and lists that may be empty."""
         self.rng = rng
         self.bind: Tree = {}
+        self.interfaces: Tree = {}
         self.actuators = iter("abcdef")
         self.careless = rng.choice((0, 0, 0, 4)) if careless is None else careless
         self.trusting = rng.choice((0, 0, 0, 25)) if trusting is None else trusting
@@ -86,6 +89,8 @@ class Author:
         for bound in self.bind.values():
             if "joints" in bound and "rate" not in bound and self.rng.random() < 0.3:
                 bound["sporadic"] = True
+        if self.interfaces:
+            tree["interfaces"] = self.interfaces
         if self.bind:
             tree["plant"] = {"model": "plant.xml", "bind": self.bind}
         return tree
@@ -149,6 +154,11 @@ class Author:
             b.tree.setdefault("x", {}).setdefault(peer_of_b, {})[name] = element
             a.outputs.append((peer_of_a, name, type_))
             b.inputs.append((peer_of_b, name, type_, started))
+        elements = b.tree["x"][peer_of_b]
+        if len(elements) == _IN_INTERFACES:
+            shared = f"I{len(self.interfaces)}"
+            self.interfaces[shared] = elements
+            a.tree["y"][peer_of_a] = b.tree["x"][peer_of_b] = shared
 
     def _device(self, agent: Tree, effector: Draft) -> None:
         """The real effector of a virtual one, with what stands behind it."""
