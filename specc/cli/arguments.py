@@ -120,6 +120,7 @@ def _looking(commands: Any) -> None:
         help="of single machines, in all ways that are followed (default: 1000000)",
     )
     explore.add_argument("--format", choices=("text", "json"), default="text")
+    _add_policy(explore)
 
 
 def _comparing(commands: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from specc.cli import streams
@@ -18,19 +19,22 @@ VERSION = 1
 def run_explore(options: Namespace) -> int:
     """Explore and print what was found; 1 if every run gets into it."""
     from specc import pipeline
-    from specc.diagnostics.report import report, resolve
+    from specc.cli import inspect
     from specc.tools.explore.explorer import explore
 
     result = pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         return streams.tell_of(result, options.spec) or 1
     found = explore(result.proofs, options.budget)
-    told = resolve([finding.diagnostic for finding in found.findings], result.sources)
+    explored = tuple(finding.diagnostic for finding in found.findings)
+    # Other findings are left aside, and so are the comments about them.
+    alone = replace(result, diagnostics=explored, is_part=True)
+    told = inspect.report_on(options.spec, alone, inspect.overrides_of(options))
     if options.format == "json":
         streams.show(_as_json(result.system.name, found), "json")
-        return streams.exit_code(report(told, [options.spec]))
+        return streams.exit_code(told)
     streams.show(_as_text(found))
-    return streams.tell(report(told, [options.spec]))
+    return streams.tell(told)
 
 
 def _as_text(found: Exploration) -> str:

@@ -166,6 +166,13 @@ def judged(path: str, result: Result, overrides: Overrides) -> tuple[list[Findin
     return resolve((*faults, *verdict.diagnostics), sources), verdict.refused or bool(faults)
 
 
+def report_on(path: str, result: Result, overrides: Overrides) -> Report:
+    """The report on a compiled specification; what was ignored is counted."""
+    sources, faults, verdict = _judged(path, result, overrides)
+    found = resolve((*faults, *verdict.diagnostics), sources)
+    return replace(report(found, [path]), ignored=verdict.ignored)
+
+
 def _judged(
     path: str, result: Result, overrides: Overrides
 ) -> tuple[Sources, tuple[Diagnostic, ...], Judged]:

@@ -11,6 +11,9 @@ from specc.policy.ignores import Ignore, ignores_of, unused
 from specc.policy.settings import Settings
 from specc.source import Place, SourceFile, Sources
 
+_EXPLORED = "W10"
+"""Codes of what only `specc explore` finds; comments about it are no concern of other commands."""
+
 
 @frozen
 class Judged:
@@ -47,7 +50,8 @@ def judge(
     ignored = len(found) - len(left)
     rest = [*faults]
     if complete:
-        rest += [unused(source, entry) for source, entry in ignores if entry.place not in used]
+        idle = [(source, entry) for source, entry in ignores if entry.place not in used]
+        rest += [unused(source, e) for source, e in idle if not e.code.startswith(_EXPLORED)]
     left += [finding for finding in rest if settings.shows(finding)]
     if settings.strict:
         left = [replace(finding, promoted=not finding.code.startswith("E")) for finding in left]

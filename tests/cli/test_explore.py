@@ -68,6 +68,24 @@ def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     assert "belt.c, gate.c: stopped after" in capsys.readouterr().out
 
 
+def test_comments_and_options_hide_findings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (CASES / "lost-start.yaml").read_text(encoding="utf-8")
+    assert "states: {warming" in text
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(text, encoding="utf-8")
+    assert main(["explore", str(spec), "--ignore", "W10"]) == 0
+    line = next(line for line in text.splitlines() if "states: {warming" in line)
+    meant = f"{line} # specc: ignore[W1005] it is pressed again"
+    spec.write_text(text.replace(line, meant), encoding="utf-8")
+    assert main(["explore", str(spec)]) == 0
+    assert "1 ignored" in capsys.readouterr().err
+    assert main(["validate", "--strict", str(spec)]) == 0
+    weak = str(CASES / "wait-value.yaml")
+    assert main(["explore", weak, "--strict"]) == 1
+
+
 @pytest.mark.parametrize("budget", ["0", "-1", "1e9", "99999999999", "two"])
 def test_budgets_that_are_none(budget: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -95,6 +95,14 @@ def test_more_random_systems(tmp_path: Path) -> None:
     assert total >= 30
 
 
+def test_an_explorer_that_delivers_nothing_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Composition, "_deliver", lambda self, due, parts: ())
+    results = (compiled(specification(Random(seed)), tmp_path) for seed in range(12))
+    assert any(missed(result, range(1))[0] for result in results if result.ok)
+
+
 @pytest.mark.parametrize(
     "spec", ["conveyor_gate.yaml", "skeletons/joint/joint.yaml", "skeletons/two-agents/told.yaml"]
 )
