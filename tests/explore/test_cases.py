@@ -14,8 +14,10 @@ import pytest
 
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.explorer import Exploration, explore
+from tests.soundness.agreement import differences
 from tests.soundness.interpreter import Interpreter
 from tests.soundness.operators import PLAIN
+from tests.soundness.running import NothingProved, built, executed
 
 CASES = sorted(Path(__file__).parent.glob("cases/*.yaml"))
 HEAD = re.compile(r"# (?P<code>W\d{4})(?P<rests> rests)?: ")
@@ -59,7 +61,7 @@ def test_mended_twins_have_no_finding(case: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
 def test_traces_are_runs(case: Path, tmp_path: Path) -> None:
-    """A trace that rests on nothing is what the reference interpreter does, stamp for stamp."""
+    """A trace that rests on nothing is what interpreter and generated code do, stamp for stamp."""
     result, found = explored(case.read_text(encoding="utf-8"), tmp_path)
     assert result.system is not None
 
@@ -67,6 +69,9 @@ def test_traces_are_runs(case: Path, tmp_path: Path) -> None:
         return 0.0
 
     run = Interpreter(result.system, PLAIN, nothing).run(400)
+    if result.system.plant is None:
+        with built(result.system, NothingProved()) as made:
+            assert not differences(run, executed(made, None, 400))
     for finding in found.findings:
         if finding.way.is_decided:
             expected = {

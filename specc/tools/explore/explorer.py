@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from specc.analysis import Facts
+from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
@@ -60,6 +61,11 @@ class Exploration:
 
 def explore(facts: Facts, budget: int) -> Exploration:
     """Explore a system without errors in so many steps; where time is counted, twice as many."""
+    with one_run():
+        return _explore(facts, budget)
+
+
+def _explore(facts: Facts, budget: int) -> Exploration:
     abstraction = Abstraction(facts)
     result = Exploration()
     found: dict[tuple[object, ...], Finding] = {}

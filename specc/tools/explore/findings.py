@@ -18,6 +18,9 @@ from specc.tools.explore.stays import Lasting, Stuck, lasting
 from specc.tools.explore.trace import Step, Trace, trace
 from specc.tools.explore.walker import Walker
 
+_MOST_NAMED = 5
+"""Conditions that a message names."""
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -35,15 +38,18 @@ class Finding:
     @property
     def diagnostic(self) -> Diagnostic:
         """It counts as an error where every run goes that way."""
+        free = list(self.way.free)
+        if len(free) > _MOST_NAMED:
+            free[_MOST_NAMED:] = [f"{len(free) - _MOST_NAMED} more"]
+        rests = f"this rests on {listed(free, 'and')}; " if free else ""
+        related = (*self.way.related(), *self.related)
         return Diagnostic(
             self.code,
             self.message,
             self.place,
             self.label,
-            (*self.way.related(), *self.related),
-            f"this rests on {listed(self.way.free, 'and')}; {self.help}"
-            if self.way.free
-            else self.help,
+            related,
+            f"{rests}{self.help}",
             promoted=self.way.is_decided,
         )
 
