@@ -82,6 +82,9 @@ def _writing(commands: Any) -> None:
     fmt.add_argument(
         "--check", action="store_true", help="write nothing; exit code 1 if a file would change"
     )
+    fmt.add_argument(
+        "--upgrade", action="store_true", help="write version 1 in the forms of version 1.1"
+    )
     fmt.add_argument("--diff", action="store_true", help="print what would change, write nothing")
     status = _command(
         commands, "status", "status:status", "show which steps of the design are done"

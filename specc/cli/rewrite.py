@@ -23,7 +23,7 @@ from specc.policy import reach_of
 from specc.read import read_file, read_text, specification
 from specc.repair import repaired
 from specc.source import Place, Sources
-from specc.tools.fmt import formatted
+from specc.tools.fmt import formatted, upgrade
 
 # Writing a file: whole or not at all.
 
@@ -181,7 +181,7 @@ def fmt(options: Namespace) -> int:
             continue
         readable += 1
         old = document.source.text
-        new = formatted(old)
+        new = formatted(old, upgrade if options.upgrade else None)
         if new == old:
             continue
         changed.append(path)

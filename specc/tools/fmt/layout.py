@@ -7,7 +7,7 @@ several lines inside braces is joined if it fits.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from specc.read import read_text
 from specc.read.comments import comments_in
@@ -27,8 +27,8 @@ class LayoutError(Exception):
     """The new layout would change what the file says; the file is left alone."""
 
 
-def formatted(text: str) -> str:
-    """The canonical layout of a text that is YAML without faults.
+def formatted(text: str, change: Callable[[Collection], None] | None = None) -> str:
+    """The canonical layout of a text that is YAML without faults, after a change of its tree.
 
     Raises:
         LayoutError: data or comments would not survive.
@@ -38,11 +38,13 @@ def formatted(text: str) -> str:
     if not isinstance(root, Collection):
         return text
     Attacher(text, root).attach(comments)
+    if change is not None:
+        change(root)
     lines = [*_Printer(text).lines(root, FILE)]
     while lines and not lines[0]:
         del lines[0]
     new = "".join(f"{line.rstrip()}\n" for line in lines)
-    _compare(text, new, [comment.text for comment in comments])
+    _compare(text, new, [comment.text for comment in comments], same=change is None)
     return new
 
 
@@ -223,9 +225,9 @@ def _blanks(lines: list[str]) -> int:
     return next((number for number, line in enumerate(lines) if line), len(lines))
 
 
-def _compare(old: str, new: str, comments: list[str]) -> None:
+def _compare(old: str, new: str, comments: list[str], *, same: bool) -> None:
     before, after = read_text("old", old), read_text("new", new)
-    if repr(_sorted(before.data)) != repr(_sorted(after.data)):
+    if same and repr(_sorted(before.data)) != repr(_sorted(after.data)):
         raise LayoutError("the data would change")
     _, scalars = parse(new)
     kept = comments_in(new, [(scalar.start, scalar.end) for scalar in scalars])

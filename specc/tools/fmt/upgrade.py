@@ -1,0 +1,133 @@
+"""What a specification of version 1 says in the forms of version 1.1: the same, in fewer rows."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+
+from specc.model.fsm import OTHERWISE
+from specc.tools.fmt.tree import Collection, Entry, Scalar, Value
+
+
+def upgrade(root: Collection) -> None:
+    """Change a tree in place. What carries a comment, a title or a trace stays as it is."""
+    for entry in root.entries:
+        if _name(entry) == "specc" and isinstance(entry.value, Scalar):
+            entry.value = _written(entry.value, "1.1")
+    for machine in _machines(root):
+        rows = machine["transitions"]
+        if isinstance(rows, Collection) and not rows.linked:
+            _write_remainders(rows, _initial_conditions(machine))
+            _join_rows(rows)
+
+
+def _machines(value: Value) -> Iterator[dict[str, Value]]:
+    """The mappings that have a transition table."""
+    if not isinstance(value, Collection):
+        return
+    parts = {_name(entry): entry.value for entry in value.entries}
+    if "transitions" in parts:
+        yield parts
+    for entry in value.entries:
+        yield from _machines(entry.value)
+
+
+def _initial_conditions(machine: dict[str, Value]) -> Collection | None:
+    value: Value | None = machine.get("conditions")
+    for entry in value.entries if isinstance(value, Collection) else ():
+        if _name(entry) == "initial" and isinstance(entry.value, Collection):
+            return None if entry.value.linked else entry.value
+    return None
+
+
+# The condition that is the negation of the only other one.
+
+
+def _write_remainders(rows: Collection, conditions: Collection | None) -> None:
+    """`otherwise` for a condition that is `not` the other one, wherever both stand alone."""
+    if conditions is None:
+        return
+    texts = {_name(entry): _expression(entry) for entry in conditions.entries}
+    if OTHERWISE in texts:
+        return
+    opposite = {
+        name: other
+        for name, text in texts.items()
+        for other, positive in texts.items()
+        if text and positive and text in (f"not {positive}", f"not ({positive})")
+    }
+    for name, other in opposite.items():
+        if _is_replaced(rows, name, other):
+            conditions.entries = [e for e in conditions.entries if _name(e) != name]
+
+
+def _is_replaced(rows: Collection, name: str, other: str) -> bool:
+    """Whether all rows with a condition became remainders: each beside one row with the other."""
+    groups = defaultdict[tuple[str, str], list[str]](list)
+    cells = [row for entry in rows.entries if (row := _cells(entry)) is not None]
+    if len(cells) < len(rows.entries):
+        return False
+    for state, cause, when, _ in cells:
+        groups[state.text, cause.text].append(when.text)
+    if any(sorted(group) != sorted((name, other)) for group in groups.values() if name in group):
+        return False
+    for entry in rows.entries:
+        row = _cells(entry)
+        assert row is not None  # looked at above
+        if row[2].text == name:
+            entry.value = _row(entry.value, [row[0], row[1], _written(row[2], OTHERWISE), row[3]])
+    return True
+
+
+def _expression(entry: Entry) -> str:
+    """The text of a condition that says nothing else; "" for any other."""
+    if entry.above or entry.beside:
+        return ""
+    value = entry.value
+    if isinstance(value, Collection) and [_name(e) for e in value.entries] == ["when"]:
+        value = value.entries[0].value
+    return " ".join(value.text.split()) if isinstance(value, Scalar) else ""
+
+
+# Rows that differ in their state only.
+
+
+def _join_rows(rows: Collection) -> None:
+    groups = defaultdict[tuple[str, ...], list[Entry]](list)
+    for entry in rows.entries:
+        row = _cells(entry)
+        if row is not None and not entry.above and not entry.beside:
+            groups[tuple(cell.text for cell in row[1:])].append(entry)
+    for group in groups.values():
+        found = [row for entry in group if (row := _cells(entry)) is not None]
+        states = {row[0].text: row[0] for row in found}
+        if 1 < len(states) == len(group):
+            sources = _row(group[0].value, list(states.values()))
+            group[0].value = _row(group[0].value, [sources, *found[0][1:]])
+            rows.entries = [e for e in rows.entries if all(e is not other for other in group[1:])]
+
+
+def _cells(entry: Entry) -> tuple[Scalar, Scalar, Scalar, Scalar] | None:
+    """The cells of a row in its short form, of one state."""
+    value = entry.value
+    if not isinstance(value, Collection) or value.is_mapping or value.broken:
+        return None
+    cells = [each.value for each in value.entries if isinstance(each.value, Scalar)]
+    return (
+        (cells[0], cells[1], cells[2], cells[3]) if len(cells) == 4 == len(value.entries) else None
+    )
+
+
+def _row(like: Value, cells: list[Value]) -> Collection:
+    return Collection(
+        False, True, like.begin, like.start, like.start, entries=[Entry(None, c) for c in cells]
+    )
+
+
+def _written(like: Scalar, text: str) -> Scalar:
+    return replace(like, text=text, raw=text, style="")
+
+
+def _name(entry: Entry) -> str:
+    return entry.key.text if entry.key else ""

@@ -1,0 +1,108 @@
+"""`fmt --upgrade`: a specification of version 1 in the forms of 1.1 has the same transitions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+from ruamel.yaml import YAML
+
+from specc.pipeline import compile_spec
+from specc.tools.fmt import formatted, upgrade
+from tests.house.tree import ROOT
+from tests.soundness.specifications import specification
+
+FILES = [*sorted(ROOT.glob("specs/skeletons/**/*.yaml")), ROOT / "specs/conveyor_gate.yaml"]
+
+
+def rows(path: Path) -> dict[str, set[tuple[object, ...]]]:
+    """Source, cause, condition and target of all rows; the names of conditions do not count."""
+    system = compile_spec(str(path)).system
+    assert system is not None
+    return {
+        subsystem.name: {
+            (r.source, r.cause, r.condition.when, r.target) for r in subsystem.transitions
+        }
+        for subsystem in system.subsystems
+    }
+
+
+def upgraded(path: Path, beside: Path) -> str:
+    beside.write_text(formatted(path.read_text(encoding="utf-8"), upgrade), encoding="utf-8")
+    text = beside.read_text(encoding="utf-8")
+    assert formatted(text, upgrade) == text
+    assert rows(path) == rows(beside)
+    return text
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_committed_files(path: Path, tmp_path: Path) -> None:
+    new = tmp_path / path.name
+    for other in path.parent.iterdir():
+        if other.is_dir():
+            (tmp_path / other.name).symlink_to(other)
+    assert "\nspecc: 1.1\n" in f"\n{upgraded(path, new)}"
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_files(seed: int, tmp_path: Path) -> None:
+    tree = specification(Random(seed))
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    with old.open("w", encoding="utf-8") as file:
+        YAML(typ="safe").dump(tree, file)
+    upgraded(old, new)
+
+
+MACHINE = """\
+specc: 1
+system: demo
+agents:
+  a:
+    real_receptors: {eye: {y: {d: "real[m]"}}}
+    control: {}
+    virtual_receptors:
+      eye:
+        rate: 10 Hz
+        x: {eye: {d: "real[m]"}}
+        conditions:
+          initial:
+            near_by: x.eye.d < 1[m]
+            far: {when: "not (x.eye.d < 1[m])"}
+            away: {when: "not (x.eye.d < 1[m])", eq: 5}
+        functions: {}
+        behaviours: {look: {functions: [], terminal: always}}
+        states: {S0: look, S1: look, S2: look}
+        initial_state: S0
+        transitions:
+          - [S0, terminal, near_by, S1]
+          - [S0, terminal, far, S0]
+          - [S1, terminal, near_by, S1]
+          - [S1, terminal, far, S2] # kept
+          - [S2, terminal, near_by, S1]
+          - [S2, terminal, away, S0]
+"""
+
+
+def test_what_says_more_stays(tmp_path: Path) -> None:
+    old = tmp_path / "old.yaml"
+    old.write_text(MACHINE)
+    text = upgraded(old, tmp_path / "new.yaml")
+    assert "far:" not in text
+    assert "eq: 5" in text
+    table = " ".join(text[text.index("transitions:") :].split())
+    assert "- [[S0, S1, S2], terminal, near_by, S1]" in table
+    assert "otherwise, S2] # kept" in table
+    assert "- [S2, terminal, away, S0]" in table
+
+
+def test_a_condition_beside_others_stays(tmp_path: Path) -> None:
+    """Beside a third condition the remainder is another one."""
+    old = tmp_path / "old.yaml"
+    old.write_text(
+        MACHINE.replace("[S2, terminal, away, S0]", "[S2, terminal, far, S0]").replace(
+            "          - [S2, terminal, near_by, S1]\n",
+            "          - [S2, terminal, away, S1]\n          - [S2, terminal, near_by, S1]\n",
+        )
+    )
+    assert "otherwise" not in upgraded(old, tmp_path / "new.yaml")
