@@ -64,6 +64,7 @@ class Form:
     """
 
     is_plain = True
+    is_opaque = False
 
     def __init__(self, schema: Schema) -> None:
         self.schema = schema
@@ -237,6 +238,7 @@ class _Opaque(Form):
     """Values that only operators look into, in the bytes that their codec gives."""
 
     is_plain = False
+    is_opaque = True
 
     def __init__(self, kind: str, encode: Encode | None, decode: Decode | None) -> None:
         super().__init__({"type": "object"})

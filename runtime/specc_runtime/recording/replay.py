@@ -37,6 +37,7 @@ from specc_runtime.recording.steps import (
     Shelf,
     digest_of,
     passage_of,
+    remembered,
     topic_of,
 )
 from specc_runtime.recording.text import dumped, loaded
@@ -139,7 +140,7 @@ class _Replayed:
         self._fetch = shelf
         self._aside = Shelf(None, exact)
         self._y = Cells("y", layout.y, brief=not exact)
-        self._memory = Cells("memory", layout.memory, brief=not exact)
+        self._memory = Cells("memory", remembered(layout, exact), brief=not exact)
         self._fed: dict[str, tuple[Any, Any]] = {}
         self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
 

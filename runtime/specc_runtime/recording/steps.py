@@ -195,7 +195,7 @@ class Steps:
         brief = not shelf.exact
         self._x = Cells("x", layout.x)
         self._y = Cells("y", layout.y, brief=brief)
-        self._memory = Cells("memory", layout.memory, brief=brief)
+        self._memory = Cells("memory", remembered(layout, shelf.exact), brief=brief)
         flagged = [e for e in layout.x if hasattr(type(subsystem.x), FRESH + e.attribute)]
         self._flags = tuple(FRESH + e.attribute for e in flagged)
         self._flag_names = tuple(".".join(e.name) for e in flagged)
@@ -243,6 +243,11 @@ class Steps:
         self._shelf.subsystem = self.subsystem.name
         x = self._x.text(*inputs, self._shelf, time_s)
         return b'{"stamp":%d,"time":%b,%b,"x":%b' % (stamp, dumped(time_s), known, x)
+
+
+def remembered(layout: Layout, exact: bool) -> Sequence[Element]:
+    """The memory that is written."""
+    return [element for element in layout.memory if exact or not element.form.is_opaque]
 
 
 def passage_of(
