@@ -8,19 +8,28 @@ from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
 from specc.limits import left
-from specc.model.system import Agent, Device, DeviceKind, Subsystem, SubsystemKind
+from specc.model.system import (
+    Agent,
+    Device,
+    DeviceKind,
+    Element,
+    Shared,
+    Subsystem,
+    SubsystemKind,
+)
 from specc.resolve.buffers import resolve_buffers
 from specc.resolve.context import Findings, Meaning, Where, trace_of
 from specc.resolve.definitions import Definitions
-from specc.resolve.elements import resolve_elements, with_safe
+from specc.resolve.elements import with_safe
 from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.groups import Groups, groups_of, with_members
+from specc.resolve.interfaces import all_elements
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, indexed, reuse
 from specc.schema.files import AgentDef, DeviceDef
-from specc.schema.subsystem import SubsystemDef
+from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
 
 
@@ -262,12 +271,13 @@ class AgentResolver:
                 here = where[group][name]
                 inside = indexed(at, item.each, here, self.findings)
                 expressions = Expressions(self.findings, inside.definitions)
-                x = resolve_elements(item.x, here["x"], expressions)
-                y = resolve_elements(item.y, here["y"], expressions)
+                x, commands = all_elements(item.x, here["x"], "x", expressions)
+                y, reports = all_elements(item.y, here["y"], "y", expressions)
                 x = with_safe(x, item, here["x"], y, expressions)
                 trace = trace_of(item)
                 device = Device(agent, name, kind, item.title, x, y, trace, here.key, inside.given)
-                if len(x) + len(y) < len(item.x) + len(item.y):
+                sides = ((x, item.x, commands), (y, item.y, reports))
+                if any(_lacks(*side) for side in sides):
                     self.broken.add(device.qualified_name)
                 found.append(device)
         return tuple(found)
@@ -279,6 +289,11 @@ class AgentResolver:
             where["use"].place,
             help=f"the file needs `{what}:` at its top level",
         )
+
+
+def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None) -> bool:
+    """Whether elements of a buffer are not known."""
+    return len(found) < len(buffer.elements) or (buffer.interface is not None and not shared)
 
 
 _INNER = frozenset(

@@ -8,13 +8,12 @@ from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Literal
 
-from specc.diagnostics import Related, nearest
+from specc.diagnostics import nearest
 from specc.lang import RESERVED, Declared, Scope
-from specc.model.system import Element, Let, Memory, Port, Shared
+from specc.model.system import Let, Memory, Port
 from specc.resolve.context import Where, nobody_knows, trace_of
-from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions
-from specc.resolve.interfaces import elements_of
+from specc.resolve.interfaces import all_elements
 from specc.resolve.library import constant_scope
 from specc.schema.subsystem import BufferDef, SubsystemDef
 
@@ -97,40 +96,12 @@ def _port(
     peer: str, direction: Literal["x", "y"], buffer: BufferDef, at: Where, expressions: Expressions
 ) -> Port:
     """A port that has the elements of an interface, if the buffer names one, and its own."""
-    found = resolve_elements(buffer.elements, at, expressions)
-    if buffer.elements and not found:
+    found, shared = all_elements(buffer, at, direction, expressions)
+    if (buffer.elements and not found) or (buffer.interface and not shared):
         expressions.broken.add(peer)
-    port = Port(peer, direction, found, "", at.key)
-    if buffer.interface is None:
-        return port
-    used = elements_of(buffer.interface, at.scalar("is"), expressions)
-    if used is None:
-        expressions.broken.add(peer)
+    if buffer.interface and not shared:
         expressions.meant.add(f"{direction}.{peer}")
-        return port
-    interface, shared = used
-    if direction == "y":
-        shared = tuple(
-            replace(element, init=None, max_age_s=None, event=False) for element in shared
-        )
-    _report_twice(found, shared, expressions)
-    known = Shared(buffer.interface, interface.where.key)
-    return replace(port, elements=(*shared, *found), interface=known)
-
-
-def _report_twice(
-    own: tuple[Element, ...], shared: tuple[Element, ...], expressions: Expressions
-) -> None:
-    """Elements of a buffer that its interface has already."""
-    first = {element.name: element.place for element in shared}
-    for element in own:
-        if element.name in first:
-            message = f"the interface has an element `{element.name}` already"
-            related = (Related(first[element.name], "first defined here"),)
-            help_text = "delete or rename one of the two"
-            expressions.findings.report(
-                "E0205", message, element.place, related=related, help=help_text
-            )
+    return Port(peer, direction, found, "", at.key, shared)
 
 
 def _memory(

@@ -59,7 +59,8 @@ def with_safe(
     """What the device accepts, with the safe values that are declared in `where`, its `x`."""
     found = []
     for element in accepted:
-        declared = definition.x[element.name].safe
+        own = definition.x.elements.get(element.name)
+        declared = own.safe if own else None
         if declared is None:
             found.append(element)
             continue

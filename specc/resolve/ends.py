@@ -11,7 +11,7 @@ from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
 from specc.schema import SubsystemDef
 from specc.schema.files import AgentDef, SpecFile, TypeDef
-from specc.schema.subsystem import InterfaceDef
+from specc.schema.subsystem import BufferDef, InterfaceDef
 
 # Which types and interfaces the definitions and agents of the main file name in their texts.
 #
@@ -62,7 +62,7 @@ def _of_interface(definition: InterfaceDef) -> set[str]:
 def _of_agent(agent: AgentDef) -> Iterator[str]:
     devices = (*agent.real_effectors.values(), *agent.real_receptors.values())
     for device in devices:
-        yield from (item.type for side in (device.x, device.y) for item in side.values())
+        yield from (text for side in (device.x, device.y) for text in _of_buffer(side))
     virtual = (*agent.virtual_effectors.values(), *agent.virtual_receptors.values())
     for subsystem in (agent.control, *virtual):
         if subsystem is not None:
@@ -72,9 +72,12 @@ def _of_agent(agent: AgentDef) -> Iterator[str]:
 def _of_subsystem(subsystem: SubsystemDef) -> Iterator[str]:
     yield from (item.type for item in subsystem.memory.values())
     for buffers in (subsystem.x, subsystem.y):
-        for buffer in buffers.values():
-            yield buffer.interface or ""
-            yield from (item.type for item in buffer.elements.values())
+        yield from (text for buffer in buffers.values() for text in _of_buffer(buffer))
+
+
+def _of_buffer(buffer: BufferDef) -> Iterator[str]:
+    yield buffer.interface or ""
+    yield from (item.type for item in buffer.elements.values())
 
 
 def _words(text: str) -> list[str]:
@@ -185,7 +188,7 @@ def _is_configured(name: str, around: AgentDef) -> bool:
     device, control = around.real_receptors[name], around.control
     ends = (control.x.get(name), control.y.get(name)) if control else ()
     own = {element for end in ends if end for element in end.elements}
-    return not own or not own.isdisjoint({*device.x, *device.y})
+    return not own or not own.isdisjoint({*device.x.elements, *device.y.elements})
 
 
 def _absent(
@@ -197,7 +200,11 @@ def _absent(
     if kind != "control" and peer == word[0].upper() and name not in devices:
         return f"real {word} `{name}`"
     device = around.real_effectors.get(peer)
-    if kind == "control" and device and not {*device.x, *device.y}.intersection(elements):
+    if (
+        kind == "control"
+        and device
+        and not {*device.x.elements, *device.y.elements}.intersection(elements)
+    ):
         return f"virtual effector `{peer}`"
     if kind == "control" and peer in around.real_receptors:
         return f"virtual receptor `{peer}`"

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Literal
 
 from specc.diagnostics import Related
 from specc.lang import TYPE_WORDS, ExprError, parse_interface
-from specc.model.system import Element
+from specc.model.system import Element, Shared
 from specc.model.types import Frame, Type
 from specc.resolve.context import FOLLOW_UP, Findings, Where
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions
+from specc.schema.subsystem import BufferDef
 
 
 def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
@@ -35,7 +37,39 @@ def check_interfaces(known: Iterable[Definitions], findings: Findings) -> None:
         findings.meanings += alone.meanings
 
 
-def elements_of(
+def all_elements(
+    buffer: BufferDef, at: Where, direction: Literal["x", "y"], expressions: Expressions
+) -> tuple[tuple[Element, ...], Shared | None]:
+    """The elements of a buffer: those of its interface, if that is known, and its own."""
+    found = resolve_elements(buffer.elements, at, expressions)
+    if buffer.interface is None:
+        return found, None
+    used = _elements_of(buffer.interface, at.scalar("is"), expressions)
+    if used is None:
+        return found, None
+    interface, shared = used
+    if direction == "y":
+        shared = tuple(replace(element, init=None, max_age_s=None) for element in shared)
+    _report_twice(found, shared, expressions)
+    return (*shared, *found), Shared(buffer.interface, interface.where.key)
+
+
+def _report_twice(
+    own: tuple[Element, ...], shared: tuple[Element, ...], expressions: Expressions
+) -> None:
+    """Elements of a buffer that its interface has already."""
+    first = {element.name: element.place for element in shared}
+    for element in own:
+        if element.name in first:
+            message = f"the interface has an element `{element.name}` already"
+            related = (Related(first[element.name], "first defined here"),)
+            help_text = "delete or rename one of the two"
+            expressions.findings.report(
+                "E0205", message, element.place, related=related, help=help_text
+            )
+
+
+def _elements_of(
     text: str, where: Where, expressions: Expressions
 ) -> tuple[Interface, tuple[Element, ...]] | None:
     """The interface that a buffer names at `where` and its elements, or None after reporting."""

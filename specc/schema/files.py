@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from specc.limits import MAX_REQUIREMENTS
 from specc.schema.keys import Choice, Listed, Part, Role, Text, key
-from specc.schema.subsystem import CommandDef, ElementDef, InterfaceDef, SubsystemDef
+from specc.schema.subsystem import BufferDef, CommandBufferDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
     OF_EACH,
     ArgumentText,
@@ -62,12 +62,8 @@ class DeviceDef(Traced, first="for title eq table fig"):
     """A real effector or receptor: what it accepts (x) and what it reports (y)."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
-    x: dict[ReadableName, CommandDef] = key(
-        {}, "What the device accepts.", defines="element", step="buffers"
-    )
-    y: dict[ReadableName, ElementDef] = key(
-        {}, "What the device reports.", defines="element", step="buffers"
-    )
+    x: CommandBufferDef = key(CommandBufferDef, "What the device accepts.", step="buffers")
+    y: BufferDef = key(BufferDef, "What the device reports.", step="buffers")
 
 
 class AgentDef(

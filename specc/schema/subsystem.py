@@ -45,7 +45,7 @@ class InputDef(ReceivedDef):
 
 
 class BufferDef(Part, short="is", first="for is"):
-    """The elements of an output buffer: those of an interface, and further ones."""
+    """The elements of a buffer: those of an interface, and further ones."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     interface: InterfaceText | None = key(
@@ -84,6 +84,14 @@ class CommandDef(ReceivedDef):
     """An element that a device accepts."""
 
     safe: SafeDef | None = None
+
+
+class CommandBufferDef(BufferDef, first="for is"):
+    """What a device accepts: the elements of an interface, and further ones."""
+
+    elements: dict[ReadableName, CommandDef] = key(  # type: ignore[assignment]  # is never written to
+        {}, spelled=OTHERS, defines="element"
+    )
 
 
 class MemoryDef(Traced):

@@ -103,6 +103,8 @@ def test_parameters_of_a_shared_class_are_those_of_each_agent(tmp_path: Path) ->
         ("ok-devices-of-a-kind", 3),
         ("ok-reader-of-many", 2),
         ("ok-commands-to-receptors", 4),
+        ("ok-interface", 3),
+        ("ok-interface-of-a-device", 3),
     ],
 )
 def test_cases_of_many_agents(case: str, modules: int) -> None:
