@@ -18,7 +18,7 @@ from specc.lang.errors import (
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.interfaces import parse_interface
 from specc.lang.many import Members, spread
-from specc.lang.parse import CUT_SHORT, parse
+from specc.lang.parse import CUT_SHORT, parse, parse_syntax
 from specc.lang.show import show
 from specc.lang.types import (
     TYPE_WORDS,
@@ -51,6 +51,7 @@ __all__ = [
     "parse",
     "parse_interface",
     "parse_signature",
+    "parse_syntax",
     "parse_type",
     "show",
     "spread",

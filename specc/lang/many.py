@@ -113,6 +113,14 @@ class _Member(ast.NodeTransformer):
                 return node
         return self.generic_visit(node)
 
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.AST:
+        """A quantifier inside, whose variable hides this one if it has the same name."""
+        first = node.generators[0]
+        if not isinstance(first.target, ast.Name) or first.target.id != self.variable:
+            return self.generic_visit(node)
+        first.iter = self.visit(first.iter)
+        return node
+
     def visit_Name(self, node: ast.Name) -> ast.AST:
         return _number(self.at, node) if node.id == self.variable else node
 

@@ -129,7 +129,7 @@ class TypeReader:
         make = _SHAPES.get((name, len(args)))
         if make is not None and name not in self.names.types:
             return make(self, *args)
-        if name in _USAGE or name in _PLAIN:
+        if name in TYPE_WORDS or (name not in self.names.types and name in _USAGE):
             usage = f"it is spelt like `{_USAGE[name]}`" if name in _USAGE else "it takes nothing"
             raise self._error(node, f"`{name}` does not take these in brackets", usage)
         return self._named(node, name, args)

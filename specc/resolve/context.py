@@ -158,7 +158,8 @@ class Findings:
         """
         names = sorted(map(str, known))  # type: ignore[call-overload]  # any iterable of names
         help = suggestion(name, names)
-        if what in _MAY_COME and not is_slip(name, names):
+        may_come = what in _MAY_COME and (what != "agent" or name.isidentifier())
+        if may_come and not is_slip(name, names):
             part = f"`{name}`" if what in _TARGETS else f"{what} `{name}`"
             way = or_else(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():

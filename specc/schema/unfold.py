@@ -13,9 +13,11 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
+from keyword import iskeyword
 from typing import Any
 
 from specc.diagnostics import Diagnostic
+from specc.lang import ExprError, parse_syntax
 from specc.limits import MAX_COPIES, MAX_VALUES
 from specc.schema.keys import OTHERS, Kind, Named, Part, Several, Text, bare
 from specc.source import Place, Route
@@ -152,7 +154,7 @@ class _Unfolding:
             at = (*route, name)
             written = self._filled(str(text), around, at) if around else str(text)
             limits = _RANGE.fullmatch(written)
-            if not str(name).isidentifier() or name in around:
+            if not str(name).isidentifier() or iskeyword(name) or name in around:
                 why = "is an index already" if name in around else "is not a name"
                 self.tell("E0108", f"`{name}` {why}", at, "choose another name", is_key=True)
                 return None
@@ -173,8 +175,10 @@ class _Unfolding:
         """A name without braces."""
         if not isinstance(name, str):
             return name
+        before = len(self.findings)
         filled = self._filled(name, indices, at, is_key=True)
-        if unknown := _BRACES.search(filled):
+        unknown = _BRACES.search(filled) if len(self.findings) == before else None
+        if unknown:
             known = ", ".join(f"`{index}`" for index in indices)
             message = f"`{unknown[0]}` has no value: the indices are {known}"
             self.tell("E0108", message, at, "write e.g. `left_{i}` or `robot_{i % 5 + 1}`", True)
@@ -232,8 +236,8 @@ def _padded(text: str, room: int, *, is_last: bool) -> tuple[str, int]:
 def _number(text: str, indices: Indices) -> int | None:
     """The value of arithmetic on indices; None for any other text, as that of a set."""
     try:
-        tree = ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        tree = parse_syntax(text)
+    except ExprError:
         return None
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     return _value(tree, indices) if names and names <= indices.keys() else None
@@ -251,10 +255,14 @@ def _value(node: ast.expr, indices: Indices) -> int:
             values = _value(left, indices), _value(right, indices)
             if isinstance(op, (ast.FloorDiv, ast.Mod)) and values[1] == 0:
                 raise _IndexFault("divides by zero")
-            return _OPERATIONS[type(op)](*values)
+            found = _OPERATIONS[type(op)](*values)
+            if abs(found) > _LARGEST:
+                raise _IndexFault("is too large a number")
+            return found
     raise _IndexFault("is not arithmetic on indices")
 
 
+_LARGEST = 10**18
 _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,

@@ -33,6 +33,11 @@ def written(text: str, groups: dict[str, dict[tuple[int, ...], str]] = ROBOTS) -
             "2 if x.robots_2.e >= x.robots_4.e else 4",
         ),
         ("all(any(r.e > s.e for s in x.robots) for r in x.other)", None),
+        (
+            "any(any(r > 1 for r in r.l) for r in x.robots)",
+            "any((r > 1 for r in x.robots_1.l)) or any((r > 1 for r in x.robots_2.l)) or "
+            "any((r > 1 for r in x.robots_4.l))",
+        ),
         ("x.other.e", "x.other.e"),
     ],
 )  # fmt: skip

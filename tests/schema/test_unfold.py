@@ -97,3 +97,30 @@ def test_copies_of_copies_are_bounded() -> None:
     found = faults({"for": {"i": "1..1000"}, "real_effectors": {"w{j}": inner}})
     assert len(found) == 1
     assert found[0].startswith("E0017 with its parts unfolded")
+
+
+def test_a_fault_in_a_name_is_reported_once() -> None:
+    assert faults({"for": {"i": "1..1"}}, "a{i % 0}") == ["E0108 `{i % 0}` divides by zero"]
+
+
+def test_an_index_is_no_keyword() -> None:
+    assert faults({"for": {"if": "1..1"}}) == ["E0108 `if` is not a name"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"{{i * {'9' * 4000} * {'9' * 4000}}}",
+        f"{{i * {'9' * 200} * {'9' * 200}}}",
+        "{i" + " + i" * 800 + "}",
+        "{" + "-" * 800 + "i}",
+    ],
+)
+def test_arithmetic_on_indices_is_bounded(text: str) -> None:
+    _, found = unfolded({"agents": {"a": {"for": {"i": 1}, "title": text}}}, SpecFile, "f.yaml")
+    assert {fault.code for fault in found} <= {"E0108"}
+
+
+@pytest.mark.filterwarnings("error")
+def test_python_says_nothing_of_texts_in_braces() -> None:
+    assert faults({"for": {"i": "1..1"}, "title": "{0x1for i in i}"})
