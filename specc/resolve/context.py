@@ -164,6 +164,7 @@ class Findings:
             way = or_else(_MAY_COME[what], help if names else "")
             if what.endswith("condition") and not name.isidentifier():
                 way = "give it a name under `conditions:`, and write that name here"
+                way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
             self.not_there(part, place, way, lacks)
             return True
         fix = rename(place, surely_meant(name, nearest(name, names)))
