@@ -75,7 +75,7 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts={source.path: source.text for source in sources},
+        texts={source.path: source.text for source in sources} if found.record else {},
     )
     try:
         return int(import_module("specc_runtime.main").run(options) or 0)

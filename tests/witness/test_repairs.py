@@ -36,7 +36,7 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
     if found := ADDED.search(finding.help):
         state, cause, name = found.groups()
         for lacking in (state, *others):
-            row = machine.rows_of(lacking, cause)[0][0]
+            row = machine.rows_of(lacking, cause)[0].route
             edits.append(sheet.beside(row, f"[{lacking}, {cause}, {name}, {lacking}]"))
     elif found := ASKED.search(finding.help):
         which, asked, old = found.groups()
@@ -44,7 +44,7 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
         row = row[: len(machine.route) + 2]
         cause = sheet.get(row)[1]
         rows = [each for state in others for each in machine.rows_of(state, cause)]
-        also = [other for other, cells in rows if cells[2] == old]
+        also = [other.route for other in rows if other.condition == old]
         edits += [sheet.replaced(sheet.at((*each, 2)), name) for each in (row, *also)]
         edits.append(sheet.beside(conditions[0], f'{name}: "{asked}"'))
     else:
