@@ -34,7 +34,8 @@ HEAD = ("fault", "seeded", "found", "at its line", "shown", "elsewhere", "more",
 INTRODUCTION = """\
 # Mutation score
 
-Made by `python bench/mutation.py --write`. Faults of {classes} classes are seeded into
+Made by `python bench/mutation.py --write --most {most}`. Faults of {classes} classes are seeded
+into
 {files}, one at a time, by edits of the
 text that leave the rest as it is: at every place that a class has in a file, at most {most} of
 them, evenly spread. {seeded} faults were seeded and {found} found. {alone} of them are told by one
@@ -108,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if options.write and options.only:
         parser.error("the page has all classes: --write goes without --only")
-    soil = fertile(beds(ROOT / "specs"))
+    soil = fertile(every_bed())
     faults = [fault for fault in FAULTS if re.search(options.only, fault.name)]
     found = [score for score, _ in scores(faults, soil, options.most)]
     rows = [(s.fault.name, *map(str, s.counts)) for s in found]
@@ -122,6 +123,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.write:
         page = document(found, soil, options.most, (len(judged), sum(judged)))
         DOCUMENT.write_text(page, encoding="utf-8")
+
+
+def every_bed() -> list[Bed]:
+    """The beds of the specifications, and of those that are there for the faults alone."""
+    return [*beds(ROOT / "specs"), *beds(ROOT / "bench/seeding/specs")]
 
 
 def fertile(soil: Sequence[Bed]) -> list[Bed]:

@@ -85,7 +85,7 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
     broken, faulty = frozenset(resolver.broken), frozenset(resolver.faulty)
     checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.kept)
     own = told_of_comments(findings.diagnostics, loader.sources)
-    found = (*own, *(d for d in checked if is_certain(d, file.path)))
+    found = findings.certain((*own, *(d for d in checked if is_certain(d, file.path))))
     return Result(system, proofs, found, loader.sources, broken, is_part=True)
 
 
@@ -104,7 +104,8 @@ def _compiled(
     )
     own = told_of_comments(findings.diagnostics, loader.sources)
     agents = [agent.name for agent in resolved.system.agents]
-    found = tuple(once((*without_follow_ups(own, checked), *checked), agents))
+    every = findings.certain((*without_follow_ups(own, checked), *checked))
+    found = tuple(once(every, agents))
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken)
 
 

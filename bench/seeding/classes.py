@@ -9,6 +9,7 @@ from typing import Any
 from bench.seeding import (
     device_faults,
     flow_faults,
+    form_faults,
     machine_faults,
     meaning_faults,
     name_faults,
@@ -26,6 +27,7 @@ GROUPS = {
     "Structure": structure_faults.FAULTS,
     "Machines": machine_faults.FAULTS,
     "What flows": flow_faults.FAULTS,
+    "Forms of version 1.1": form_faults.FAULTS,
     "Plant and task": plant_faults.FAULTS,
     "Samples and safe outputs": device_faults.FAULTS,
 }

@@ -73,7 +73,7 @@ def _in_python(sheet: Sheet) -> Iterator[Seed]:
     if sheet.has(route):
         edits = [sheet.replaced(sheet.key(route), "python")]
         edits.append(sheet.replaced(sheet.at(route), '"robots.arm:Arm"'))
-        yield seed(edits, elsewhere=[sheet.key(binding).start for binding in bindings(sheet)])
+        yield seed(edits, elsewhere=[sheet.key(b).start for b in sheet.entries(("plant", "bind"))])
 
 
 def _makers(sheet: Sheet) -> Iterator[Seed]:

@@ -16,7 +16,7 @@ _FRESH = re.compile(r"fresh\(x\.(\w+)\.(\w+)\)")
 def _spare_at_both_ends(sheet: Sheet) -> Iterator[Seed]:
     """An element that both ends of a connection have and neither uses."""
     for machine in machines(sheet):
-        control = (*machine.route[:2], "control")
+        control = (*machine.agent, "control")
         for direction, other in ("xy", "yx"):
             here = machine.below(direction, "c")
             there: Route = (*control, other, machine.route[-1])

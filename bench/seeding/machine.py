@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -45,6 +45,11 @@ class Machine:
     def is_control(self) -> bool:
         """Whether it is the control subsystem of an agent."""
         return self.route[-1] == "control"
+
+    @property
+    def agent(self) -> Route:
+        """Route of its agent, if it has one in the same file."""
+        return self.route[: 2 if self.route[0] == "agents" else 1]
 
     def below(self, *steps: str | int) -> Route:
         """Route to a part."""
@@ -178,12 +183,35 @@ class Machine:
 
 def machines(sheet: Sheet) -> list[Machine]:
     """The subsystems that a sheet describes itself."""
-    found: list[Route] = [("subsystem",)] if sheet.has(("subsystem",)) else []
-    for agent in sheet.entries(("agents",)):
+    found: list[Route] = [("subsystem",)]
+    for agent in [("agent",), *sheet.entries(("agents",))]:
         found.append((*agent, "control"))
         found += sheet.entries((*agent, "virtual_effectors"))
         found += sheet.entries((*agent, "virtual_receptors"))
     return [Machine(sheet, route) for route in found if sheet.has((*route, "states"))]
+
+
+def lost_without(machine: Machine, row: Row) -> set[str]:
+    """The states that cannot be reached without a row."""
+    arcs = [(other.state, other.target) for other in machine.rows()]
+    others = [(other.state, other.target) for other in machine.rows() if other != row]
+    return reached(machine, arcs) - reached(machine, others)
+
+
+def reached(machine: Machine, arcs: Sequence[tuple[str, str]]) -> set[str]:
+    """The states that can be reached from the initial one, by steps from state to state."""
+    found, added = set(), {str(machine.get("initial_state"))}
+    while added:
+        found |= added
+        added = {target for source, target in arcs if source in found} - found
+    return found
+
+
+def given_agents(sheet: Sheet) -> list[Route]:
+    """Arguments that are agents of the system."""
+    agents = sheet.get(("agents",), {})
+    given = [route for route in sheet.walk() if route[-2:-1] == ("with",)]
+    return [route for route in given if sheet.get(route) in agents]
 
 
 def constants(sheet: Sheet) -> set[str]:
@@ -195,11 +223,12 @@ def elements(sheet: Sheet, buffer: Route) -> list[Route]:
     """Routes of the elements of a buffer: those of an interface where it names one."""
     entry = sheet.get(buffer, {})
     if isinstance(entry, str):
-        return _of_interface(sheet, entry)
-    shared = _of_interface(sheet, entry["is"]) if isinstance(entry.get("is"), str) else []
+        return of_interface(sheet, entry)
+    shared = of_interface(sheet, entry["is"]) if isinstance(entry.get("is"), str) else []
     return shared + [route for route in sheet.entries(buffer) if route[-1] != "is"]
 
 
-def _of_interface(sheet: Sheet, named: str) -> list[Route]:
+def of_interface(sheet: Sheet, named: str) -> list[Route]:
+    """Routes of the elements of an interface, which is named with or without its parameters."""
     entries = sheet.entries(("interfaces", named.partition("[")[0]))
     return [route for route in entries if route[-1] not in _NO_ELEMENTS]

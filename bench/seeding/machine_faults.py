@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 from bench.seeding.fault import Follows, Seed, fault, seed
-from bench.seeding.machine import CAUSES, OTHERWISE, Machine, Row, machines
+from bench.seeding.machine import CAUSES, OTHERWISE, Machine, Row, lost_without, machines, reached
 from bench.seeding.presence_seeds import entered_unprepared, no_initial_values
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
@@ -32,7 +32,7 @@ def _missing_rows(sheet: Sheet) -> Iterator[Seed]:
                 others = {other.condition for other in rows if other != row}
                 if OTHERWISE not in others:
                     yield seed(machine.without(row), machine.place_of(state))
-                elif not _lost_without(machine, row):
+                elif not lost_without(machine, row):
                     yield seed(machine.without(row), absorbable=True)
 
 
@@ -40,7 +40,7 @@ def _missing_ways(sheet: Sheet) -> Iterator[Seed]:
     """The only row that leads to a state is gone, and `otherwise` applies where it did."""
     for machine in machines(sheet):
         for row in machine.rows():
-            lost = _lost_without(machine, row)
+            lost = lost_without(machine, row)
             if lost and row.condition != OTHERWISE and machine.has_otherwise(*row[:2]):
                 yield seed(machine.without(row), *map(machine.place_of, sorted(lost)))
 
@@ -201,7 +201,8 @@ def _unreachable(sheet: Sheet) -> Iterator[Seed]:
         rows = machine.entries("transitions")
         first = next(iter(machine.get("states")))
         for name in behaviours:
-            if not rows or machine.ends(name, "error") != "False":
+            ends = [machine.ends(name, cause) for cause in CAUSES]
+            if not rows or ends[0] == "False" or ends[1] != "False":
                 continue
             state = machine.entries("states")[0]
             edits = [
@@ -224,25 +225,9 @@ def _swapped(sheet: Sheet) -> Iterator[Seed]:
                 yield seed(edits, *(edit.start for edit in edits), elsewhere=places)
 
 
-def _lost_without(machine: Machine, row: Row) -> set[str]:
-    """The states that cannot be reached without a row."""
-    arcs = [(other.state, other.target) for other in machine.rows()]
-    others = [(other.state, other.target) for other in machine.rows() if other != row]
-    return _reached_by(machine, arcs) - _reached_by(machine, others)
-
-
 def _reached(machine: Machine, targets: Mapping[Route, str]) -> set[str]:
     """The states that can be reached, with the next states of the lines of the table."""
-    return _reached_by(machine, [(row.state, targets[row.route]) for row in machine.rows()])
-
-
-def _reached_by(machine: Machine, arcs: Sequence[tuple[str, str]]) -> set[str]:
-    """The states that can be reached from the initial one, by steps from state to state."""
-    reached, added = set(), {str(machine.get("initial_state"))}
-    while added:
-        reached |= added
-        added = {target for source, target in arcs if source in reached} - reached
-    return reached
+    return reached(machine, [(row.state, targets[row.route]) for row in machine.rows()])
 
 
 def _returning(sheet: Sheet) -> Iterator[Seed]:
@@ -342,7 +327,9 @@ _READS = "E0701 E0702 E0705 W0415 W0416"
 _LEADS = f"{_READS} E0514"
 
 FAULTS = (
-    fault("missing case (one of several rows)", "E0601", _missing_rows),
+    fault(
+        "missing case (one of several rows)", "E0601", _missing_rows, {Follows.ONLY_USE: "W0611"}
+    ),
     fault("missing row that alone leads to a state", "W0607", _missing_ways),
     fault(
         "case left out of a condition",
@@ -385,7 +372,12 @@ FAULTS = (
         _too_late,
         {Follows.ONLY_USE: "W0240 W0412 W0611 W0615"},
     ),
-    fault("trap state (no rows)", "E0603 O0605", _traps, {Follows.WAY: "E0514"}),
+    fault(
+        "trap state (no rows)",
+        "E0603 O0605",
+        _traps,
+        {Follows.WAY: "E0514", Follows.ONLY_USE: "W0611"},
+    ),
     fault("trap state (all rows lead back)", "W0612", _returning, {Follows.WAY: _LEADS}),
     fault("missing row for the error cause", "E0603", _no_error_rows),
     fault("new error without a row", "E0603 W0618", _new_errors, several=Follows.EVERY_STATE),
@@ -394,7 +386,7 @@ FAULTS = (
         "row for the other cause",
         "W0604 E0601 E0602 E0603 O0605",
         _other_causes,
-        {Follows.WAY: "W0607"},
+        {Follows.WAY: "W0607 W0605"},
         several=Follows.EACH,
     ),
     fault("unreachable state", "W0607", _unreachable),

@@ -73,8 +73,10 @@ def _half_turns(sheet: Sheet) -> Iterator[Seed]:
 
 def _quaternions(sheet: Sheet) -> Iterator[Seed]:
     """A component that is missing, or ten times too large; no pose without a turn."""
-    for _, _, route, node in _expressions(sheet):
-        text = sheet.raw(node)
+    routes = [route for _, _, route, _ in _expressions(sheet)]
+    routes += [sheet.scalar(route, "is") for route in sheet.entries(("constants",))]
+    for route in routes:
+        node, text = sheet.at(route), sheet.raw(sheet.at(route))
         for found in re.finditer(r"\bpose\(.*, \[([^\]]+)\]\)", text):
             for item in _NUMBER.finditer(found[1]):
                 start = node.start + found.start(1) + item.start()
@@ -89,6 +91,8 @@ def _clamps(sheet: Sheet) -> Iterator[Seed]:
     """The two bounds changed round, and `min` and `max`."""
     for _, _, _, node in _expressions(sheet):
         for found in _CLAMP.finditer(sheet.raw(node)):
+            if "x." in found[2] + found[3]:
+                continue  # nothing is known of the sign of an input
             start, end = node.start + found.start(), node.start + found.end()
             yield seed(Edit(start, end, f"{found[1]}, {found[3]}), {found[2]})"))
             other = found[1].replace("min(max(", "max(min(", 1)

@@ -125,7 +125,10 @@ def _parts(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for _, route in machine.expressions():
             node = sheet.at(route)
-            for found in _PART.finditer(sheet.raw(node)):
+            text = sheet.raw(node)
+            for found in _PART.finditer(text):
+                if f" for {found[0].partition('.')[0]} in x." in text:
+                    continue  # an element of a buffer of many
                 start, end = (node.start + offset for offset in found.span(1))
                 yield seed(Edit(start, end, found[1] + "w"))
 

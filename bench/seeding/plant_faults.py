@@ -14,8 +14,10 @@ _NAMED = ("actuators", "joints", "sensors")
 
 
 def bindings(sheet: Sheet) -> list[Route]:
-    """Routes of the bindings of the plant."""
-    return sheet.entries(("plant", "bind"))
+    """Routes of the bindings of the plant, for agents that the sheet itself describes."""
+    found = sheet.entries(("plant", "bind"))
+    agents = sheet.get(("agents",), {})
+    return [b for b in found if "use" not in agents.get(str(b[-1]).partition(".")[0], {"use"})]
 
 
 def _listed(sheet: Sheet, kind: str) -> Iterator[Seed]:

@@ -110,7 +110,7 @@ class Bed:
 
 
 def beds(specs: Path) -> list[Bed]:
-    """A bed for every sound system in a folder, and for every part that one of them uses.
+    """A bed for every sound system in a folder, and for every file that one of them uses.
 
     The paper as published has faults of its own.
     """
@@ -118,8 +118,9 @@ def beds(specs: Path) -> list[Bed]:
     found = {path: Bed(Sheet.read(path), str(path)) for path in systems}
     for system, bed in list(found.items()):
         for route in bed.sheet.walk():
-            if route and route[-1] == "use" and isinstance(bed.sheet.get(route), str):
-                part = specs / bed.sheet.get(route)
+            text = bed.sheet.get(route)
+            if "use" in route[-2:] and isinstance(text, str):
+                part = specs / text
                 found.setdefault(part, Bed(Sheet.read(part), str(system)))
     return list(found.values())
 

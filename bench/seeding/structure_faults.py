@@ -181,7 +181,8 @@ def _missing_rates(sheet: Sheet) -> Iterator[Seed]:
 def _no_control(sheet: Sheet) -> Iterator[Seed]:
     for agent in sheet.entries(("agents",)):
         control = (*agent, "control")
-        yield seed(sheet.removed(control), sheet.key(agent).start)
+        if sheet.has(control):
+            yield seed(sheet.removed(control), sheet.key(agent).start)
 
 
 def _idle_devices(sheet: Sheet) -> Iterator[Seed]:
@@ -269,7 +270,7 @@ FAULTS = (
         several=Follows.EVERY_USE,
     ),
     fault("wrong frames at one end", f"E0405 {_TYPES}", _other_frames, several=Follows.EVERY_USE),
-    fault("element that is not at the other end", "E0404", _spare_elements),
+    fault("element that is not at the other end", "E0404", _spare_elements, several=Follows.EACH),
     fault("connection that the structure forbids", "E0401", _short_cuts),
     fault("wrong kind of agent", "E0407 E0408", _kinds),
     fault("kind of agent that does not exist", "E0104 E0407", _no_kind),

@@ -54,6 +54,7 @@ _NAMED = frozenset(
         "bind",
         "initial",
         "error",
+        "interfaces",
     )
 )
 
@@ -145,7 +146,13 @@ def _is_key(route: Route) -> bool:
     parent = route[-2] if len(route) > 1 else ""
     if parent in _NAMED or (parent == "terminal" and "conditions" in route):
         return False
-    return route[-3:-2] not in (("x",), ("y",), ("functions",), ("real_effectors",))
+    return route[-3:-2] not in (
+        ("x",),
+        ("y",),
+        ("functions",),
+        ("real_effectors",),
+        ("interfaces",),
+    )
 
 
 def _starts_line(sheet: Sheet, route: Route) -> bool:

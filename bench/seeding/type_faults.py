@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from bench.seeding.fault import Follows, Seed, fault, seed
-from bench.seeding.machine import Machine, machines
+from bench.seeding.machine import Machine, given_agents, machines
 from bench.seeding.sheet import Edit, Sheet
 from specc.source import Route
 
@@ -46,7 +46,7 @@ def _no_units(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for kind, route in machine.expressions():
             for found in _LITERAL.finditer(sheet.raw(sheet.at(route))):
-                if kind != "let":
+                if kind != "let" and not found[0].startswith("0["):
                     start = sheet.at(route).start
                     yield seed(Edit(start + found.start(1) - 1, start + found.end(), ""))
 
@@ -54,7 +54,7 @@ def _no_units(sheet: Sheet) -> Iterator[Seed]:
 def _wrong_given(sheet: Sheet) -> Iterator[Seed]:
     """Parameters of parts that are given a truth value, or a number of another unit."""
     for route in sheet.walk():
-        if len(route) > 1 and route[-2] == "with":
+        if len(route) > 1 and route[-2] == "with" and route not in given_agents(sheet):
             for wrong in ("True", '"5[kg]"', '"[1, 2]"'):
                 yield seed(sheet.replaced(sheet.at(route), wrong))
 
@@ -64,12 +64,21 @@ def _constants(sheet: Sheet) -> Iterator[Seed]:
     for route in sheet.entries(("constants",)):
         node = sheet.at(sheet.scalar(route, "is"))
         found = _LITERAL.search(sheet.raw(node))
-        uses = [use.start for machine in machines(sheet) for use in machine.uses(str(route[-1]))]
+        uses = [use for machine in machines(sheet) for use in _effects(machine, str(route[-1]))]
         uses += [sheet.at(item).start for item in sheet.walk() if item[-2:-1] == ("with",)]
         if found is not None:
             start = node.start + found.start(1)
             other = _other_unit(found[1])
             yield seed(Edit(start, start + len(found[1]), other), elsewhere=uses)
+
+
+def _effects(machine: Machine, name: str) -> list[int]:
+    """Where a constant is used, and the lets that are computed from it."""
+    uses = [use.start for use in machine.uses(name)]
+    lets = [route for kind, route in machine.expressions() if kind == "let"]
+    lets = [route for route in lets if machine.sheet.words(route, {name})]
+    named = [str(route[-2] if route[-1] == "is" else route[-1]) for route in lets]
+    return uses + [use.start for let in named for use in machine.uses(let)]
 
 
 def _other_unit(unit: str) -> str:

@@ -44,7 +44,7 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
     plant = facts.system.plant
     for binding in plant.bindings if plant else ():
         known = elements.get(binding.device)
-        if binding.device in facts.broken:
+        if not facts.broken.isdisjoint((binding.device, binding.device.partition(".")[0])):
             continue
         if known is None:
             message = f"there is no device `{binding.device}`"

@@ -76,11 +76,11 @@ class AgentResolver:
 
     def _reused(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
         used = reuse(definition, where, at, self.library)
-        if used is None:
-            return None
-        inner = used.file.spec.agent
-        if inner is None:
-            self._no_description("agent", where)
+        inner = used.file.spec.agent if used else None
+        if used is None or inner is None:
+            self.broken.add(name)
+            if used is not None:
+                self._no_description("agent", where)
             return None
         self.instances.append(used.definitions)
         agent = self.resolve(name, inner, used.file.top["agent"], used)

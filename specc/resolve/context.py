@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -86,9 +87,15 @@ class Findings:
     kept: Kept | None = None
     depth: int = 0
     """Of the definition that is being made inside others."""
+    unread: bool = False
+    """Whether a file under `use:` cannot be read: any name that is unknown may be one of its."""
     repeated: list[Diagnostic] = field(default_factory=list)
     """Missing parts that are reported at another place that needs them."""
     _lacking: dict[object, int] = field(default_factory=dict)
+
+    def certain(self, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+        """Those findings that do not depend on names in a file that cannot be read."""
+        return tuple(d for d in found if not self.unread or d.code.startswith(_OF_FILES))
 
     def report(
         self,
@@ -195,6 +202,7 @@ class Findings:
         self.diagnostics.append(found)
 
 
+_OF_FILES = ("E00", "E01", "O0401")
 _TARGETS = ("memory target", "output target")
 _MAY_COME = {
     "frame": "declare it under `frames:`",

@@ -107,6 +107,7 @@ class Library:
                 continue
             other = self.load(path, where)
             if other is None:
+                self.findings.unread = True
                 continue
             if other.path not in self._known:
                 inner = replace(self, _using=(*self._using, file.path))

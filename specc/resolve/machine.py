@@ -152,15 +152,14 @@ class MachineResolver:
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
         peer, name, found = self._target(target, at)
-        here = at.scalar("is")
-        if found is None:
-            self.expressions.inside(here, item.value, self.scope)
-            return None
-        scope = self.scope
+        here, scope = at.scalar("is"), self.scope
         indices = {index.name: index for index in indices_of(item.each, at)}
         if indices:
             known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
             scope = replace(scope, constants={**scope.constants, **known})
+        if found is None:
+            self.expressions.inside(here, item.value, scope)
+            return None
         value = self.expressions.value(here, item.value, scope, found.type, found.place)
         if value is None:
             value = nobody_knows(at, found.type)

@@ -58,6 +58,7 @@ def reuse(
     frames = binder.frames(file.spec.parameters)
     scratch = replace(library, findings=Findings())
     types = scratch.definitions(file, frames)
+    library.findings.unread |= scratch.findings.unread
     given = binder.values(file, types)
     agents, groups = binder.agents(file, types, library)
     if not binder.complete:

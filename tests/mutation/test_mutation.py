@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from bench.mutation import DOCUMENT, ROOT
+from bench.mutation import DOCUMENT, ROOT, every_bed
 from bench.seeding.classes import FAULTS, MEASURED
 from bench.seeding.fault import Fault, Seed
 from bench.seeding.pairs import judge_pair, pairs
-from bench.seeding.score import Bed, beds, judge, spread
+from bench.seeding.score import Bed, judge, spread
 from bench.seeding.sheet import Edit, Sheet, misspelt
 
-SOIL = beds(ROOT / "specs")
+SOIL = every_bed()
 SAMPLE = 2
 ROW = re.compile(r"^\| ([^|]+) " + r"\| (\d+) " * 7 + r"\|$", re.MULTILINE)
 DOCUMENTED = {
