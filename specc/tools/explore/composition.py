@@ -15,7 +15,7 @@ from typing import NamedTuple
 from specc.analysis.rates import base_tick
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.values import Numbers, Values
+from specc.tools.explore.partial import Numbers, Values
 from specc.tools.explore.walker import Move, Outcome, Walker
 
 Moves = tuple[tuple[int, Move], ...]

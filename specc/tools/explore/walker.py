@@ -15,8 +15,16 @@ from specc.model import expr as m
 from specc.model.fsm import State
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, Rests, conditions_of
-from specc.tools.explore.partial import Known, filled, limit_of, negated, turns
-from specc.tools.explore.values import ABSENT, Numbers, Values
+from specc.tools.explore.partial import (
+    ABSENT,
+    Known,
+    Numbers,
+    Values,
+    filled,
+    limit_of,
+    negated,
+    turns,
+)
 
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
