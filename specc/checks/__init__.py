@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from types import ModuleType
 
 from specc.analysis import Facts
@@ -24,6 +25,7 @@ from specc.checks import (
 from specc.diagnostics import Diagnostic, stops
 from specc.kept import Kept
 from specc.model.system import System
+from specc.source import Place
 
 Check = Callable[[Facts], Iterator[Diagnostic]]
 
@@ -69,4 +71,25 @@ def run_checks(
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):
         found += [finding for check in USES for finding in check(facts)]
-    return found, facts
+    return list(_in_all_uses(found, facts)), facts
+
+
+_OF_DEAD_PARTS = ("W0604", "W0605", "W0607", "W0614")
+
+
+def _in_all_uses(found: Iterable[Diagnostic], facts: Facts) -> Iterator[Diagnostic]:
+    """The findings, of dead parts only those that are dead in all uses of a description.
+
+    A row that one value of a parameter excludes is there for the other values.
+    """
+    found = list(found)
+    told = Counter((finding.code, finding.primary, finding.message) for finding in found)
+    uses: Counter[Place] = Counter()
+    for machine in facts.machines:
+        subsystem = machine.subsystem
+        uses.update({state.place for state in subsystem.states})
+        uses.update({row.place for row in subsystem.transitions})
+    for finding in found:
+        count = told[finding.code, finding.primary, finding.message]
+        if finding.code not in _OF_DEAD_PARTS or count >= uses[finding.primary]:
+            yield finding
