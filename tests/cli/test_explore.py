@@ -101,3 +101,10 @@ def test_a_faulty_specification_is_not_explored(
     spec.write_text("specc: 1\nsystem: demo\nagents: {a: {control: {rate: 10}}}\n")
     assert main(["explore", str(spec)]) == 1
     assert "E0106" in capsys.readouterr().err
+
+
+def test_what_never_came_does_not_come_again(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["explore", str(CASES / "circle-pair.yaml")])
+    said = capsys.readouterr()
+    assert "waits for `x.two.ready`, which never comes" in said.err
+    assert "explored completely: 1 state\n" in said.out

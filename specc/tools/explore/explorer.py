@@ -36,10 +36,11 @@ class Explored:
     def words(self) -> str:
         """How far it came, and what was abstracted."""
         what = f"{', '.join(self.names)}: "
+        states = f"{self.configurations} state{'s' if self.configurations != 1 else ''}"
         if self.complete:
-            what += f"explored completely: {self.configurations} states"
+            what += f"explored completely: {states}"
         else:
-            what += f"stopped after {self.configurations} states, {self.depth_s:g} s into the runs"
+            what += f"stopped after {states}, {self.depth_s:g} s into the runs"
         if self.timed:
             time = "counted in periods" if self.exact else "taken to pass in any way"
             what += f"; time in states {time}"

@@ -139,10 +139,10 @@ def _circles(last: Lasting, way: Trace) -> Iterator[Finding]:
             "W1002",
             f"{listed(names, 'and')} wait for one another",
             members[0].state.place,
-            _waiting(last, members[0]),
+            _waiting(last, members[0], way),
             "let one of them go on without the other, after some time or from the start",
             way,
-            tuple(Related(s.state.place, _waiting(last, s)) for s in members[1:]),
+            tuple(Related(s.state.place, _waiting(last, s, way)) for s in members[1:]),
         )
 
 
@@ -168,18 +168,20 @@ def _held(last: Lasting, stuck: Stuck, way: Trace) -> Finding:
     name, state = last.walkers[stuck.index].name, stuck.state.name
     code, message = "W1004", f"`{name}` can never leave `{state}`"
     others = tuple(
-        Related(s.state.place, _waiting(last, s)) for i, s in last.stuck.items() if i != stuck.index
+        Related(s.state.place, _waiting(last, s, way))
+        for i, s in last.stuck.items()
+        if i != stuck.index
     )
     if last.still:
         code, message = "W1001", f"no machine can go on: `{name}` stays in `{state}`"
     elif stuck.missing:
-        code, message = "W1003", f"`{name}` waits in `{state}` for what no longer comes"
+        code, message = "W1003", f"`{name}` waits in `{state}` for what {_gone(last, stuck, way)}"
     return Finding(
         (code, name, state),
         code,
         message,
         stuck.state.place,
-        _waiting(last, stuck),
+        _waiting(last, stuck, way),
         "let it be sent on every way, or leave the state after some time, with `elapsed`; an end "
         "that is meant is declared with `terminal: never`",
         way,
@@ -187,13 +189,20 @@ def _held(last: Lasting, stuck: Stuck, way: Trace) -> Finding:
     )
 
 
-def _waiting(last: Lasting, stuck: Stuck) -> str:
+def _gone(last: Lasting, stuck: Stuck, way: Trace) -> str:
+    """Whether what a machine waits for came before, in words."""
+    asked = [last.sender(stuck.index, key) for key in stuck.missing]
+    came = any((s.index, output) in asked for s in way.steps for output, _ in s.move.sent)
+    return "no longer comes" if came else "never comes"
+
+
+def _waiting(last: Lasting, stuck: Stuck, way: Trace) -> str:
     name = f"`{last.walkers[stuck.index].name}`"
     if not stuck.needs:
         return f"no condition of {name} comes true any more"
     names = listed((f"`x.{p}.{e}`" for p, e in sorted(stuck.awaited)), "and")
     return f"{name} {'waits for' if stuck.missing else 'gets no other'} {names}" + (
-        ", which no longer comes" if stuck.missing else ""
+        f", which {_gone(last, stuck, way)}" if stuck.missing else ""
     )
 
 
@@ -213,7 +222,7 @@ def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
 
 def _missed(last: Lasting, stuck: Stuck, way: Trace, reader: int, key: InputName) -> Finding:
     step = way.lost(reader, key)
-    waiting = Related(stuck.state.place, _waiting(last, stuck))
+    waiting = Related(stuck.state.place, _waiting(last, stuck, way))
     return _event(last.walkers[reader], key, way, step, (waiting,))
 
 
