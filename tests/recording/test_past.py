@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 from pathlib import Path
 
@@ -131,3 +132,49 @@ def test_a_fault_is_met_again(tmp_path: Path) -> None:
     again = specc("run", spec, "--duration", 9, "--from", f"{file}@1.5", "--report", report)
     assert again.returncode == 1
     assert [fault["message"] for fault in json.loads(report.read_text())["faults"]] == faults
+
+
+EYES = """specc: 1.1
+system: bot
+agents:
+  bot:
+    real_receptors: {eye: {y: {I: "image[2, 3, 3]"}}}
+    virtual_receptors:
+      eye:
+        rate: 20 Hz
+        x: {R: {I: "image[2, 3, 3]"}}
+        y: {c: {I: "image[2, 3, 3]"}}
+        behaviours: {see: {functions: [{y.c.I: x.R.I}], terminal: never}}
+        states: {S0: see}
+        initial_state: S0
+    control:
+      rate: 10 Hz
+      x: {eye: {I: "image[2, 3, 3]"}}
+      memory: {n: {type: int, init: 0}}
+      behaviours: {look: {functions: [{n: n + 1 if fresh(x.eye.I) else n}], terminal: never}}
+      states: {S0: look}
+      initial_state: S0
+plant: {python: "eyes:World", bind: {bot.R.eye.I: {}}}
+"""
+WORLD = """import numpy as np
+class World:
+    def reset(self, seed): self.time_s = 0.0
+    def actuate(self, name, value): pass
+    def sample(self, name): return np.full((2, 3, 3), int(20 * self.time_s), np.uint8)
+    def advance(self, duration_s): self.time_s += duration_s
+    def close(self): pass
+"""
+
+
+def test_who_sends_what_is_not_recorded_computes_it_again(tmp_path: Path) -> None:
+    (tmp_path / "eyes.py").write_text(WORLD)
+    (tmp_path / "bot.yaml").write_text(EYES)
+    told = ("run", tmp_path / "bot.yaml", "--duration", 2, "--report")
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    file = tmp_path / "run.mcap"
+    first = specc(*told, tmp_path / "a.json", "--record-exact", "--record", file, env=env)
+    assert first.returncode == 0, first.stderr
+    done = specc(*told, tmp_path / "b.json", "--from", f"{file}@1.5", env=env)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "--from: bot.eye: is computed from the beginning: y.c.I was not recorded" in done.stderr
+    assert sha(tmp_path / "a.json") == sha(tmp_path / "b.json")

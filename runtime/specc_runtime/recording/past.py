@@ -102,6 +102,11 @@ class _Puppet:
                 raise UsageError(f"{name} was in {told['state']}, which is no state of it")
             if "y" not in told or "memory" not in told:
                 raise Misshapen(f"{name} has a step without outputs or memory")
+            missing = self._unsent(told["y"])
+            if missing:
+                self._texts.clear()
+                yield f"{name}: is computed from the beginning: y.{missing} was not recorded"
+                return
         if not told:
             return
         known = {element.name[0]: element for element in self._layout.memory}
@@ -114,6 +119,17 @@ class _Puppet:
                 element.form.value(found, self._shelf)
             except (NotRecorded, Misshapen) as why:
                 yield f"{name}: memory {item} is as at the beginning: {why}"
+
+    def _unsent(self, data: Any) -> str:
+        """The name of what was sent and cannot be sent again; empty if there is nothing."""
+        for element in self._layout.y:
+            found = NOTHING if element.form.is_plain else within(data, element)
+            if found is not NOTHING:
+                try:
+                    element.form.value(found, self._shelf)
+                except NotRecorded:
+                    return ".".join(element.name)
+        return ""
 
     def _made(self) -> int:
         """In the place of the subsystem's own step."""
