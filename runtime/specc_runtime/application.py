@@ -84,9 +84,11 @@ class _Attempt:
 
     def _run(self) -> None:
         options = self._options
-        for file in (options.report, options.video, options.record):
-            if file is not None:
-                check_writable(file)
+        written = [f for f in (options.report, options.video, options.record) if f is not None]
+        for index, file in enumerate(written):
+            check_writable(file)
+            if file.resolve() in [other.resolve() for other in written[:index]]:
+                raise UsageError(f"cannot write {file}: two things that are asked for go there")
         with Watchdog(lambda: self.session.progress if self.session else -1, self._clock):
             try:
                 self._go()

@@ -16,6 +16,9 @@ import jsonschema
 import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
+from specc_runtime.clock import WallClock
+from specc_runtime.recording.container import Container
+from specc_runtime.recording.log import Log
 from specc_runtime.recording.reading import Reading, Recovered, Unusable
 
 from tests.recording.runs import CONVEYOR, ROOT, begun, messages, specc
@@ -198,9 +201,35 @@ def test_a_chunk_that_claims_to_be_huge_is_passed_over(tmp_path: Path) -> None:
     assert list(reading) == [] and reading.damaged == 1
 
 
+def test_messages_that_a_few_bytes_stand_for_are_not_all_read(tmp_path: Path) -> None:
+    with (tmp_path / "many.mcap").open("wb") as opened:
+        Container(opened, "").chunk([(1, 0, 0, b"")] * 100_000)
+    reading = Reading(tmp_path / "many.mcap")
+    assert len(list(reading)) < 20_000 and reading.damaged == 1
+
+
+def test_chunks_stay_small(tmp_path: Path) -> None:
+    log = Log(tmp_path / "large.mcap", WallClock())
+    number = log.channel("/a", "a", {})
+    for each in range(5):
+        log.add(number, each, b"\0" * (1 << 24))
+    log.close()
+    with (tmp_path / "large.mcap").open("rb") as opened:
+        summary = make_reader(opened).get_summary()
+    assert summary and len(summary.chunk_indexes) >= 2
+    assert all(each.uncompressed_size < 1 << 26 for each in summary.chunk_indexes)
+
+
+@pytest.mark.parametrize("out", ["/", ".", "{}"])
+def test_a_clean_file_in_the_place_of_a_folder(out: str, recorded: Path, tmp_path: Path) -> None:
+    done = specc("recover", recorded / "run.mcap", "--out", out.format(tmp_path))
+    assert done.returncode == 2 and "is a directory" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (("--record", "{}/a", "--report", "{}/a"), "two things that are asked for go there"),
         (("--record", "{}/no/run.mcap"), "there is no folder"),
         (("--record", "{}"), "it is a folder"),
         (("--record", "/dev/null"), "it is no ordinary file"),

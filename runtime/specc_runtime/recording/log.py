@@ -13,13 +13,15 @@ from specc_runtime.companion import OutputLost
 from specc_runtime.faults import said
 from specc_runtime.forms import Schema
 from specc_runtime.options import UsageError
-from specc_runtime.recording.container import Container
+from specc_runtime.recording.container import Container, Message
 from specc_runtime.recording.text import dumped
 
 LIBRARY = "specc"
 INTERVAL_S = 0.4
 """Wall time between two moments at which all that there is goes to the file."""
 _MOST_WAITING = 20_000
+_CHUNK_BYTES = 1 << 24
+"""With so much a chunk is written at once, so that readers need not unpack more."""
 
 Content = bytes | Callable[[], bytes]
 """The bytes of a message, or what makes them in the thread that writes."""
@@ -97,11 +99,16 @@ class Log:
             self._guarded(self._drain)
 
     def _drain(self) -> None:
-        messages = []
+        messages, size = list[Message](), 0
         for _ in range(len(self._waiting)):  # more may come meanwhile
             channel, time_ns, now_ns, content = self._waiting.popleft()
             data = content if isinstance(content, bytes) else content()
             messages.append((channel, time_ns, now_ns, data))
+            size += len(data)
+            if size > _CHUNK_BYTES:
+                self._container.chunk(messages)
+                self._file.flush()
+                messages, size = [], 0
         self._container.chunk(messages)
         self._file.flush()
 

@@ -68,7 +68,7 @@ def _raw(image: Image, time_s: float, frame: str) -> bytes:
         "width": image.shape[1],
         "height": image.shape[0],
         "encoding": "rgb8" if image.ndim == 3 else "32FC1",
-        "step": image.strides[0],
+        "step": image.nbytes // image.shape[0],  # of `tobytes`, whatever the strides are
         "data": b64encode(image.tobytes()).decode(),
     }
     return dumped(stamped(time_s) | told)

@@ -56,7 +56,12 @@ class Scene:
         self._names = tuple(plant.body_names())
         transforms = object_schema({"transforms": {"type": "array", "items": _TRANSFORM}})
         self._poses = log.channel("/tf", "foxglove.FrameTransforms", transforms)
-        entities = object_schema({"entities": {"type": "array", "items": _ENTITY}})
+        entities = object_schema(
+            {
+                "deletions": {"type": "array", "items": {"type": "object"}},
+                "entities": {"type": "array", "items": _ENTITY},
+            }
+        )
         shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
         log.add(shapes, 0.0, dumped({"deletions": [], "entities": self._entities()}))
 
