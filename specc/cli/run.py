@@ -64,6 +64,15 @@ def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
         )
 
 
+def _named(path: str, spec: str) -> str:
+    """How a recording names a file: as it is found from here, or from the specification."""
+    if not os.path.isabs(path):
+        return path
+    inside = os.path.relpath(path)
+    is_below = inside.split(os.sep)[0] != os.pardir
+    return inside if is_below else os.path.relpath(path, os.path.dirname(spec))
+
+
 def launch(directory: Path, found: Namespace, sources: Sources) -> int:
     """Exit code of a run of the code in `directory`; `found` is what was asked on the command line.
 
@@ -75,7 +84,7 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts={source.path: source.text for source in sources} if found.record else {},
+        texts={_named(s.path, found.spec): s.text for s in sources} if found.record else {},
     )
     try:
         return int(import_module("specc_runtime.main").run(options) or 0)

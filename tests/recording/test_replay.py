@@ -7,13 +7,18 @@ import re
 from pathlib import Path
 
 import pytest
+from mcap.records import Attachment
 from mcap.writer import Writer
+from specc_runtime.forms import Misshapen
+from specc_runtime.recording.reading import Reading
+from specc_runtime.recording.replay import unpacked
 
 from specc.cli.main import main
 from tests.recording.runs import CONVEYOR, ROOT, messages, specc
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
 """`specc run specs/conveyor_gate.yaml --duration 6 --record-exact --record …`"""
+HALF = json.dumps({k: v for k, v in messages(KEPT)["/belt.c"][0][1].items() if k != "y"})
 FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
 
 
@@ -164,7 +169,11 @@ def test_a_recording_of_a_specification_that_is_elsewhere(tmp_path: Path) -> Non
     assert specc("run", spec, "--duration", 1, "--record", tmp_path / "x.mcap").returncode == 0
     done = specc("replay", tmp_path / "x.mcap")
     assert done.returncode == 2
-    assert f"specc: the recording is of {spec}, which is not here; say --spec" in done.stderr
+    assert f"specc: the recording is of {spec.name}, which is not here; say --spec" in done.stderr
+    assert str(tmp_path).encode() not in b"".join(
+        item.data if isinstance(item, Attachment) else repr(item).encode()
+        for item in Reading(tmp_path / "x.mcap")
+    )
 
 
 def test_a_cut_recording_replays_as_far_as_it_goes(tmp_path: Path) -> None:
@@ -175,16 +184,36 @@ def test_a_cut_recording_replays_as_far_as_it_goes(tmp_path: Path) -> None:
     assert done.returncode == 0 and "differs" not in done.stdout
 
 
-@pytest.mark.parametrize("text", ["[]", '{"stamp":0}', '{"stamp":"0","time":0.0}', "{", "1e999"])
-def test_messages_that_are_no_steps(text: str, tmp_path: Path) -> None:
-    file = tmp_path / "x.mcap"
+def _forged(file: Path, topic: str, text: bytes) -> None:
+    """A recording of one step, that a stranger made."""
     writer = Writer(str(file))
     writer.start()
     writer.add_metadata("specc", {"format": "1", "exact": "true"})
-    schema = writer.register_schema("specc.Step.belt.c", "jsonschema", b"{}")
-    channel = writer.register_channel("/belt.c", "json", schema)
-    writer.add_message(channel, 0, text.encode(), 0)
+    schema = writer.register_schema(f"specc.Step.{topic[1:]}", "jsonschema", b"{}")
+    writer.add_message(writer.register_channel(topic, "json", schema), 0, text, 0)
     writer.finish()
+
+
+def test_what_was_not_recorded_is_not_the_same(tmp_path: Path) -> None:
+    _forged(tmp_path / "x.mcap", "/belt.x", b"{}")
+    done = specc("replay", tmp_path / "x.mcap", "--spec", CONVEYOR, "--check")
+    assert done.returncode == 1
+    words = "0 steps are the same, then it cannot be compared: "
+    assert f"belt.x: {words}the specification does not have it\n" in done.stdout
+    assert f"belt.c: {words}no step of it was recorded\n" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "text", ["[]", '{"stamp":0}', '{"stamp":"0","time":0.0}', "{", "1e999", HALF]
+)
+def test_messages_that_are_no_steps(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    _forged(file, "/belt.c", text.encode())
     done = specc("replay", file, "--spec", CONVEYOR)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert done.stderr.startswith(f"specc: {file}: /belt.c at 0 s: ")
+
+
+def test_bytes_that_are_none_are_told() -> None:
+    with pytest.raises(Misshapen, match="no bytes"):
+        unpacked({"bytes": "\u00e9"})

@@ -7,7 +7,6 @@ layouts of the generated package say.
 from __future__ import annotations
 
 from base64 import b64decode
-from binascii import Error as NotBase64
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -125,7 +124,7 @@ def unpacked(data: Any) -> bytes:
     """The bytes of a message of `VALUES`, or of a value in a message; raises Misshapen."""
     try:
         return b64decode(_part(data, "bytes"), validate=True)
-    except NotBase64 as error:
+    except ValueError as error:
         raise Misshapen(f"no bytes: {error}") from None
 
 
@@ -214,6 +213,8 @@ class _Replayed:
             return Difference(
                 *here, "row", then or "no row", now or "no row", now or then, condition, state
             )
+        if not {"y", "memory"} <= told.keys():
+            raise Misshapen("a step without outputs or memory")
         for cells, part, of in ((self._y, "y", subsystem.y), (self._memory, "", subsystem.memory)):
             held = _sent(of, subsystem.sends[state]) if part else cells.held(of)
             for name, recorded, value in _pairs(cells, told[part or "memory"], held, self._aside):
@@ -302,14 +303,22 @@ def replay(
         for s in system.subsystems
         if only in ("", s.subsystem.name)
     }
+    outcomes = [one.outcome for one in replayed.values()]
+    gone: set[str] = set()
     for topic, time_s, text in steps_of(file, shelf):
         one = replayed.get(topic)
+        if one is None and not only and topic not in gone:
+            gone.add(topic)
+            outcomes.append(Outcome(topic[1:], unknown="the specification does not have it"))
         if one is not None and not one.is_over and time_s <= until_s:
             try:
                 one.step(text)
             except Misshapen as error:
                 raise Unusable(f"{file}: {topic} at {time_s:g} s: {error}") from None
-    return [one.outcome for one in replayed.values()]
+    for outcome in outcomes:
+        if not outcome.steps and not outcome.difference and not outcome.unknown:
+            outcome.unknown = "no step of it was recorded"
+    return outcomes
 
 
 def steps_of(
