@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 
+from specc.lang import ExprError, parse
 from specc.model.fsm import OTHERWISE
 from specc.tools.fmt.tree import Collection, Entry, Scalar, Value
 
@@ -51,15 +53,25 @@ def _write_remainders(rows: Collection, conditions: Collection | None) -> None:
     texts = {_name(entry): _expression(entry) for entry in conditions.entries}
     if OTHERWISE in texts:
         return
+    trees = {name: tree for name, text in texts.items() if (tree := _tree(text))}
+    names = {ast.dump(tree): name for name, tree in trees.items()}
     opposite = {
-        name: other
-        for name, text in texts.items()
-        for other, positive in texts.items()
-        if text and positive and text in (f"not {positive}", f"not ({positive})")
+        name: names[ast.dump(tree.operand)]
+        for name, tree in trees.items()
+        if isinstance(tree, ast.UnaryOp)
+        and isinstance(tree.op, ast.Not)
+        and ast.dump(tree.operand) in names
     }
     for name, other in opposite.items():
         if _is_replaced(rows, name, other):
             conditions.entries = [e for e in conditions.entries if _name(e) != name]
+
+
+def _tree(text: str) -> ast.expr | None:
+    try:
+        return parse(text) if text else None
+    except ExprError:
+        return None
 
 
 def _is_replaced(rows: Collection, name: str, other: str) -> bool:

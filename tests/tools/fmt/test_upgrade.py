@@ -106,3 +106,24 @@ def test_a_condition_beside_others_stays(tmp_path: Path) -> None:
         )
     )
     assert "otherwise" not in upgraded(old, tmp_path / "new.yaml")
+
+
+@pytest.mark.parametrize(
+    ("near", "far", "is_opposite"),
+    [
+        ("x.eye.d < 1[m] or entered", "not x.eye.d < 1[m] or entered", False),
+        ("x.eye.d < 1[m] or entered", "not (x.eye.d < 1[m]  or entered)", True),
+        ("entered", "not entered", True),
+        ("not entered", "not not entered", True),
+        ("(x.eye.d < 1[m])", "not x.eye.d<1[m]", True),
+    ],
+)
+def test_only_a_negation_is_an_opposite(
+    near: str, far: str, is_opposite: bool, tmp_path: Path
+) -> None:
+    """`not a or b` is not the opposite of `a or b`, although it begins with `not`."""
+    old = tmp_path / "old.yaml"
+    text = MACHINE.replace('far: {when: "not (x.eye.d < 1[m])"}', f"far: {far}", 1)
+    old.write_text(text.replace("near_by: x.eye.d < 1[m]", f"near_by: {near}"))
+    new = formatted(old.read_text(), upgrade)
+    assert ("far:" not in new) == is_opposite
