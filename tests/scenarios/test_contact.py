@@ -7,8 +7,8 @@ from pathlib import Path
 from tests.scenarios.runs import Change, run, variant
 
 LOW_HAND: Change = (
-    "type: pose[E, F]\n          init: identity()",
-    'type: pose[E, F]\n          init: "translation(0, 0, -0.03[m])"',
+    'X_EF: {type: "pose[E, F]", is: identity()',
+    'X_EF: {type: "pose[E, F]", is: "translation(0, 0, -0.03[m])"',
 )
 """The hand believes its fingers shorter than they are: its palm meets the box before they are
 where they should be."""

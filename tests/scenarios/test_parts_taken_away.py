@@ -60,8 +60,11 @@ def named(data: Any, *route: str) -> Iterator[tuple[Route, str]]:
 def parts(data: Any) -> Iterator[tuple[Route, str]]:
     """Routes of all parts of the flagship that section 3 asks for, with what names them."""
     yield from (((key,), WORDS[key]) for key in ("agents", "plant", "task"))
-    for group in ("frames", "files", "constants", "operators"):
+    for group in ("frames", "files", "constants", "operators", "interfaces"):
         yield from named(data, group)
+    for interface in data["interfaces"]:
+        elements = named(data, "interfaces", interface)
+        yield from ((route, name) for route, name in elements if name != "title")
     yield from named(data, "types")
     yield from ((("operators", name, "python"), name) for name in data["operators"])
     yield from named(data, "plant", "bind")
@@ -107,7 +110,7 @@ ELEMENTS = [
     for place in SUBSYSTEMS
     for direction in "xy"
     for peer, elements in at(DATA, place)[direction].items()
-    for element in elements
+    for element in (elements if isinstance(elements, dict) else ())  # else those of an interface
 ]
 
 
