@@ -215,9 +215,18 @@ def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
     for reader, key in asked:
         if key in last.walkers[reader].events:
             continue  # said of every state in which it is lost
+        if last.sender(reader, key) in last.sent and _is_looked_at(last, reader, key):
+            continue  # it comes again, and is passed over for something else
         step = way.lost(reader, key)
         if step or (reader, key) in way.overtaken:
             yield _missed(last, stuck, way, reader, key)
+
+
+def _is_looked_at(last: Lasting, reader: int, key: InputName) -> bool:
+    """Whether conditions or functions ask for an input in a state in which its reader still is."""
+    walker = last.walkers[reader]
+    states = last.states[reader]
+    return any(key in walker.looks_at[s] or key in walker.looks_into[s] for s in states)
 
 
 def _missed(last: Lasting, stuck: Stuck, way: Trace, reader: int, key: InputName) -> Finding:
