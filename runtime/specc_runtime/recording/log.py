@@ -20,8 +20,8 @@ LIBRARY = "specc"
 INTERVAL_S = 0.4
 """Wall time between two moments at which all that there is goes to the file."""
 _MOST_WAITING = 20_000
-_CHUNK_BYTES = 1 << 24
-"""With so much a chunk is written at once, so that readers need not unpack more."""
+_CHUNK_BYTES = 1 << 20
+"""With so much a chunk is written: it need not wait for the rest, nor readers unpack more."""
 
 Content = bytes | Callable[[], bytes]
 """The bytes of a message, or what makes them in the thread that writes."""
