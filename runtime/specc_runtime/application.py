@@ -130,7 +130,7 @@ class _Attempt:
             raise UsageError(f"cannot write {record}: the run goes on from it")
         from specc_runtime.recording.past import Past
 
-        past = Past(*resume)
+        past = Past(*resume, self._options.built_with)
         self._options = replace(self._options, seed=past.seed)
         return past
 

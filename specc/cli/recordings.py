@@ -131,8 +131,12 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
 def _spec_of(told: Any) -> str:
     """The specification that was recorded, if it is below the working directory."""
     spec = str(told.get("spec", ""))
-    inside = Path(os.path.realpath(spec)).is_relative_to(os.path.realpath("."))
-    if not (spec and inside and Path(spec).is_file()):
+    try:
+        inside = Path(os.path.realpath(spec)).is_relative_to(os.path.realpath("."))
+        is_here = bool(spec) and inside and Path(spec).is_file()
+    except (OSError, ValueError):  # what no file is called
+        is_here = False
+    if not is_here:
         raise _Refused(f"the recording is of {spec or 'no file'}, which is not here; say --spec")
     return spec
 

@@ -59,7 +59,8 @@ def test_a_continued_run_is_recorded_and_replays(recorded: Path, tmp_path: Path)
 
 def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) -> None:
     more = ("--from", f"{recorded}/run.mcap@6", "--record-exact", "--record", tmp_path / "b.mcap")
-    assert specc(*WHOLE, *more, "--set", "cruise=0.4[rad/s]").returncode == 0
+    done = specc(*WHOLE, *more, "--set", "cruise=0.4[rad/s]")
+    assert done.returncode == 0 and "--from: the recorded run had other constants" in done.stderr
     before, after = messages(recorded / "run.mcap"), messages(tmp_path / "b.mcap")
     parted = []
     for topic, steps in before.items():

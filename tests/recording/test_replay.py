@@ -184,11 +184,11 @@ def test_a_cut_recording_replays_as_far_as_it_goes(tmp_path: Path) -> None:
     assert done.returncode == 0 and "differs" not in done.stdout
 
 
-def _forged(file: Path, topic: str, text: bytes) -> None:
+def _forged(file: Path, topic: str, text: bytes, **told: str) -> None:
     """A recording of one step, that a stranger made."""
     writer = Writer(str(file))
     writer.start()
-    writer.add_metadata("specc", {"format": "1", "exact": "true"})
+    writer.add_metadata("specc", {"format": "1", "exact": "true"} | told)
     schema = writer.register_schema(f"specc.Step.{topic[1:]}", "jsonschema", b"{}")
     writer.add_message(writer.register_channel(topic, "json", schema), 0, text, 0)
     writer.finish()
@@ -217,3 +217,16 @@ def test_messages_that_are_no_steps(text: str, tmp_path: Path) -> None:
 def test_bytes_that_are_none_are_told() -> None:
     with pytest.raises(Misshapen, match="no bytes"):
         unpacked({"bytes": "\u00e9"})
+
+
+@pytest.mark.parametrize("name", ["a\0b", "x" * 5000])
+def test_names_that_no_file_has(name: str, tmp_path: Path) -> None:
+    _forged(tmp_path / "x.mcap", "/belt.c", b"{}", spec=name)
+    done = specc("replay", tmp_path / "x.mcap")
+    assert done.returncode == 2 and "which is not here; say --spec" in done.stderr
+
+
+def test_a_seed_that_no_run_has(tmp_path: Path) -> None:
+    _forged(tmp_path / "x.mcap", "/belt.c", HALF.encode(), seed="9" * 5000)
+    done = specc("run", CONVEYOR, "--duration", 1, "--from", f"{tmp_path}/x.mcap@0.0000001")
+    assert done.returncode == 2 and "does not say with which seed" in done.stderr

@@ -18,11 +18,14 @@ from specc_runtime.options import UsageError
 from specc_runtime.recording.reading import Unusable
 from specc_runtime.recording.replay import NOTHING, Shelved, about, step_of, steps_of, within
 from specc_runtime.recording.steps import topic_of
+from specc_runtime.recording.text import dumped
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
 
 _EARLIER_S = 1e-6
+_MOST_DIGITS = 4000
+"""Of a seed; Python reads no more."""
 
 
 class Past:
@@ -31,7 +34,9 @@ class Past:
     `seed` is that of the run; `lost` says what the specification has no place for.
     """
 
-    def __init__(self, file: Path, until_s: float) -> None:
+    def __init__(
+        self, file: Path, until_s: float, built_with: Mapping[str, str] | None = None
+    ) -> None:
         """Raises UsageError for a file that cannot be used, or does not reach that far."""
         try:
             told = about(file)
@@ -49,10 +54,12 @@ class Past:
         if until_s > last_s + _EARLIER_S:
             raise UsageError(f"{file} ends at {last_s:g} s, before {until_s:g} s")
         seed = told.get("seed", "")
-        if not seed.isdecimal():
+        if not seed.isdecimal() or len(seed) > _MOST_DIGITS:
             raise UsageError(f"{file} does not say with which seed it was recorded")
         self.seed = int(seed)
         self.lost: list[str] = []
+        if told.get("set") != dumped(dict(built_with or {})).decode():
+            self.lost.append(f"the recorded run had other constants set: {told.get('set')}")
 
     def enter(self, system: System) -> None:
         """Have the subsystems do what they did; they are at their beginning.
