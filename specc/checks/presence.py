@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from specc.analysis import Facts, Machine
 from specc.analysis.guards import Use, uses
@@ -80,8 +80,27 @@ def _without_input(machine: Machine) -> Iterator[Diagnostic]:
             yield _absent(absence, machine)
 
 
+def _remainders(machine: Machine) -> Callable[[Use], bool]:
+    """Whether a use is that of `otherwise`, which asks what the other rows ask."""
+    rows = machine.subsystem.transitions
+    known = {id(row.condition) for row in rows if row.remainder}
+    return lambda use: id(use.owner) in known
+
+
 def absences(machine: Machine) -> Iterator[Absence]:
-    """Inputs that a subsystem reads although they may have no value."""
+    """Inputs that a subsystem reads although they may have no value.
+
+    What `otherwise` reads, the other rows read as well.
+    """
+    is_remainder = _remainders(machine)
+    found = list(_absences(machine))
+    asked = {(a.reading.name, a.state) for a in found if not is_remainder(a.use)}
+    for absence in found:
+        if not (is_remainder(absence.use) and (absence.reading.name, absence.state) in asked):
+            yield absence
+
+
+def _absences(machine: Machine) -> Iterator[Absence]:
     presence = machine.presence
     if presence.is_sure:
         return
@@ -142,9 +161,15 @@ def values_there(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _missing(machine: Machine) -> Iterator[Diagnostic]:
-    values, told = machine.values, set[Place]()
-    for use in uses(machine.subsystem, (step.row for step in machine.steps)):
+    values, told = machine.values, set[object]()
+    is_remainder = _remainders(machine)
+    every = uses(machine.subsystem, (step.row for step in machine.steps))
+    for use in sorted(every, key=is_remainder):
         for need in values.lacking(use):
+            asked = need.fact, use.state and use.state.name
+            if is_remainder(use) and asked in told:
+                continue
+            told.add(asked)
             text = text_of(need.let) if need.let else use.text
             place = text.place(need.sure)
             if place not in told:
