@@ -85,7 +85,8 @@ def _unclosed(sheet: Sheet) -> Iterator[Seed]:
 
 def _misspelt_keys(sheet: Sheet) -> Iterator[Seed]:
     for route in sheet.walk():
-        if route and _is_key(route) and route != _CLAIM:
+        index = "for" in route[:-1]  # a name of the author's, not a key
+        if route and _is_key(route) and route != _CLAIM and not index:
             key = sheet.key(route)
             yield seed(sheet.replaced(key, misspelt(str(route[-1]))))
 

@@ -77,7 +77,7 @@ class Expressions:
         try:
             return parse_type(text, self.definitions.names())
         except ExprError as error:
-            self._report(where, text, error)
+            self.report(where, text, error)
             return None
 
     def tree(self, where: Where, text: str) -> ast.expr | None:
@@ -85,7 +85,7 @@ class Expressions:
         try:
             return spread(parse(text), self.groups)
         except ExprError as error:
-            self._report(where, text, error)
+            self.report(where, text, error)
             return None
 
     def value(
@@ -117,7 +117,7 @@ class Expressions:
         except ExprErrors as errors:
             for error in errors.errors:
                 if error.code not in FOR_WANT_OF_CONTEXT:
-                    self._report(where, text, error)
+                    self.report(where, text, error)
 
     def _meant(
         self, where: Where, text: str, scope: Scope, expected: Type | None, declared: Place | None
@@ -128,7 +128,7 @@ class Expressions:
         try:
             return expr and self.definitions.inlined(expr)
         except ExprError as error:
-            self._report(where, text, error)
+            self.report(where, text, error)
             return None
 
     def _typed(
@@ -145,12 +145,13 @@ class Expressions:
                 target = (
                     Related(declared, f"declared as `{expected}`") if declared and meant else None
                 )
-                self._report(where, text, error, target)
+                self.report(where, text, error, target)
             return errors.expr
 
-    def _report(
+    def report(
         self, where: Where, text: str, error: ExprError, target: Related | None = None
     ) -> None:
+        """Tell an error of a text, but not that a name is unknown whose own definition is wrong."""
         named = text[error.start : error.end].rsplit(".", 1)[-1]
         known = named in self.broken or named in self.definitions.broken
         buffer = _ELEMENT.search(text[: error.end])

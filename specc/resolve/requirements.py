@@ -22,7 +22,7 @@ from specc.lang import (
 from specc.lang.parse import span
 from specc.lang.temporal import TIMED, USAGE, parse_formula
 from specc.limits import MAX_SPAN_S
-from specc.model.expr import Expr, has_unknown
+from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.requirement import Atom, Formula, Junction, Reading, Requirement, Temporal
 from specc.model.system import Agent, Device, Element, Port, Subsystem
 from specc.model.types import Bool, Enum, Real
@@ -53,7 +53,7 @@ def resolve_requirements(
             formula, lasts = reader.requirement()
         except ExprErrors as failure:
             for error in failure.errors:
-                expressions.findings.expression_error(at, error)
+                expressions.report(at, item.that, error)
             continue
         readings = tuple(reader.readings.values())
         that = " ".join(item.that.split())
@@ -147,7 +147,9 @@ class _Reader:
         expr = self._typed(node, self._scope, Real(SECOND))
         try:
             value = evaluate(inlined(expr, self._definitions.constants), Environment())
-        except (LookupError, ArithmeticError, ValueError):
+        except (LookupError, ArithmeticError, ValueError) as error:
+            if constants_in(expr) and not isinstance(error, LookupError):
+                raise ExprError("", *span(node), code=FOLLOW_UP) from None  # they have no value
             message = "how far a formula reaches is not known before a run"
             help = "write a number, or a constant that no operator computes"
             raise _error(node, message, help) from None
