@@ -178,7 +178,7 @@ class _Check:
             hint = f"write `{{{', '.join(needed)}}}`" if needed and data is not None else ""
             return self._misfit("a mapping", value, route, hint)
         if OTHERS in known:
-            data = _others_apart(data, known)
+            data = _others_apart(part, data, known)
         elif not part.needed <= data.keys() <= known.keys():
             self._check_names(known, data, route)
         made = {}
@@ -247,11 +247,17 @@ def _written_out(part: type[Part], value: Any) -> Any:
     return value
 
 
-def _others_apart(data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
-    others = {name: value for name, value in data.items() if name not in known}
+def _others_apart(part: type[Part], data: dict[str, Any], known: dict[str, Key]) -> dict[str, Any]:
+    """The parts with names that people choose. With a mapping, `is` is such a name, not a key."""
+    own = {
+        name
+        for name, value in data.items()
+        if name in known and not (name == part.short == "is" and isinstance(value, dict))
+    }
+    others = {name: value for name, value in data.items() if name not in own}
     if isinstance(data, Unfolded):
         others = Unfolded(others, data.routes)
-    return {name: value for name, value in data.items() if name in known} | {OTHERS: others}
+    return {name: value for name, value in data.items() if name in own} | {OTHERS: others}
 
 
 # Words.

@@ -343,6 +343,11 @@ class _Reader:
             elif mention.kinds == ("subsystem",):
                 peer = (*owner, *mention.name.split("."))
                 yield from self._linked(place, self.links.named, peer)
+            elif mention.kinds == ("memory",) and "safe" in route:
+                device = route[: route.index("safe") - 2]
+                reported = self._at((self.path, (*device, "y", mention.name)))
+                if reported is not None:
+                    yield Reference(place, reported, guess=guess, type=reported.type)
             else:
                 for found in self._named(place, owner, mention.kinds, mention.name):
                     yield replace(found, guess=guess, type=mention.type or found.type)
