@@ -87,7 +87,10 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
         words = f"{outcome.steps} steps are the same, then it cannot be compared"
         streams.show(f"{outcome.subsystem}: {words}: {outcome.unknown}\n")
     for outcome in same:
-        streams.show(f"{outcome.subsystem}: {outcome.steps} steps are the same\n")
+        words = f"{outcome.steps} steps are the same"
+        if outcome.left_out:
+            words += f"; not recorded: {', '.join(sorted(outcome.left_out))}"
+        streams.show(f"{outcome.subsystem}: {words}\n")
     return DIFFERS if found or (options.check and unknown) else SAME
 
 
