@@ -248,6 +248,8 @@ def _others(told: Shared) -> Iterator[Related]:
 
 def _with_one_row_less(told: Shared) -> str:
     overlap, rows = told.witness, told.first.verdict.rows
+    if all(rows[one].remainder for one in overlap.holding):
+        return "delete one of the two rows: a state and cause have one row with `otherwise`"
     other = f"or say under `assume:` why this cannot occur{_operators_in(overlap)}"
     also = " in each of these states" if told.others else ""
     if overlap.repair is None or overlap.repaired is None:

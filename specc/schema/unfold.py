@@ -74,6 +74,7 @@ _LONG = 100
 """Characters of a text that count as much as a value."""
 _RANGE = re.compile(r"\s*(-?\d{1,18})\s*(?:\.\.\s*(-?\d{1,18})\s*)?", re.ASCII)
 _A_RANGE = "write the first and the last value, e.g. `for: {i: 1..5}`"
+_NO_NEGATIVE = "begin the range at 0, or lift the index in the name, e.g. `robot_{i + 5}`"
 _BRACES = re.compile(r"\{([^{}]*)\}")
 _EXPRESSIONS = ("constant", "initial", "full", "argument")
 
@@ -141,6 +142,10 @@ class _Unfolding:
                 copy = self._name(name, indices, at)
             else:
                 copy = "_".join((name, *map(str, chosen)))
+            if "-" in str(copy) and "-" not in name:
+                words = f"`{copy}` is no name: an index in it is negative"
+                self.tell("E0108", words, (*at, FOR), _NO_NEGATIVE)
+                return
             yield copy, self.value(kind, {**value, FOR: own}, at, indices)
 
     def _ranges(self, value: Any, route: Route, around: Indices) -> dict[str, range] | None:
