@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
 
@@ -17,9 +17,13 @@ from specc.tools.diff.record import Comparison, Difference
 LONGEST = 400
 
 
+MOST_PLACES = 8
+
+
 def _headline(change: Difference) -> str:
     """What changed: `state S1 added`, `row S0 --terminal--> S1: condition changed`."""
-    what = visible(f"{change.part} {change.name}".strip())
+    name = "" if change.name == change.where else change.name
+    what = visible(f"{change.part} {name}".strip())
     if change.change != "changed":
         return f"{what} {change.change}"
     return f"{what}: {visible(change.aspect)} changed" if change.aspect else f"{what} changed"
@@ -39,9 +43,20 @@ def _shortened(text: str) -> str:
 
 
 def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Difference]]]:
-    """Changes of the system, then of each agent, subsystem and device in the order given."""
+    """Changes of the system, then of each agent, subsystem and device in the order given.
+
+    Places in which the same has changed, such as the copies of one description, are told together.
+    """
+    together: dict[tuple[Difference, ...], list[tuple[str, list[Difference]]]] = {}
     for where, group in groupby(changes, key=lambda change: change.where):
-        yield visible(where) or "system", list(group)
+        own = list(group)
+        same = (replace(one, where="", name="" if one.name == where else one.name) for one in own)
+        together.setdefault(tuple(same), []).append((visible(where) or "system", own))
+    for alike in together.values():
+        names = [where for where, _ in alike]
+        more = len(names) - MOST_PLACES
+        shown = ", ".join(names[:MOST_PLACES]) + (f" and {more} more" if more > 0 else "")
+        yield shown, alike[0][1]
 
 
 def _counted(count: int, noun: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -47,7 +48,7 @@ def test_text(capsys: pytest.CaptureFixture[str]) -> None:
     main(["diff", "old.yaml", "new.yaml"])
     assert capsys.readouterr().out == (
         "cart.c\n"
-        "  ~ subsystem cart.c: rate changed\n"
+        "  ~ subsystem: rate changed\n"
         "      old: 20 Hz\n"
         "      new: 25 Hz\n"
         "  ~ initial condition unsent: meaning changed\n"
@@ -74,9 +75,23 @@ def test_markdown(capsys: pytest.CaptureFixture[str]) -> None:
     main(["diff", "old.yaml", "new.yaml", "--format", "markdown"])
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "## old.yaml → new.yaml"
-    assert "| subsystem cart.c: rate changed | `20 Hz` | `25 Hz` |  |" in lines
+    assert "| subsystem: rate changed | `20 Hz` | `25 Hz` |  |" in lines
     assert "| frame W changed | `world` | `the \\|hall\\|` |  |" in lines
     assert "<summary>1 change without a change of meaning</summary>" in lines
+
+
+def test_what_changed_in_all_copies_of_a_description_is_told_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    specs = Path(__file__).parents[3] / "specs"
+    new = Path(shutil.copytree(specs, tmp_path / "specs"))
+    rover = new / "lib" / "rover.yaml"
+    rover.write_text(rover.read_text().replace("rate: 10 Hz", "rate: 20 Hz"))
+    assert main(["diff", str(specs / "rovers.yaml"), str(new / "rovers.yaml")]) == 1
+    told = capsys.readouterr().out
+    assert told.startswith("rovers_1.c, rovers_2.c, rovers_3.c, rovers_4.c\n  ~ subsystem: rate")
+    assert told.count("rate changed") == 1
+    assert told.endswith(": 4 differences, 0 remarks\n")
 
 
 @pytest.mark.usefixtures("folder")
