@@ -122,6 +122,8 @@ def _looking(commands: Any) -> None:
         default=1_000_000,
         help="of single machines, in all ways that are followed (default: 1000000)",
     )
+    words = "directory for recordings of what was found, which `specc replay` runs"
+    explore.add_argument("--traces", metavar="DIR", help=words)
     explore.add_argument("--format", choices=("text", "json"), default="text")
     _add_policy(explore)
 

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from specc.cli import streams
+from specc.cli.recordings import Refused
 from specc.lang.show import show
 
 if TYPE_CHECKING:
+    from specc.cli.traces import Recorded
+    from specc.pipeline import Build
     from specc.tools.explore.explorer import Exploration
     from specc.tools.explore.findings import Finding
 
@@ -22,31 +27,49 @@ def run_explore(options: Namespace) -> int:
     from specc.cli import inspect
     from specc.tools.explore.explorer import explore
 
-    result = pipeline.compile_spec(options.spec)
+    built = pipeline.build(options.spec) if options.traces else None
+    result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         return streams.tell_of(result, options.spec) or 1
     found = explore(result.proofs, options.budget)
+    try:
+        kept = _recorded(options, built, found)
+    except Refused as refused:
+        streams.say(f"specc: {refused}")
+        return 2
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
     alone = replace(result, diagnostics=explored, is_part=True)
     told = inspect.report_on(options.spec, alone, inspect.overrides_of(options))
     if options.format == "json":
-        streams.show(_as_json(result.system.name, found), "json")
+        streams.show(_as_json(result.system.name, found, kept), "json")
         return streams.exit_code(told)
-    streams.show(_as_text(found))
+    streams.show(_as_text(found, kept))
     return streams.tell(told)
 
 
-def _as_text(found: Exploration) -> str:
+def _recorded(options: Namespace, built: Build | None, found: Exploration) -> Sequence[Recorded]:
+    """The recordings of the findings, if they are wanted."""
+    if built is None:
+        return ()
+    from specc.cli.traces import recorded
+
+    return recorded(found.findings, built, options.spec, Path(options.traces))
+
+
+def _as_text(found: Exploration, kept: Sequence[Recorded]) -> str:
     lines = [each.words() for each in found.slices]
     if found.alone:
         lines.append(f"{', '.join(found.alone)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
+    for finding, trace in zip(found.findings, kept, strict=bool(kept)):
+        said = trace.file or f"its trace is not recorded: {trace.lacks}"
+        lines.append(f"{finding.code}, {finding.message}: {said}")
     return "".join(f"{line}\n" for line in lines)
 
 
-def _as_json(system: str, found: Exploration) -> str:
+def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
     """An object with `version`, `system`, `slices`, `assumptions` and `findings` with traces."""
     slices = [
         {
@@ -63,6 +86,9 @@ def _as_json(system: str, found: Exploration) -> str:
         for name, axiom, verdict in found.assumptions
     ]
     told = [_finding(finding) for finding in found.findings]
+    for each, trace in zip(told, kept, strict=bool(kept)):
+        each["recording"] = trace.file or None
+        each["lacks"] = trace.lacks
     return streams.as_json(VERSION, system, slices=slices, assumptions=assumptions, findings=told)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SAME, DIFFERS, UNUSABLE = 0, 1, 2
 
 
-class _Refused(Exception):
+class Refused(Exception):
     """The command cannot do what is asked; the message says why."""
 
 
@@ -30,8 +30,8 @@ def recover(options: Namespace) -> int:
     """Make a clean file with an index of a recording that was cut; 2 if there is none in it."""
     out = Path(options.out or options.file)
     try:
-        saved = _called("reading", "Recovered", Path(options.file), out)
-    except _Refused as refused:
+        saved = called("recording.reading", "Recovered", Path(options.file), out)
+    except Refused as refused:
         return _unusable(str(refused))
     except OSError as error:
         return _unusable(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
@@ -46,9 +46,9 @@ def recover(options: Namespace) -> int:
 def replay(options: Namespace) -> int:
     """Compare the steps of a recording with those of the specification as it is now."""
     try:
-        told = _called("replay", "about", Path(options.file))
+        told = called("recording.replay", "about", Path(options.file))
         return _replay(options, options.spec or _spec_of(told), told)
-    except _Refused as refused:
+    except Refused as refused:
         return _unusable(str(refused))
 
 
@@ -63,14 +63,14 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
         return tell(report(resolve(result.diagnostics, result.sources), [spec])) or DIFFERS
     names = [s.qualified_name for s in result.system.subsystems]
     if options.subsystem and options.subsystem not in names:
-        raise _Refused(f"there is no subsystem {options.subsystem}; there are {', '.join(names)}")
+        raise Refused(f"there is no subsystem {options.subsystem}; there are {', '.join(names)}")
     with TemporaryDirectory(prefix="specc-") as scratch:
         package = Path(scratch, "generated", built.system)
         for diagnostic in output.write(package, built.files):
-            raise _Refused(diagnostic.message)
+            raise Refused(diagnostic.message)
         base, file = Path(os.path.dirname(spec)), Path(options.file)
         only = options.subsystem or ""
-        outcomes = _called("replay", "replay", package, base, file, only, options.until)
+        outcomes = called("recording.replay", "replay", package, base, file, only, options.until)
     return _tell(outcomes, result, options)
 
 
@@ -140,7 +140,7 @@ def _spec_of(told: Any) -> str:
     except (OSError, ValueError):  # what no file is called
         is_here = False
     if not is_here:
-        raise _Refused(f"the recording is of {spec or 'no file'}, which is not here; say --spec")
+        raise Refused(f"the recording is of {spec or 'no file'}, which is not here; say --spec")
     return spec
 
 
@@ -152,20 +152,20 @@ def _values(told: Any) -> dict[str, str]:
             return dict(values)
     except (ValueError, AttributeError, RecursionError):
         pass
-    raise _Refused("the recording does not say which constants were set")
+    raise Refused("the recording does not say which constants were set")
 
 
-def _called(module: str, function: str, *arguments: Any) -> Any:
-    """What the runtime gives; raises _Refused for what it cannot use."""
+def called(module: str, function: str, *arguments: Any) -> Any:
+    """What the runtime gives; raises Refused for what it cannot use."""
     try:
-        made = getattr(import_module(f"specc_runtime.recording.{module}"), function)
+        made = getattr(import_module(f"specc_runtime.{module}"), function)
         return made(*arguments)
     except ModuleNotFoundError as error:
-        raise _Refused(import_module("specc_runtime.extras").remedy(error)) from error
+        raise Refused(import_module("specc_runtime.extras").remedy(error)) from error
     except Exception as error:
-        if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed"):
+        if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed", "OutputLost"):
             raise
-        raise _Refused(str(error)) from error
+        raise Refused(str(error)) from error
 
 
 def _unusable(words: str) -> int:

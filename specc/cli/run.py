@@ -64,6 +64,11 @@ def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
         )
 
 
+def texts_of(sources: Sources, spec: str) -> dict[str, str]:
+    """The files of a specification as a recording has them."""
+    return {_named(s.path, spec): s.text for s in sources}
+
+
 def _named(path: str, spec: str) -> str:
     """How a recording names a file: as it is found from here, or from the specification."""
     if not os.path.isabs(path):
@@ -84,7 +89,7 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts={_named(s.path, found.spec): s.text for s in sources} if found.record else {},
+        texts=texts_of(sources, found.spec) if found.record else {},
     )
     try:
         return int(import_module("specc_runtime.main").run(options) or 0)

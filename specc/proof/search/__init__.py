@@ -16,6 +16,7 @@ from specc.proof.search.situation import (
     Value,
     alike,
     first_value,
+    others,
     runnable,
     spelled,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "came",
     "find",
     "first_value",
+    "others",
     "present",
     "runnable",
     "showing",

@@ -1,0 +1,185 @@
+"""Runs of generated code whose devices report what a script says, in the forms of recordings."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import EllipsisType
+from typing import Any
+
+import numpy as np
+
+from specc_runtime.clock import WallClock
+from specc_runtime.cycle import Executor
+from specc_runtime.faults import AxiomViolated, Fault
+from specc_runtime.forms import Fetch, Form, NotRecorded
+from specc_runtime.interruption import Interruption
+from specc_runtime.loading import load_layouts, load_system
+from specc_runtime.options import Options
+from specc_runtime.plant import NO_SAMPLE
+from specc_runtime.records import StepRecord
+from specc_runtime.session import Session
+from specc_runtime.system import System
+
+Reports = Mapping[str, Sequence[tuple[int, Any]]]
+"""Of each sensor what it reports from which base tick on, first from 0; `...` is nothing new."""
+Hear = Callable[[str, int, str, int], bool]
+"""Told of each step: subsystem, stamp, state and row; the run ends where it says no."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What ended a run: a fault of a step, or of what a sensor reports (stamp -1)."""
+
+    subsystem: str
+    stamp: int
+    is_assumption: bool
+    message: str
+
+
+class Rehearsal:
+    """The code in a directory, run again and again from its beginning."""
+
+    def __init__(self, package: Path, base: Path) -> None:
+        """`base` is where the specification's files are. Raises what `load_system` raises."""
+        self._base = base
+        self._system = system = load_system(package, base)
+        self._module = type(system.subsystems[0].subsystem).__module__.rpartition(".")[0]
+        self._forms = _forms(system)
+        self.sensors = tuple(self._forms)
+        self.ticks = {s.subsystem.name: s.ticks for s in system.subsystems}
+        self.tick_s = system.tick_s
+
+    def influences(self, subsystem: str) -> list[str]:
+        """The sensors that a subsystem gets values of, through as few others as possible first."""
+        plant = self._system.plant
+        near, found = {subsystem: None}, dict[str, None]()
+        for name in _nearest_first(near, self._system):
+            inputs = plant.inputs if plant else ()
+            found |= dict.fromkeys(i.sensor for i in inputs if i.subsystem == name)
+        return list(found)
+
+    def run(self, reports: Reports, ticks: int, hear: Hear) -> Failure | None:
+        """A run of so many base ticks, and what ended it earlier. Raises what `plant` raises."""
+        system, goes_on = self.again(), True
+
+        def observe(record: StepRecord) -> None:
+            nonlocal goes_on
+            goes_on = goes_on and hear(
+                record.subsystem, record.stamp, record.state, record.transition
+            )
+
+        with np.errstate(all="ignore"):
+            executor = Executor(system, self.plant(reports), [observe], inline=True)
+            while goes_on and executor.tick < ticks and executor.advance():
+                pass
+            executor.finish()
+        return _failure(executor.faults[0]) if executor.faults and goes_on else None
+
+    def again(self) -> System:
+        """The system at its beginning."""
+        system: System = import_module(f"{self._module}.system").build(str(self._base))
+        return system
+
+    def plant(self, reports: Reports) -> Scripted | None:
+        """What stands behind its devices, if there are any.
+
+        Raises NotRecorded, Misshapen for what is no value of an element.
+        """
+        return None if self._system.plant is None else Scripted(self._forms, reports)
+
+
+def record(
+    rehearsal: Rehearsal, reports: Reports, duration_s: float, options: Mapping[str, Any]
+) -> None:
+    """Record such a run, with these options of a run.
+
+    Raises OutputLost, UsageError if that cannot be written.
+    """
+    from specc_runtime.recording.recorder import Recorder
+
+    asked = Options(Path(), duration_s=duration_s, record_exact=True, inline=True, **options)
+    system, plant, clock = rehearsal.again(), rehearsal.plant(reports), WallClock()
+    recorder = Recorder(asked, system, plant, clock)
+    session = Session(asked, system, plant, None, clock, Interruption(), recorder)
+    recorder.report = session.report
+    try:
+        with np.errstate(all="ignore"):
+            session.run()
+    finally:
+        recorder.close()
+
+
+def _nearest_first(near: dict[str, None], system: System) -> Iterator[str]:
+    """Some subsystems, then those that send them something, and so on."""
+    waiting = list(near)
+    for name in waiting:
+        yield name
+        for connection in system.connections:
+            if connection.target == name and connection.source not in near:
+                near[connection.source] = None
+                waiting.append(connection.source)
+
+
+def _forms(system: System) -> dict[str, Form]:
+    layouts = load_layouts(system)
+    return {
+        item.sensor: element.form
+        for item in (system.plant.inputs if system.plant else ())
+        for element in layouts[item.subsystem].x
+        if element.attribute == item.element
+    }
+
+
+def _failure(fault: Fault) -> Failure:
+    return Failure(fault.subsystem, fault.stamp, isinstance(fault, AxiomViolated), fault.message)
+
+
+class Scripted:
+    """A plant that reports by a script, and takes every command."""
+
+    def __init__(self, forms: Mapping[str, Form], reports: Reports) -> None:
+        self._tick = 0
+        self._ticks = {name: [tick for tick, _ in said] for name, said in reports.items()}
+        self._values = {
+            name: [NO_SAMPLE if data is ... else _value(forms[name], data) for _, data in said]
+            for name, said in reports.items()
+        }
+
+    def reset(self, seed: int) -> None:
+        """See `Plant`."""
+
+    def sample(self, name: str) -> Any:
+        """See `Plant`."""
+        return self._values[name][bisect_right(self._ticks[name], self._tick) - 1]
+
+    def actuate(self, name: str, value: Any) -> None:
+        """See `Plant`."""
+
+    def advance(self, duration_s: float) -> None:
+        """See `Plant`."""
+        self._tick += 1
+
+    def close(self) -> None:
+        """See `Plant`."""
+
+
+def _value(form: Form, data: Any) -> Any:
+    return data if isinstance(data, EllipsisType) else form.value(data, _Blank())
+
+
+class _Blank(Fetch):
+    """Images are all black; nothing stands for what only operators look into."""
+
+    def image(self, data: Any) -> np.ndarray[Any, Any]:
+        """See `Fetch`."""
+        image = np.zeros(tuple(data), np.uint8 if len(data) == 3 else np.float32)
+        image.setflags(write=False)
+        return image
+
+    def packed(self, kind: str, data: Any) -> bytes:
+        """See `Fetch`."""
+        raise NotRecorded(f"a value of {kind}")

@@ -1,0 +1,89 @@
+"""Recordings of what exploring found; the runtime makes them of the generated code."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from specc import output
+from specc.cli.recordings import Refused, called
+from specc.cli.run import texts_of
+from specc.frozen import frozen
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from specc.pipeline import Build
+    from specc.tools.explore.findings import Finding
+    from specc.tools.explore.trace import Trace
+
+AFTER = 10
+"""Periods of the slowest machine that a recording goes on for when the trace is over."""
+
+
+@frozen
+class Recorded:
+    """The recording of a trace, or why there is none."""
+
+    file: str = ""
+    lacks: str = ""
+
+
+def recorded(
+    findings: Sequence[Finding], built: Build, spec: str, directory: Path
+) -> list[Recorded]:
+    """Record the traces of findings in a directory, each in a file of its own.
+
+    Raises:
+        Refused: a file cannot be written, or what writes them is not installed.
+    """
+    if not findings:
+        return []
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".specc-", dir=directory) as scratch:
+            return list(_recorded(findings, built, spec, Path(scratch)))
+    except OSError as error:
+        reason = (error.strerror or "unknown reason").lower()
+        raise Refused(f"cannot write to {directory}: {reason}") from error
+
+
+def _recorded(
+    findings: Sequence[Finding], built: Build, spec: str, scratch: Path
+) -> Iterator[Recorded]:
+    package, base = scratch / "generated" / built.system, Path(os.path.dirname(spec))
+    for diagnostic in output.write(package, built.files):
+        raise Refused(diagnostic.message)
+    try:
+        rehearsal = called("rehearsal", "Rehearsal", package, base)
+    except Refused as refused:  # by the user's own modules
+        yield from [Recorded(lacks=str(refused))] * len(findings)
+        return
+    texts = texts_of(built.result.sources, spec)
+    for number, finding in enumerate(findings, 1):
+        file = scratch / f"{number}-{finding.code}.mcap"
+        lacks = _record(finding.way, built, rehearsal, {"record": file, "texts": texts})
+        if lacks:
+            yield Recorded(lacks=lacks)
+            continue
+        kept = scratch.parent / file.name
+        os.replace(file, kept)
+        yield Recorded(str(kept))
+
+
+def _record(way: Trace, built: Build, rehearsal: Any, options: dict[str, Any]) -> str:
+    """Record a run that goes as a trace; says why if there is none."""
+    from specc.tools.explore.concrete import NotConcreteError, reports
+
+    assert built.result.system is not None
+    try:
+        found = reports(way, built.result.system, rehearsal)
+    except NotConcreteError as error:
+        return str(error)
+    slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
+    duration_s = float(way.time_s) + AFTER * slowest * rehearsal.tick_s
+    called("rehearsal", "record", rehearsal, found, duration_s, options)
+    return ""

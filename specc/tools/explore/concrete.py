@@ -1,0 +1,251 @@
+"""Making a trace a run of the generated code: what devices report so that it goes that way.
+
+A run is rehearsed from its beginning. Where a machine first does something else, a sensor is made
+to report another value some periods before, and whatever gets furthest is kept. So nothing is taken
+for true that the code does not do, and what only operators decide is decided by them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
+from typing import Any, Protocol
+
+from specc.model import expr as m
+from specc.model.system import Subsystem, System
+from specc.model.types import (
+    Bool,
+    Image,
+    Int,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+    whole,
+)
+from specc.proof.search import first_value, others
+from specc.tools.explore.trace import Step, Trace
+
+Reports = dict[str, list[tuple[int, Any]]]
+"""Of each sensor what it reports from which base tick on; `...` is nothing new."""
+MOST_RUNS = 400
+"""Rehearsals of one trace."""
+MOST_VALUES, MOST_MOMENTS, MOST_SENSORS = 12, 8, 8
+"""Of a sensor that are tried; how long before a step; how many that it depends on."""
+
+
+class Failure(Protocol):
+    """What ended a run: a fault of a step."""
+
+    subsystem: str
+    stamp: int
+    is_assumption: bool
+    message: str
+
+
+class Rehearsal(Protocol):
+    """The generated code of the system, which runs as often as it is asked to."""
+
+    sensors: Sequence[str]
+    ticks: Mapping[str, int]
+    tick_s: float
+
+    def influences(self, subsystem: str) -> Sequence[str]:
+        """The sensors that a subsystem gets values of, the nearest first."""
+
+    def run(self, reports: Reports, ticks: int, hear: Any) -> Failure | None:
+        """A run of so many base ticks, unless `hear` says no; the fault that ended it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stray:
+    """Where a run does something else than a trace: base tick, subsystem, in words."""
+
+    tick: int
+    subsystem: str
+    words: str
+
+
+class NotConcreteError(Exception):
+    """No run that goes as the trace was found; the message says why."""
+
+
+def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
+    """What sensors report so that a run takes a trace.
+
+    Raises:
+        NotConcreteError: nothing was found that makes it.
+    """
+    values = _Values(system)
+    known: Reports = {name: [(0, values.of(name)[0])] for name in rehearsal.sensors}
+    for name in values.silent & known.keys():
+        known[name].append((1, ...))
+    expected = _Expected(way, system, rehearsal)
+    runs, stray = MOST_RUNS, expected.stray(known)
+    while stray is not None:
+        best = None
+        for changed in _changed(known, stray, rehearsal, values):
+            if not runs:
+                break
+            runs -= 1
+            other = expected.stray(changed)
+            if other is None:
+                return changed
+            if other.tick > (best[0].tick if best else stray.tick):
+                best = other, changed
+        if best is None:
+            raise NotConcreteError(_why(stray, rehearsal))
+        stray, known = best
+    return known
+
+
+def _why(stray: Stray, rehearsal: Rehearsal) -> str:
+    if not rehearsal.influences(stray.subsystem):
+        return f"{stray.words}, and nothing that is measured changes that"
+    return f"{stray.words}, whatever measurements were tried"
+
+
+class _Expected:
+    """What the machines of a trace do."""
+
+    def __init__(self, way: Trace, system: System, rehearsal: Rehearsal) -> None:
+        self._rehearsal = rehearsal
+        self._end = max(rehearsal.ticks[s.walker.name] * n for s, n in _numbered(way)) + 1
+        self._steps = {(s.walker.name, n): s for s, n in _numbered(way)}
+        self._bound = {
+            (s.qualified_name, (p.peer, e.name)): f"{p.other_end}.{e.name}"
+            for s in system.subsystems
+            for p in s.ports
+            if p.direction == "x"
+            for e in p.elements
+        }
+
+    def stray(self, known: Reports) -> Stray | None:
+        """Where a run first leaves the trace."""
+        found: list[Stray] = []
+        ticks = self._rehearsal.ticks
+
+        def hear(name: str, stamp: int, state: str, row: int) -> bool:
+            step = self._steps.get((name, stamp))
+            if step is not None and (state, row) != (step.move.target, step.move.row):
+                words = f"at {stamp * ticks[name] * self._rehearsal.tick_s:g} s `{name}` "
+                words += f"is in `{state}`, not in `{step.move.target}`"
+                found.append(Stray(stamp * ticks[name], name, words))
+            return not found
+
+        failure = self._rehearsal.run(known, self._end, hear)
+        if failure is not None and not self._is_meant(failure):
+            tick = max(failure.stamp, 0) * ticks.get(failure.subsystem, 0)
+            found.append(Stray(tick, failure.subsystem, f"the run fails: {failure.message}"))
+        found += self._unlost(known) if not found else ()
+        return min(found, key=lambda stray: stray.tick, default=None)
+
+    def _is_meant(self, failure: Failure) -> bool:
+        step = self._steps.get((failure.subsystem, failure.stamp))
+        return failure.is_assumption and step is not None and bool(step.move.broken)
+
+    def _unlost(self, known: Reports) -> Iterator[Stray]:
+        """Measurements that were to come when nobody looks at them, and did not."""
+        for (name, stamp), step in self._steps.items():
+            tick = stamp * self._rehearsal.ticks[name]
+            for key in step.move.lost:
+                said = known.get(self._bound.get((name, key), ""), ())
+                if [data for begin, data in said if begin <= tick][-1:] == [...]:
+                    yield Stray(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
+
+
+def _numbered(way: Trace) -> Iterator[tuple[Step, int]]:
+    """The steps with their time stamps."""
+    stamps: Counter[str] = Counter()
+    for step in way.steps:
+        yield step, stamps[step.walker.name]
+        stamps[step.walker.name] += 1
+
+
+def _changed(
+    known: Reports, stray: Stray, rehearsal: Rehearsal, values: _Values
+) -> Iterator[Reports]:
+    """Other reports that may change a step, the latest changes first."""
+    sensors = rehearsal.influences(stray.subsystem)[:MOST_SENSORS]
+    periods = sorted({rehearsal.ticks[stray.subsystem], min(rehearsal.ticks.values())})
+    before = {n * period for n in range(MOST_MOMENTS) for period in periods}
+    moments = [stray.tick - ago for ago in sorted(before) if ago <= stray.tick]
+    for moment, sensor in product(moments, sensors):
+        said = [each for each in known[sensor] if each[0] < moment]
+        for value in values.of(sensor) if moment else values.given(sensor):
+            if said[-1:] and said[-1][1] == value:
+                continue
+            rest = [(moment + 1, ...)] if sensor in values.silent and value is not ... else []
+            yield {**known, sensor: [*said, (moment, value), *rest]}
+
+
+class _Values:
+    """Values of sensors that are worth trying, in the form of recordings."""
+
+    def __init__(self, system: System) -> None:
+        self._types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
+        bindings = system.plant.bindings if system.plant else ()
+        sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
+        self.sporadic = sporadic.keys()
+        self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
+        """Those that need not report anything for as long as one likes."""
+        marks = sorted({float(number) for s in system.subsystems for number in _numbers(s)} | {0.0})
+        between = [(a + b) / 2 for a, b in pairwise(marks)]
+        self._marks = [*between, marks[-1] + 1, marks[0] - 1, *marks]
+        self._known: dict[str, list[Any]] = {}
+
+    def of(self, sensor: str) -> list[Any]:
+        """Those of a sensor, the usual one first; `...` for nothing new."""
+        return [*self.given(sensor), *((...,) if sensor in self.sporadic else ())]
+
+    def given(self, sensor: str) -> list[Any]:
+        """Those with a value."""
+        if sensor not in self._known:
+            type_ = self._types[sensor]
+            found = [first_value(type_), *others(first_value(type_), type_)]
+            found += [first_value(type_, mark) for mark in self._marks]
+            made = [_plain(value, type_) for value in found]
+            if isinstance(type_, OptionalOf):
+                made += [_plain(first_value(type_.value, mark), type_) for mark in self._marks]
+            kept = [value for i, value in enumerate(made) if value not in made[:i]]
+            self._known[sensor] = kept[:MOST_VALUES]
+        return self._known[sensor]
+
+
+def _numbers(subsystem: Subsystem) -> Iterator[float]:
+    """The numbers in what a subsystem asks and computes."""
+    exprs = [condition.when for condition in subsystem.conditions]
+    exprs += [item.value for item in subsystem.lets]
+    exprs += [item.value for item in subsystem.constants]
+    exprs += [item.value for state in subsystem.states for item in state.behaviour.assignments]
+    yield from (n.value for e in exprs for n in m.walk(e) if isinstance(n, m.Number))
+
+
+def _plain(value: Any, type_: Type) -> Any:
+    """A value in the form that recordings have it in."""
+    match whole(type_):
+        case Pose():
+            return [float(number) for row in value for number in row]
+        case Spatial():
+            return [float(number) for number in value]
+        case Vector(element=element) | ListOf(element=element):
+            return [_plain(item, element) for item in value]
+        case OptionalOf(value=inner):
+            return None if value is None else _plain(value, inner)
+        case Record(fields=fields):
+            return {name: _plain(getattr(value, name), inner) for name, inner in fields}
+        case Image(height=height, width=width, channels=channels):
+            return [height, width, channels] if channels == 3 else [height, width]
+        case Opaque():
+            raise NotConcreteError(f"a device reports a {type_}, which only operators look into")
+    return _NUMBERS.get(type(whole(type_)), str)(value)
+
+
+_NUMBERS: dict[type[Type], Callable[[Any], Any]] = {Real: float, Int: int, Bool: bool}

@@ -1,0 +1,79 @@
+"""Traces of what exploring finds are recordings of the generated code, which replay."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from specc.cli import main
+from tests.recording.runs import messages
+
+CASES = sorted(Path(__file__).parent.glob("cases/*.yaml"))
+LOST = Path(__file__).parent / "cases/event-not-looked-at.yaml"
+
+
+def traced(spec: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> list[dict[str, Any]]:
+    """The findings with their recordings."""
+    main(["explore", str(spec), "--traces", str(out), "--format", "json"])
+    found: list[dict[str, Any]] = json.loads(capsys.readouterr().out)["findings"]
+    return found
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_traces_are_recordings_that_replay(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for finding in traced(case, tmp_path / "traces", capsys):
+        recording = Path(finding["recording"])
+        assert main(["replay", str(recording), "--spec", str(case), "--check"]) == 0
+        recorded = {topic: iter(steps) for topic, steps in messages(recording).items()}
+        faults = []
+        for step in finding["trace"]:
+            _, message = next(recorded[f"/{step['subsystem']}"])
+            if "fault" in message:
+                faults.append(message["fault"].partition(":")[0])
+            else:
+                assert (message["state"], message["row"]) == (step["to"], step["row"])
+        assert faults == ["assumption does not hold"] * (finding["code"] == "W1006")
+    capsys.readouterr()
+
+
+def test_no_value_is_made_up_for_a_trace(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whether a product is negative is not known to exploring; no measurement makes it so."""
+    text = LOST.read_text(encoding="utf-8")
+    assert "x.R.d < 1[m]" in text
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(text.replace("x.R.d < 1[m]", "x.R.d * x.R.d < -1[m**2]"), encoding="utf-8")
+    assert main(["explore", str(spec), "--traces", str(tmp_path / "traces")]) == 0
+    said = capsys.readouterr().out
+    assert "its trace is not recorded: at 0.1 s `panel.c` is in `watching`, not in" in said
+    assert "whatever measurements were tried" in said
+    assert not list((tmp_path / "traces").iterdir())
+
+
+def test_values_of_devices_that_only_operators_look_into(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = LOST.read_text(encoding="utf-8")
+    text = text.replace("system: demo", "system: demo\ntypes: {Cloud: {opaque: true}}")
+    text = text.replace('eye: {y: {d: "real[m]"}}', 'eye: {y: {d: "real[m]", cloud: Cloud}}')
+    text = text.replace('x: {R: {d: "real[m]"}}', 'x: {R: {d: "real[m]", cloud: Cloud}}')
+    text = text.replace("panel.R.eye.d: {}", "panel.R.eye.d: {}, panel.R.eye.cloud: {}")
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(text, encoding="utf-8")
+    (finding,) = traced(spec, tmp_path, capsys)
+    assert finding["recording"] is None
+    assert finding["lacks"] == "a device reports a Cloud, which only operators look into"
+
+
+def test_a_place_where_nothing_can_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(["explore", str(LOST), "--traces", str(tmp_path / "file")]) == 2
+    assert f"cannot write to {tmp_path / 'file'}: file exists" in capsys.readouterr().err
