@@ -45,12 +45,7 @@ def _not_positive(sheet: Sheet) -> Iterator[Seed]:
             if number is None:
                 continue
             for wrong in ("0", f"-{number[0]}"):
-                yield seed(_rewritten(sheet, node, wrong + text[number.end() :]), elsewhere=uses)
-
-
-def _rewritten(sheet: Sheet, node: Node, text: str) -> Edit:
-    quote = sheet.text[node.start] if sheet.text[node.start] in "\"'" else ""
-    return sheet.replaced(node, f"{quote}{text}{quote}")
+                yield seed(sheet.rewritten(node, wrong + text[number.end() :]), elsewhere=uses)
 
 
 def _no_values(sheet: Sheet) -> Iterator[Seed]:
@@ -68,7 +63,7 @@ def _half_turns(sheet: Sheet) -> Iterator[Seed]:
     """A number of degrees that is called radians."""
     for node, uses in _tolerances(sheet, 4):
         for wrong in ("180[deg]", "5[rad]"):
-            yield seed(_rewritten(sheet, node, wrong), elsewhere=uses)
+            yield seed(sheet.rewritten(node, wrong), elsewhere=uses)
 
 
 def _quaternions(sheet: Sheet) -> Iterator[Seed]:

@@ -160,7 +160,7 @@ def _assigned(sheet: Sheet) -> Iterator[Seed]:
     for machine in machines(sheet):
         for function in machine.functions():
             for name, route in machine.targets_of(function).items():
-                yield seed(sheet.replaced(sheet.key(route), f"{name}x"))
+                yield seed(sheet.rewritten(sheet.key(route), f"{name}x"))
 
 
 def _types(sheet: Sheet) -> Iterator[Seed]:

@@ -81,6 +81,11 @@ class Sheet:
         # The text of a folded scalar ends with its line break.
         return Edit(node.start, node.start + len(self.raw(node).rstrip()), text)
 
+    def rewritten(self, node: Node, text: str) -> Edit:
+        """Other text in place of a value or key, in the quotes that it has."""
+        quote = self.text[node.start] if self.text[node.start] in "\"'" else ""
+        return self.replaced(node, f"{quote}{text}{quote}")
+
     def inside(self, route: Route, start: int, end: int, text: str) -> Edit:
         """Other text for a part of a scalar, which gets quotes where the new text needs them."""
         node = self.at(route)

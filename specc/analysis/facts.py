@@ -103,14 +103,15 @@ class Facts:
 
     @cached_property
     def valueless(self) -> tuple[tuple[Constant, str], ...]:
-        """Constants and parameters without a value, with the reason."""
-        parameters = (c for s in self.subsystems for c in s.constants)
-        return tuple(valueless((*self.system.constants, *parameters)))
+        """Constants and parameters without a value, with the reason; those at one place once."""
+        lists = dict.fromkeys((self.system.constants, *self.system.described))
+        found = (none for constants in lists for none in valueless(constants))
+        return tuple({constant.place: (constant, why) for constant, why in found}.values())
 
     @cached_property
     def _constants(self) -> dict[str, Constant]:
-        none = {constant.name for constant, _ in self.valueless}
-        return {c.name: c for c in self.system.constants if c.name not in none}
+        none = {constant.place for constant, _ in self.valueless}
+        return {c.name: c for c in self.system.constants if c.place not in none}
 
     @cached_property
     def misfits(self) -> Misfits:

@@ -349,6 +349,8 @@ class System:
     folders: tuple[str, ...] = ()
     """Real paths of the folders in which its files lie; without any, they may lie anywhere."""
     requirements: tuple[Requirement, ...] = ()
+    described: tuple[tuple[Constant, ...], ...] = ()
+    """Parameters and constants of each use of a description; expressions have their values."""
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -98,6 +98,7 @@ def resolve(
         named_in_agents(spec),
         reach.folders,
         required,
+        tuple(tuple(used.constants.values()) for used in resolver.instances),
     )
     return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
 

@@ -137,17 +137,16 @@ class MachineResolver:
             self._functions[name] = self._function(name, item, self.where["functions"][name])
 
     def _function(self, name: str, item: FunctionDef, at: Where) -> Function:
-        targets = item.targets
-        found = tuple(
-            assignment
-            for named, value in targets.items()
+        made = [
+            self._assignment(target, value, at[named])
+            for named, value in item.targets.items()
             for target in targets_of(named, self.expressions.groups)
-            if (assignment := self._assignment(target, value, at[named]))
-        )
-        if not targets:
+        ]
+        if not made:
             message = f"function `{name}` assigns nothing yet"
             self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
-        whole = bool(found) and len(found) >= len(targets)
+        found = tuple(assignment for assignment in made if assignment)
+        whole = bool(found) and len(found) == len(made)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
