@@ -13,7 +13,6 @@ import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Keeper, OutputLost, Viewer
-from specc_runtime.cycle import Observer
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
@@ -21,10 +20,11 @@ from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.records import Observer
 from specc_runtime.report import Report, check_writable, stillborn, write
 from specc_runtime.session import Session
-from specc_runtime.system import PlantSpec, System
-from specc_runtime.task import Judge, Scene
+from specc_runtime.system import PlantSpec, System, Task
+from specc_runtime.task import Judge, Scene, drawn
 from specc_runtime.telling import say
 from specc_runtime.watchdog import Watchdog
 
@@ -110,7 +110,7 @@ class _Attempt:
         if system.plant is not None:
             plant = self._plant = _plant(system.plant, Path(options.base), options.renderer)
             self._check_interrupted()
-            _prepare(plant, system.task.scene if system.task else "", options.seed)
+            _prepare(plant, system.task, options.seed)
         recorder = self._recorder(system, plant)
         session = _session(options, system, plant, self._clock, interruption, recorder)
         if recorder is not None:
@@ -220,7 +220,7 @@ def open_plant(
         return None
     plant = _plant(spec, Path(base), renderer)
     try:
-        _prepare(plant, system.task.scene if system.task else "", seed)
+        _prepare(plant, system.task, seed)
     except BaseException:
         with suppress(BaseException):  # whatever the user's class raises
             plant.close()
@@ -228,8 +228,9 @@ def open_plant(
     return plant
 
 
-def _prepare(plant: Any, path: str, seed: int) -> None:
+def _prepare(plant: Any, task: Task | None, seed: int) -> None:
     """Reset the plant and set the scene, if there is one."""
+    path = task.scene if task else ""
     scene: Scene | None = made("scene", path, Scene) if path else None
     try:
         plant.reset(seed)
@@ -237,6 +238,8 @@ def _prepare(plant: Any, path: str, seed: int) -> None:
         raise
     except BaseException as error:  # whatever the user's class raises
         raise PlantFailed(error) from error
+    if task is not None and task.starts:
+        plant.truth.place(drawn(task.starts, seed))
     if scene is not None:
         try:
             scene.place(plant, np.random.default_rng(seed))
@@ -269,7 +272,8 @@ def _plant(spec: PlantSpec, base: Path, renderer: RendererName) -> Any:
         )
     from specc_runtime.plants.mujoco import MujocoPlant
 
-    return MujocoPlant(str(base / spec.model), spec.sensors, spec.actuators, renderer=renderer)
+    sensors = (*spec.sensors, *spec.observed)
+    return MujocoPlant(str(base / spec.model), sensors, spec.actuators, renderer=renderer)
 
 
 def _session(

@@ -6,23 +6,20 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from specc_runtime.blame import Blame
 from specc_runtime.clock import WallClock
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import Plant
-from specc_runtime.records import StepRecord
+from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, leave_safe
-from specc_runtime.sampling import Sensor
+from specc_runtime.sampling import Onlooker, Sensor
 from specc_runtime.system import System
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
 from specc_runtime.wiring import sensor_rates, timeline, tracks, worker_pool
-
-Observer = Callable[[StepRecord], None]
-"""Called with each record when it is committed, in an order that is the same in every run."""
 
 
 class Executor:
@@ -34,6 +31,7 @@ class Executor:
         plant: Plant | None = None,
         observers: Iterable[Observer] = (),
         *,
+        onlooker: Onlooker | None = None,
         inline: bool = False,
         clock: WallClock | None = None,
     ) -> None:
@@ -51,6 +49,7 @@ class Executor:
         self._abandoned = False
         self._tick_s = system.tick_s
         self._plant = plant
+        self._onlooker = onlooker
         self._observers = tuple(observers)
         rates = sensor_rates(system)
         bound = system.plant.sensors if system.plant else ()
@@ -98,6 +97,8 @@ class Executor:
             time_s = self.time_s
             for sensor in sensors:
                 sensor.update(time_s)
+            if self._onlooker is not None:
+                self._onlooker.look(tick, time_s)
             for track in due:
                 for port in track.ports:
                     port.deliver()

@@ -144,6 +144,10 @@ class StepRecord(NamedTuple):
     watched: tuple[tuple[str, Any], ...] = ()
 
 
+Observer = Callable[[StepRecord], None]
+"""Called with each record when it is committed, in an order that is the same in every run."""
+
+
 class _Texts(dict[str, bytes]):
     """The bytes of the few names that all records are made of."""
 

@@ -116,8 +116,9 @@ class Report:
     `ended` says how; "running" is written while a run goes on, and stays if it is killed.
     `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
     the elements of devices were sent last, `set` which constants had other values than the
-    specification says, and `requirements` what became of those of the system; these two are left
-    out where there are none.
+    specification says, `scene` the positions of joints that were drawn for the beginning, in m or
+    rad, and `requirements` what became of those of the system; these three are left out where there
+    are none.
     """
 
     spec: str
@@ -136,12 +137,14 @@ class Report:
     interrupted: bool
     last_outputs: dict[str, dict[str, str]]
     set: dict[str, str]
+    scene: dict[str, float] = field(default_factory=dict)
     requirements: list[dict[str, Any]] = field(default_factory=list)
 
     def as_data(self) -> dict[str, Any]:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
-        return {n: value for n, value in named.items() if value or n not in ("set", "requirements")}
+        seldom = ("set", "scene", "requirements")
+        return {n: value for n, value in named.items() if value or n not in seldom}
 
 
 def stillborn(options: Options, faults: list[Fault], *, interrupted: bool) -> Report:

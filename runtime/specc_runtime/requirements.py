@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal
 
 from specc_runtime.faults import text_of
 from specc_runtime.records import StepRecord
+from specc_runtime.sampling import PLANT
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.temporal import TRUE, UNKNOWN, Atom, Formula, Judgement
 
@@ -105,13 +106,15 @@ class Requirement:
 class Reading:
     """A value that requirements name: `element` of `subsystem`, kept as `attribute`.
 
+    What is observed of the plant is a value at every tick.
+
     What was sent is seen when others see it; all else as it is after the step, from its time stamp
     on. `initial` is the input, with its subsystem, that has the value before anything is sent.
     """
 
     attribute: str
     subsystem: str
-    kind: Literal["state", "memory", "sent", "reported"]
+    kind: Literal["state", "memory", "sent", "reported", "observed"]
     element: str = ""
     initial: tuple[str, str] | None = None
     asks_presence: bool = False
@@ -120,13 +123,11 @@ class Reading:
 _ABSENT = object()
 
 
-def _found(
-    reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsystem: Subsystem
-) -> Any:
-    """The value after a step that is committed."""
+def _found(reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsystem: Any) -> Any:
+    """The value after a step that is committed; `subsystem` is None of what is observed."""
     if reading.kind == "state":
         return record.state
-    if reading.kind == "sent":
+    if reading.kind in ("sent", "observed"):
         return sent.get(reading.element, _ABSENT)
     source = subsystem.memory if reading.kind == "memory" else subsystem.x
     return getattr(source, reading.element, _ABSENT)
@@ -144,7 +145,7 @@ class Requirements:
     def follow(self, subsystems: Mapping[str, tuple[Subsystem, int]], tick_s: float) -> None:
         """Begin a run of these subsystems, each with the ticks of its period."""
         self._tick_s = tick_s
-        self._subsystems = subsystems
+        self._subsystems: Mapping[str, tuple[Any, int]] = {PLANT: (None, 1), **subsystems}
         self._known: Mapping[str, Any] = {}
         for atom in self.atoms:
             atom.update()
@@ -155,6 +156,11 @@ class Requirements:
             self._readings[reading.subsystem].append(reading)
             self._begin(reading)
         self._settled = dict.fromkeys(self._readings, 0)
+
+    @property
+    def observed(self) -> frozenset[str]:
+        """Names of what is observed of the plant."""
+        return frozenset(r.element for r in self.readings if r.kind == "observed")
 
     def _begin(self, reading: Reading) -> None:
         if reading.asks_presence:

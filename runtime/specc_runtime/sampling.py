@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -11,8 +11,11 @@ from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
 from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.records import Observer, StepRecord
 from specc_runtime.wrong import Unfit, WrongValue
 
+PLANT = "plant"
+"""Stands for the subsystem in records of what is really so."""
 _ROUNDING = 1.0 + 1e-9  # times are multiples of a rounded tick
 
 
@@ -77,6 +80,24 @@ class Sensor:
         if binding.max_gap_s is not None and gap_s > binding.max_gap_s * _ROUNDING:
             return f"there has been no sample for {gap_s:g} s, `max_gap` is {binding.max_gap_s:g} s"
         return ""
+
+
+class Onlooker:
+    """What is really so in the plant at every base tick: for requirements, never for agents."""
+
+    def __init__(
+        self, bindings: Iterable[SensorBinding], sample: Callable[[str], Any], tell: Observer
+    ) -> None:
+        """`tell` is called with a record of all values, as if the plant had sent them."""
+        self._sensors = tuple(Sensor(binding, sample) for binding in bindings)
+        self._tell = tell
+
+    def look(self, tick: int, time_s: float) -> None:
+        """Sample; raises `DeviceFailed`."""
+        for sensor in self._sensors:
+            sensor.update(time_s)
+        sent = tuple([(sensor.name, sensor.value) for sensor in self._sensors])
+        self._tell(StepRecord(PLANT, tick, time_s, "", -1, sent))
 
 
 class Port:

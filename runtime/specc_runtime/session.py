@@ -8,12 +8,12 @@ from contextlib import suppress
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
-from specc_runtime.cycle import Executor, Observer
+from specc_runtime.cycle import Executor
 from specc_runtime.faults import Fault, JudgeFailed
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options
 from specc_runtime.plant import Plant
-from specc_runtime.records import RecordDigest
+from specc_runtime.records import Observer, RecordDigest
 from specc_runtime.report import (
     Ending,
     Report,
@@ -23,8 +23,9 @@ from specc_runtime.report import (
     versions,
 )
 from specc_runtime.safety import LastOutput
+from specc_runtime.sampling import Onlooker
 from specc_runtime.system import System
-from specc_runtime.task import Cycles, Judge
+from specc_runtime.task import Cycles, Judge, drawn
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
@@ -74,7 +75,14 @@ class Session:
             periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
             self._requirements.follow(periods, system.tick_s)
             observers.append(self._requirements)
-        self._executor = Executor(system, plant, observers, inline=options.inline, clock=clock)
+        self._executor = Executor(
+            system,
+            plant,
+            observers,
+            onlooker=_onlooker(system, plant),
+            inline=options.inline,
+            clock=clock,
+        )
 
     @property
     def progress(self) -> int:
@@ -134,6 +142,7 @@ class Session:
             interrupted=self.interruption.requested,
             last_outputs={n: o.as_data() for n, o in sorted(self._last_outputs.items())},
             set=self._set,
+            scene=drawn(self._system.task.starts, self._seed) if self._system.task else {},
             requirements=self._requirements.as_data() if self._requirements else [],
         )
 
@@ -234,3 +243,12 @@ class Session:
         """Add a fault of what goes on around the executor."""
         fault.time_s = fault.time_s or self._executor.time_s
         self._judge_faults.append(fault)
+
+
+def _onlooker(system: System, plant: Plant | None) -> Onlooker | None:
+    """What samples the plant for requirements; None if they read nothing of it."""
+    spec, required = system.plant, system.requirements
+    if spec is None or plant is None or required is None:
+        return None
+    read = [binding for binding in spec.observed if binding.name in required.observed]
+    return Onlooker(read, plant.sample, required) if read else None

@@ -64,15 +64,30 @@ class PlantSpec:
     inputs: tuple[PlantInput, ...] = ()
     outputs: tuple[PlantOutput, ...] = ()
     python: str = ""
+    observed: tuple[SensorBinding, ...] = ()
+    """What requirements see of the plant, and agents do not."""
     safe: tuple[SafeOutputs, ...] = ()
     """Of devices with safe outputs, which they get when a run ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a joint is when a run begins: at one of `positions`, or anywhere `between` two of them.
+
+    Positions are in m or rad. `joint` is followed by `.x`, `.y`, `.z` or `.yaw` of a free one.
+    """
+
+    joint: str
+    positions: tuple[float, ...]
+    between: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
     """What a run counts and judges. A cycle ends when `subsystem` goes from `source` to `target`.
 
-    `scene` and `judge` name classes, `module:Class` (see `specc_runtime.task`); either may be "".
+    `starts` are positions to begin with. `scene` and `judge` name classes, `module:Class` (see
+    `specc_runtime.task`); either may be "".
     `watch` lists memory of `subsystem` that its step records carry for the judge.
     """
 
@@ -82,6 +97,7 @@ class Task:
     scene: str = ""
     judge: str = ""
     watch: tuple[str, ...] = ()
+    starts: tuple[Start, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ Scene and judge see the plant as it really is. Nothing of them reaches an agent.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,7 +13,8 @@ import numpy as np
 from specc_runtime.contracts import as_bool
 from specc_runtime.faults import JudgeFailed
 from specc_runtime.records import StepRecord
-from specc_runtime.system import System
+from specc_runtime.streams import stream
+from specc_runtime.system import Start, System
 from specc_runtime.wrong import Blamed, Unfit
 
 
@@ -22,6 +23,18 @@ class Scene(Protocol):
 
     def place(self, plant: Any, rng: np.random.Generator) -> None:
         """Called once, after the plant's reset; `rng` comes from the seed of the run."""
+
+
+def drawn(starts: Sequence[Start], seed: int) -> dict[str, float]:
+    """Position of each joint, m or rad. Each follows from the seed and its name alone."""
+    found = {}
+    for start in starts:
+        rng, positions = stream(seed, f"scene {start.joint}"), start.positions
+        if start.between:
+            found[start.joint] = float(rng.uniform(positions[0], positions[1]))
+        else:
+            found[start.joint] = positions[rng.integers(len(positions))]
+    return found
 
 
 class Judge(Protocol):

@@ -1,4 +1,4 @@
-"""What stands behind the elements of devices in the plant, and in which units it is."""
+"""What stands behind elements of devices, and what is observed, in the plant; in which units."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 from specc.frozen import frozen
 from specc.mjcf import Model, ModelError, read_model
-from specc.model.system import Binding, Element, Plant, System
+from specc.model.system import PLANT, Binding, Element, Plant, System
 from specc.model.types import Real, Spatial, Type, Vector
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
 from specc.read import Reach
@@ -22,6 +22,8 @@ PlantKind = Literal["model", "python", ""]
 @frozen
 class BoundElement:
     """A binding of an element that exists; `commanded` tells x of a device from y.
+
+    What requirements observe of the plant is bound as what a device reports is.
 
     `plant` is of what kind the plant is; empty if it is of none or of both.
     """
@@ -41,16 +43,16 @@ def plant_kind(plant: Plant | None) -> PlantKind:
 
 def bound_elements(system: System) -> Iterator[BoundElement]:
     """The bindings whose device and element exist."""
-    devices = {device.qualified_name: device for device in system.devices}
-    kind = plant_kind(system.plant)
-    for binding in system.plant.bindings if system.plant else ():
-        device = devices.get(binding.device)
-        if device is None:
-            continue
-        for elements, commanded in ((device.x, True), (device.y, False)):
+    plant = system.plant
+    if plant is None:
+        return
+    parts = {device.qualified_name: (device.x, device.y) for device in system.devices}
+    parts[PLANT] = (), plant.observed
+    for binding in plant.bindings:
+        for elements, commanded in zip(parts.get(binding.device, ()), (True, False), strict=False):
             for element in elements:
                 if element.name == binding.element:
-                    yield BoundElement(binding, element, commanded, kind)
+                    yield BoundElement(binding, element, commanded, plant_kind(plant))
 
 
 def plant_model(system: System) -> Model | ModelError | None:
@@ -96,6 +98,8 @@ _OF_JOINT = {
     "hinge": {"pos": RADIAN, "vel": RADIAN / SECOND, "frc": NEWTON_METRE},
     "slide": {"pos": METRE, "vel": METRE / SECOND, "frc": NEWTON},
 }
+FREE = {"x": METRE, "y": METRE, "z": METRE, "yaw": RADIAN}
+"""What a scene says of a free joint: where it is, and how it is turned about the vertical."""
 _FORCES = (NEWTON, NEWTON_METRE)
 _MECHANICAL = {*_UNITS.values(), *(unit for units in _OF_JOINT.values() for unit in units.values())}
 
@@ -147,6 +151,20 @@ def units_of(type_: Type) -> tuple[Unit, ...] | None:
         case Spatial(linear=linear, angular=angular):
             return (linear,) * 3 + (angular,) * 3
     return None
+
+
+def coordinate(name: str, model: Model) -> tuple[str, str]:
+    """The joint that a scene names, and which coordinate of it, if it is followed by one."""
+    joint, _, which = name.rpartition(".")
+    return (joint, which) if name not in model.joints and which in FREE else (name, "")
+
+
+def unit_of_coordinate(joint: str, which: str, model: Model) -> Unit | None:
+    """What a coordinate of a joint is in; None if it has no such coordinate."""
+    kind = model.joint_kind(joint)
+    return (
+        FREE.get(which) if kind == "free" else _at_joint("position", "" if which else joint, model)
+    )
 
 
 def _joint(name: str, model: Model) -> tuple[Unit | None, ...] | None:

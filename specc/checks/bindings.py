@@ -9,7 +9,7 @@ from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_
 from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
 from specc.diagnostics.phrases import listed
 from specc.mjcf import Model, ModelError
-from specc.model.system import Binding
+from specc.model.system import PLANT, Binding
 from specc.model.types import Image, Real, Spatial, Type, Vector
 from specc.model.units import Unit
 from specc.source import Place
@@ -96,7 +96,7 @@ def _reporting(bound: BoundElement) -> tuple[str, str] | None:
     if not numbers:
         return (
             f"`{name}` is reported, but nothing measures it",
-            "add `joints:`, `sensors:` or `camera:`",
+            "add `joints:` or `sensors:`" + (", or `camera:`" if binding.device != PLANT else ""),
         )
     if binding.image:
         return f"`image` of `{name}` needs a camera", "add `camera:`"

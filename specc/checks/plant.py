@@ -10,7 +10,7 @@ from specc.diagnostics import Diagnostic, Related, is_slip, nearest
 from specc.diagnostics.phrases import listed
 from specc.lang import or_else
 from specc.mjcf import Model, ModelError
-from specc.model.system import Binding, System
+from specc.model.system import PLANT, Binding, System
 from specc.model.types import Image, Record, Type, inner_types
 from specc.reachable import reachable
 from specc.source import Place
@@ -43,6 +43,8 @@ def bindings_known(facts: Facts) -> Iterator[Diagnostic]:
     elements = {d.qualified_name: [e.name for e in (*d.x, *d.y)] for d in facts.system.devices}
     plant = facts.system.plant
     for binding in plant.bindings if plant else ():
+        if binding.device == PLANT:
+            continue
         known = elements.get(binding.device)
         if not facts.broken.isdisjoint((binding.device, binding.device.partition(".")[0])):
             continue
@@ -159,7 +161,7 @@ def devices_bound(facts: Facts) -> Iterator[Diagnostic]:
         for e in (*d.x, *d.y)
     }
     open_ = {name for key, name in elements.items() if key not in bound}
-    strange = [f"{device}.{element}" for device, element in bound - elements.keys()]
+    strange = [f"{d}.{element}" for d, element in bound - elements.keys() if d != PLANT]
     meant = {name for other in strange for name in nearest(other, open_)[:1]}
     for device in system.devices:
         for element in (*device.x, *device.y):

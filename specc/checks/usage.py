@@ -149,6 +149,9 @@ def _needed_by_agents(system: System) -> set[str]:
     for requirement in system.requirements:
         for part in expressions(requirement.formula):
             found |= _named(walk(part))
+    for start in system.task.starts if system.task else ():
+        for part in start.texts:
+            found |= _named(walk(part))
     return found
 
 

@@ -23,7 +23,7 @@ from specc.lower.nodes import Nodes
 from specc.lower.table import TermTable
 from specc.model import expr as e
 from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal
-from specc.model.system import Device, Element, System
+from specc.model.system import PLANT, Device, Element, System
 from specc.model.trace import Trace
 from specc.model.types import Int, Real
 from specc.source import Place
@@ -94,11 +94,13 @@ def _value(module: Module, reading: Reading) -> AttributePlan:
 def _reading(system: System, module: Module, reading: Reading) -> str:
     """A call of `Reading`."""
     subsystems = {s.qualified_name: s for s in system.subsystems}
-    owner = subsystems[reading.subsystem]
-    said = [module.memory[reading.name], reading.subsystem, reading.kind]
-    if reading.kind == "memory":
-        said.append(memory_names(owner)[reading.element[0]])
+    said = [module.memory[reading.name], reading.subsystem or PLANT, reading.kind]
+    if reading.kind == "observed":
+        said.append(f"{PLANT}.{reading.element[0]}")
+    elif reading.kind == "memory":
+        said.append(memory_names(subsystems[reading.subsystem])[reading.element[0]])
     elif reading.kind != "state":
+        owner = subsystems[reading.subsystem]
         ends = owner.outputs if reading.kind == "sent" else owner.inputs
         peer, element = reading.element
         said.append(buffer_names(ends)[peer, element])

@@ -28,7 +28,17 @@ from specc.lower.names import (
 from specc.lower.requirements import CLASS as REQUIREMENTS
 from specc.lower.requirements import requirements_plan
 from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
-from specc.model.system import Binding, Device, Plant, Port, Subsystem, System, Task
+from specc.model.system import (
+    PLANT,
+    Binding,
+    Device,
+    Plant,
+    Port,
+    Start,
+    Subsystem,
+    System,
+    Task,
+)
 from specc.model.types import Enum, Record, Type, Vector
 
 # Connections between subsystems: which output element becomes which input element.
@@ -88,13 +98,16 @@ def plant_plan(
     functions = Functions(imports, names)
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
     reported = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
-    sensors, actuators = [], []
+    seen = {f"{PLANT}.{e.name}": e.type for e in system.plant.observed} if system.plant else {}
+    sensors: list[str] = []
+    actuators: list[str] = []
+    observed: list[str] = []
     for binding in _bindings(system):
-        type_ = reported.get(_name(binding))
+        type_ = reported.get(_name(binding)) or seen.get(_name(binding))
         if type_ is not None:
             imports.add(BINDINGS, "SensorBinding")
             told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
-            sensors.append(_call("SensorBinding", told))
+            (observed if binding.device == PLANT else sensors).append(_call("SensorBinding", told))
         else:
             imports.add(BINDINGS, "ActuatorBinding")
             actuators.append(_call("ActuatorBinding", _actuator(binding, functions)))
@@ -106,6 +119,7 @@ def plant_plan(
         "contracts": contracts.named,
         "made": _made(system.plant),
         "sensors": sensors,
+        "observed": observed,
         "actuators": actuators,
         "inputs": inputs,
         "outputs": outputs,
@@ -336,6 +350,8 @@ def _whole(
         imports.add("os.path", "join")
     if system.task:
         imports.add("specc_runtime.system", "Task")
+        if system.task.starts:
+            imports.add("specc_runtime.system", "Start")
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
     required = REQUIREMENTS if system.requirements and not stand_ins else ""
     if required:
@@ -359,7 +375,16 @@ def _whole(
 
 def _task(system: System, task: Task) -> Iterator[str]:
     names = ("subsystem", "source", "target", "scene", "judge")
-    return _given({name: getattr(task, name) for name in names} | {"watch": _watched(system, task)})
+    yield from _given(
+        {name: getattr(task, name) for name in names} | {"watch": _watched(system, task)}
+    )
+    if task.starts:
+        yield f"starts=({' '.join(f'{_start(start)},' for start in task.starts)})"
+
+
+def _start(start: Start) -> str:
+    told = literal(start.joint), literal(tuple(position for position, _ in start.positions))
+    return _call("Start", (*told, *_given({"between": start.between})))
 
 
 def _watched(system: System, task: Task) -> tuple[str, ...]:

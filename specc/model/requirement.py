@@ -16,13 +16,14 @@ from specc.source import Place
 class Reading:
     """A value that requirements name: the state, memory, what was sent or what a device reported.
 
-    `element` is a memory element, or peer and element of a buffer of `subsystem`. `initial` is the
+    `element` is a memory element, or peer and element of a buffer of `subsystem`; what is observed
+    of the plant has no subsystem. `initial` is the
     input that has an initial value before anything is sent: its subsystem, peer and element.
     """
 
     name: str
     """As it is written: `rover.c.n`, `state(rover.c)`, `present(rover.c.x.m.v)`."""
-    kind: Literal["state", "memory", "sent", "reported"]
+    kind: Literal["state", "memory", "sent", "reported", "observed"]
     subsystem: str
     element: tuple[str, ...]
     type: Type

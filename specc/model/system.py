@@ -287,6 +287,10 @@ class Binding:
     max_gap_s: Fraction | None = None
 
 
+PLANT = "plant"
+"""Stands for the device in bindings of what requirements see of the plant."""
+
+
 @frozen
 class Plant:
     """What stands behind the devices: the MJCF file `model`, or what `python` makes."""
@@ -294,6 +298,23 @@ class Plant:
     model: str
     python: str
     bindings: tuple[Binding, ...]
+    place: Place
+    observed: tuple[Element, ...] = ()
+    """What is really so, for requirements only."""
+
+
+@frozen
+class Start:
+    """Where a joint is when a run begins: at one of `positions`, or anywhere between two of them.
+
+    Positions are numbers with their units, and `texts` the expressions that they come from. `joint`
+    is followed by `.x`, `.y`, `.z` or `.yaw` of a free one.
+    """
+
+    joint: str
+    positions: tuple[tuple[float, Unit], ...]
+    texts: tuple[Expr, ...]
+    between: bool
     place: Place
 
 
@@ -309,6 +330,7 @@ class Task:
     watch: tuple[str, ...]
     """Memory elements of `subsystem` that step records carry for the judge."""
     place: Place
+    starts: tuple[Start, ...] = ()
 
 
 @frozen

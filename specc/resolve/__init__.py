@@ -6,9 +6,10 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
+from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.kept import Kept
-from specc.model.system import Agent, Constant, Operator, System
+from specc.model.system import PLANT, Agent, Constant, Operator, System
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
@@ -72,14 +73,31 @@ def resolve(
     if spec.plant is not None:
         model = _relative(library, file, spec.plant.model) if spec.plant.model else ""
         plant = resolve_plant(spec.plant, top["plant"], model, findings, definitions)
+        if plant.observed and PLANT in spec.agents:
+            findings.report(
+                "E0205",
+                "`plant` is defined twice: as what is observed, and as an agent",
+                top["agents"][PLANT].key,
+                related=(Related(top["plant"]["observe"].key, "`plant.NAME` is one of these"),),
+                help="give the agent another name",
+            )
     if spec.task is not None:
         task = resolve_task(
-            spec.task, top["task"], agents, findings, resolver.broken | resolver.faulty
+            spec.task,
+            top["task"],
+            agents,
+            findings,
+            resolver.broken | resolver.faulty,
+            definitions,
         )
-    expressions = Expressions(findings, definitions)
+    expressions = Expressions(
+        findings, definitions, broken=set(spec.plant.observe if spec.plant else ())
+    )
     resolved = [agent.name for agent in agents]
     uncertain = frozenset({*resolver.broken, *resolver.faulty, *spec.agents} - set(resolved))
-    required = resolve_requirements(spec.require, top["require"], agents, expressions, uncertain)
+    required = resolve_requirements(
+        spec.require, top["require"], agents, plant, expressions, uncertain
+    )
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     system = System(

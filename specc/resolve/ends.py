@@ -39,8 +39,9 @@ def definitions_of(file: Loaded) -> tuple[Definition, ...]:
 
 
 def named_in_agents(spec: SpecFile) -> frozenset[str]:
-    """The types and interfaces that buffers and memory name, e.g. `type Mode`."""
+    """The types and interfaces that buffers, memory and requirements name, e.g. `type Mode`."""
     texts = [text for agent in spec.agents.values() for text in _of_agent(agent)]
+    texts += [item.type for item in spec.plant.observe.values()] if spec.plant else []
     return _labels((word for text in texts for word in _words(text)), spec)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,20 +13,23 @@ from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
     CUT_SHORT,
     FOR_WANT_OF_CONTEXT,
+    Environment,
     ExprError,
     ExprErrors,
     Members,
     Scope,
     check,
+    evaluate,
     parse,
     parse_type,
     spread,
 )
-from specc.model.expr import Expr, has_unknown
+from specc.model.expr import Expr, constants_in, has_unknown
+from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
-from specc.resolve.context import Findings, Meaning, Where
-from specc.resolve.definitions import Definitions
+from specc.resolve.context import FOLLOW_UP, Findings, Meaning, Where
+from specc.resolve.definitions import Definitions, inlined
 from specc.source import Place, Sources
 
 # Expressions that a YAML comment cuts short.
@@ -52,6 +56,20 @@ def _before_comment(finding: Diagnostic, sources: Sources) -> bool:
 
 
 # Turns the texts of expressions, types and units into their meaning, reporting what is wrong.
+
+
+def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
+    """The value of an expression over constants; raises ExprError if only a run can tell it."""
+    try:
+        value = float(evaluate(inlined(expr, constants), Environment()))
+    except (LookupError, ArithmeticError, ValueError) as error:
+        if constants_in(expr) and not isinstance(error, LookupError):
+            raise ExprError("", *expr.span, code=FOLLOW_UP) from None  # they have no value
+        value = math.nan
+    if math.isfinite(value):
+        return value
+    help = "write a number, or a constant that no operator computes"
+    raise ExprError("the value is not known before a run", *expr.span, help, code)
 
 
 @dataclass(slots=True)

@@ -6,28 +6,40 @@ from collections.abc import Container
 
 from specc.lang import Scope
 from specc.model.expr import Number, Truth
-from specc.model.system import Agent, Binding, Plant, Subsystem, Task
+from specc.model.system import PLANT, Agent, Binding, Element, Plant, Subsystem, Task
+from specc.model.trace import Trace
 from specc.model.types import Real
 from specc.model.units import Unit
 from specc.resolve.context import Findings, Where, duration_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
-from specc.schema.files import BindingDef, PlantDef, TaskDef
+from specc.resolve.scene import starts_of
+from specc.schema.files import BindingDef, PlantDef, SceneDef, TaskDef
 
 
 def resolve_plant(
     definition: PlantDef, where: Where, model: str, findings: Findings, definitions: Definitions
 ) -> Plant:
-    """The bindings as they are written; `specc.checks` compares them with devices and model."""
+    """The bindings, and what is observed; `specc.checks` compares them with devices and model."""
     bindings = []
     for name, item in definition.bind.items():
         at = where["bind"][name]
         device, _, element = name.rpartition(".")
         bindings.append(_binding(device, element, item, at, findings, definitions))
+    observed = []
+    expressions = Expressions(findings, definitions)
+    for name, seen in definition.observe.items():
+        at = where["observe"][name]
+        type_ = expressions.type(at["type"], seen.type)
+        if type_ is not None:
+            read = tuple(seen.joints), tuple(seen.sensors), tuple(seen.actuators)
+            observed.append(Element(name, type_, None, "", Trace(), at.key))
+            bindings.append(Binding(PLANT, name, at.key, *read, through=seen.through or ""))
     key = "python" if definition.python and not definition.model else "model"
     if bool(definition.model) == bool(definition.python):
         _report_kind(definition, where, findings)
-    return Plant(model, definition.python or "", tuple(bindings), where[key].place)
+    place = where[key].place
+    return Plant(model, definition.python or "", tuple(bindings), place, tuple(observed))
 
 
 def _report_kind(definition: PlantDef, where: Where, findings: Findings) -> None:
@@ -107,6 +119,7 @@ def resolve_task(
     agents: tuple[Agent, ...],
     findings: Findings,
     broken: Container[str],
+    definitions: Definitions,
 ) -> Task:
     """The task; unknown names in it are reported.
 
@@ -115,14 +128,16 @@ def resolve_task(
     cycle = definition.cycle
     if cycle.of not in broken:
         _report_names(definition, where, agents, findings)
+    scene = definition.scene or SceneDef()
     return Task(
         cycle.of,
         cycle.source,
         cycle.target,
-        definition.scene or "",
+        scene.made or "",
         definition.judge or "",
         tuple(definition.watch),
         where.key,
+        tuple(starts_of(scene, where["scene"], findings, definitions)),
     )
 
 

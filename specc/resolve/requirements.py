@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -11,25 +10,22 @@ from typing import Any, cast
 
 from specc.lang import (
     Declared,
-    Environment,
     ExprError,
     ExprErrors,
     Scope,
     check,
-    evaluate,
     members_of,
 )
 from specc.lang.parse import span
 from specc.lang.temporal import TIMED, USAGE, parse_formula
 from specc.limits import MAX_SPAN_S
-from specc.model.expr import Expr, constants_in, has_unknown
+from specc.model.expr import Expr, has_unknown
 from specc.model.requirement import Atom, Formula, Junction, Reading, Requirement, Temporal
-from specc.model.system import Agent, Device, Element, Port, Subsystem
+from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
 from specc.model.types import Bool, Enum, Real
 from specc.model.units import SECOND
 from specc.resolve.context import FOLLOW_UP, Where, suggestion
-from specc.resolve.definitions import inlined
-from specc.resolve.expressions import Expressions
+from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.schema.files import RequirementDef
 
@@ -38,6 +34,7 @@ def resolve_requirements(
     definitions: Sequence[RequirementDef],
     where: Where,
     agents: Sequence[Agent],
+    plant: Plant | None,
     expressions: Expressions,
     uncertain: frozenset[str],
 ) -> tuple[Requirement, ...]:
@@ -48,7 +45,7 @@ def resolve_requirements(
     found = []
     for index, item in enumerate(definitions):
         at = where[index]["that"]
-        reader = _Reader(item.that, agents, expressions, uncertain)
+        reader = _Reader(item.that, agents, plant, expressions, uncertain)
         try:
             formula, lasts = reader.requirement()
         except ExprErrors as failure:
@@ -68,6 +65,7 @@ class _Reader:
         self,
         text: str,
         agents: Sequence[Agent],
+        plant: Plant | None,
         expressions: Expressions,
         uncertain: frozenset[str],
     ) -> None:
@@ -75,7 +73,7 @@ class _Reader:
         self._text = text
         self._definitions = expressions.definitions
         self._scope = constant_scope(expressions.definitions)
-        self._names = _Names(text, agents, self.readings, uncertain, self._scope.names())
+        self._names = _Names(text, agents, plant, self.readings, uncertain, self._scope.names())
 
     def requirement(self) -> tuple[Formula, bool]:
         """The formula inside `always(...)`, if it is there, and whether it is.
@@ -145,15 +143,8 @@ class _Reader:
 
     def _span(self, node: ast.expr) -> tuple[Fraction, Expr]:
         expr = self._typed(node, self._scope, Real(SECOND))
-        try:
-            value = evaluate(inlined(expr, self._definitions.constants), Environment())
-        except (LookupError, ArithmeticError, ValueError) as error:
-            if constants_in(expr) and not isinstance(error, LookupError):
-                raise ExprError("", *span(node), code=FOLLOW_UP) from None  # they have no value
-            message = "how far a formula reaches is not known before a run"
-            help = "write a number, or a constant that no operator computes"
-            raise _error(node, message, help) from None
-        if not (math.isfinite(value) and 0 <= value <= MAX_SPAN_S):
+        value = known_number(expr, self._definitions.constants, "E0335")
+        if not 0 <= value <= MAX_SPAN_S:
             message = f"a formula reaches over 0 to {MAX_SPAN_S} s, not over {value:g} s"
             help = "give the bound of the time within which it is decided"
             raise _error(node, message, help)
@@ -187,6 +178,7 @@ class _Names(ast.NodeTransformer):
         self,
         text: str,
         agents: Sequence[Agent],
+        plant: Plant | None,
         readings: dict[str, Reading],
         uncertain: frozenset[str],
         others: Sequence[str],
@@ -194,7 +186,9 @@ class _Names(ast.NodeTransformer):
         """`others` are names that no value of an agent begins with."""
         self._text = text
         self._others = set(others)
-        self._agents = {agent.name: agent for agent in agents}
+        self._agents = {agent.name for agent in agents}
+        self._observed = {item.name: item for item in plant.observed} if plant else {}
+        self._roots = {*self._agents, PLANT} if plant else self._agents
         self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
         self._devices = {d.qualified_name: d for a in agents for d in a.devices}
         self._readings = readings
@@ -228,9 +222,9 @@ class _Names(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A value of a subsystem or device; components and fields of it stay as they are."""
         steps = _steps(node)
-        if steps and steps[0] not in (*self._agents, *self._others):
+        if steps and steps[0] not in (*self._roots, *self._others):
             raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
-        if not steps or steps[0] not in self._agents or len(steps) > self._length(steps):
+        if not steps or steps[0] not in self._roots or len(steps) > self._length(steps):
             self.generic_visit(node)
             return node
         return self._named(node, self._reading(steps, node))
@@ -240,19 +234,24 @@ class _Names(ast.NodeTransformer):
         return ast.copy_location(ast.Name(reading.name, ast.Load()), node)
 
     def _length(self, steps: Sequence[str]) -> int:
+        if steps[0] not in self._agents or (steps[0] == PLANT and steps[1] in self._observed):
+            return 2
         if ".".join(steps[:2]) not in self._subsystems and steps[1:2] in (["E"], ["R"]):
             return 4
         return 5 if steps[2:3] in (["x"], ["y"]) else 3
 
     def _reading(self, steps: list[str], node: ast.expr) -> Reading:
         name = ".".join(steps)
-        if len(steps) != self._length(steps) or len(steps) < 3:
+        if len(steps) != self._length(steps):
             message = f"`{_quoted(self._text, node)}` is not a value"
             help = (
                 "name memory `agent.subsystem.name`, a buffer `agent.subsystem.x.peer.element`, "
-                "a device `agent.E.device.element`, or `state(agent.subsystem)`"
+                "a device `agent.E.device.element`, what is observed `plant.name`, or "
+                "`state(agent.subsystem)`"
             )
             raise _error(node, message, help)
+        if len(steps) == 2:
+            return self._of_plant(name, steps[1], node)
         if len(steps) == 4:
             return self._of_device(name, steps, node)
         owner = self._subsystem(".".join(steps[:2]), node)
@@ -295,6 +294,12 @@ class _Names(ast.NodeTransformer):
         initial = (reader.qualified_name, port.peer, item.name) if item.init is not None else None
         key = _of(sender, back.peer, item.name)
         return Reading(name, "sent", *key, item.type, item.place, initial)
+
+    def _of_plant(self, name: str, seen: str, node: ast.expr) -> Reading:
+        item = self._observed.get(seen)
+        if item is None:
+            raise self._unknown("value to observe", seen, self._observed, node, None, "E0203")
+        return Reading(name, "observed", "", (seen,), item.type, item.place)
 
     def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
         device = self._devices.get(".".join(steps[:3]))

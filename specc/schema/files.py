@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from specc.limits import MAX_REQUIREMENTS
-from specc.schema.keys import Choice, Listed, Part, Role, Text, key
+from specc.schema.keys import OTHERS, Choice, Listed, Part, Role, Text, key
 from specc.schema.subsystem import BufferDef, CommandBufferDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
     OF_EACH,
@@ -94,15 +94,29 @@ class AgentDef(
     )
 
 
-class BindingDef(
-    Part, first="for actuators joints sensors camera image rate sporadic max_gap through"
-):
-    """What stands behind one element of a device in the plant."""
+class ReadingDef(Part):
+    """What is read of the plant."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     joints: list[str] = key([], "Joints of the model.")
     sensors: list[str] = key([], "Sensors of the model.")
     actuators: list[str] = key([], "Actuators of the model.")
+    through: PythonPath | None = key(
+        None, "Function between the model and the element, `package.module:name`."
+    )
+
+
+class ObservedDef(ReadingDef, first="for type actuators joints sensors through"):
+    """A value of the plant as it really is, which only requirements see."""
+
+    type: TypeText
+
+
+class BindingDef(
+    ReadingDef, first="for actuators joints sensors camera image rate sporadic max_gap through"
+):
+    """What stands behind one element of a device in the plant."""
+
     camera: str = key("", "Camera of the model.")
     image: Literal["", "rgb", "depth"] = key("", "What the camera records.")
     rate: RateText | None = None
@@ -110,9 +124,6 @@ class BindingDef(
     max_gap: GapText | None = None
     noise: Annotated[list[ConstantText], Listed(alone=(str, int, float, bool))] = key(
         [], "Standard deviation per sensor, or `kinect` for a depth image."
-    )
-    through: PythonPath | None = key(
-        None, "Function between the model and the element, `package.module:name`."
     )
 
 
@@ -125,6 +136,9 @@ class PlantDef(Part):
     )
     bind: dict[str, BindingDef] = key(
         {}, "Element of a device, e.g. `irp.E.m.c_d`, and what is behind it."
+    )
+    observe: dict[ReadableName, ObservedDef] = key(
+        {}, "What is really so, for requirements: `plant.NAME`.", defines="element"
     )
 
 
@@ -140,11 +154,28 @@ class CycleDef(Part):
     )
 
 
+class StartDef(Part, short="is", row="from to"):
+    """Where a joint is when a run begins: at a place, between two, or at one of several."""
+
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
+    fixed: ConstantText | None = key(None, "The position.", spelled="is")
+    least: ConstantText | None = key(None, "The least position.", spelled="from")
+    greatest: ConstantText | None = key(None, "The greatest position.", spelled="to")
+    one_of: list[ConstantText] = key([], "Positions, one of which is drawn.")
+
+
+class SceneDef(Part, short="is"):
+    """What the plant is like when a run begins; what is drawn follows from the seed."""
+
+    made: PythonPath | None = key(None, "Class that sets the scene up.", spelled="is")
+    starts: dict[str, StartDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
+
+
 class TaskDef(Part):
     """What `specc run` counts and judges."""
 
     cycle: CycleDef = key(about="What counts as one cycle.")
-    scene: PythonPath | None = key(None, "Class that sets the scene up.")
+    scene: SceneDef | None = None
     judge: PythonPath | None = key(None, "Class that judges a cycle.")
     watch: list[Annotated[str, Text(Role("task", "memory"))]] = key(
         [], "Memory elements that the judge may see."

@@ -52,16 +52,15 @@ def _without_null(schema: Schema) -> Schema:
 
 def _short_forms(part: type[Part], schema: Schema) -> list[Schema]:
     """What may stand in place of a mapping."""
-    if part.short:
-        return SCALARS
+    scalars = SCALARS if part.short else []
     if not part.row:
-        return []
+        return scalars
     items = [
         {name: value for name, value in schema["properties"][key].items() if name != "description"}
         for key in part.row
     ]
     size = len(items)
-    return [{"type": "array", "prefixItems": items, "minItems": size, "maxItems": size}]
+    return [*scalars, {"type": "array", "prefixItems": items, "minItems": size, "maxItems": size}]
 
 
 def _expanded(schema: Any, forms: dict[str, list[Schema]]) -> Any:

@@ -9,7 +9,17 @@ from typing import TypeVar
 
 from specc.diagnostics.phrases import ms
 from specc.lang import show
-from specc.model.system import Agent, Binding, Device, Operator, Subsystem, System, Task
+from specc.model.system import (
+    PLANT,
+    Agent,
+    Binding,
+    Device,
+    Operator,
+    Start,
+    Subsystem,
+    System,
+    Task,
+)
 from specc.tools.diff.machine import (
     compare_axioms,
     compare_behaviours,
@@ -52,6 +62,10 @@ def compare_plants(old: System, new: System, book: Book) -> None:
         )
         for name, before, after in both:
             _records("binding", name, before, after, book)
+        types = [{item.name: item.type for item in plant.observed} for plant in (one, other)]
+        for name in types[0].keys() & types[1].keys():
+            texts = [type_text(of[name]) for of in types]
+            book.changed("binding", f"{PLANT}.{name}", "type", *texts)
 
 
 def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
@@ -60,6 +74,14 @@ def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
         "task", old, new, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
     ):
         _records("task", "", before, after, book)
+        both = book.matched("start", before.starts, after.starts, lambda s: s.joint, _drawn)
+        for joint, start, other in both:
+            book.changed("start", joint, "", _drawn(start), _drawn(other))
+
+
+def _drawn(start: Start) -> str:
+    texts = [show(text) for text in start.texts]
+    return f"{texts[0]} to {texts[1]}" if start.between else " or ".join(texts)
 
 
 def compare_requirements(old: System, new: System, book: Book) -> None:
@@ -81,7 +103,7 @@ def _single(
 
 def _records(part: str, name: str, old: Binding | Task, new: Binding | Task, book: Book) -> None:
     for item in fields(old):
-        if item.name not in ("place", "noise_units"):
+        if item.name not in ("place", "noise_units", "starts"):
             before, after = getattr(old, item.name), getattr(new, item.name)
             aspect = _SPELT.get(item.name, item.name)
             book.changed(part, name, aspect, _shown(before, aspect), _shown(after, aspect))

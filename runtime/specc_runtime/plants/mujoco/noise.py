@@ -1,6 +1,5 @@
 """Noise of sensors. Every binding, and every image of a camera, has a random stream of its own."""
 
-import zlib
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,16 +10,6 @@ from specc_runtime.operators.arrays import Array
 KINECT_SIGMA_PER_M = 1.425e-3  # sigma = this * z^2
 KINECT_STEP_PER_M = 2.7e-3  # step of the reading = this * z^2
 _BLOCK = 256
-
-
-def stream(seed: int, name: str, *sample: int) -> np.random.Generator:
-    """Random stream of the binding `name`, or of one sample of it, in the run with that seed.
-
-    It depends on nothing else, so neither the other bindings nor the order of sampling matter. A
-    sample is named by its number since the beginning of the run.
-    """
-    entropy = [seed, zlib.crc32(name.encode())]
-    return np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=sample))
 
 
 def gaussian(rng: np.random.Generator, sigma: Array) -> Iterator[Array]:

@@ -18,6 +18,7 @@ from specc_runtime.plants.mujoco.cameras import Cameras
 from specc_runtime.plants.mujoco.model import find, position_indices
 from specc_runtime.plants.mujoco.ranging import Ranges, reach_m
 from specc_runtime.plants.mujoco.view import Camera
+from specc_runtime.streams import stream
 
 _TICK_TOLERANCE = 1e-6  # of a period; times are sums of floating-point time steps
 
@@ -44,7 +45,7 @@ class Sensor:
     def reset(self, seed: int) -> None:
         """Restart the noise of this sensor for a run with that seed and forget the held value."""
         self._seed = seed
-        rng = noise.stream(seed, self._binding.name)
+        rng = stream(seed, self._binding.name)
         self._noise = None if self._sigma is None else noise.gaussian(rng, self._sigma)
         self._images = 0
         self._period: float | None = None
@@ -90,7 +91,7 @@ class Sensor:
 
     def _grain(self, seed: int, number: int) -> NDArray[np.float32]:
         size = self._camera.height, self._camera.width
-        return noise.grain(noise.stream(seed, self._binding.name, number), size)
+        return noise.grain(stream(seed, self._binding.name, number), size)
 
     def _value_of(self, raw: Any) -> Any:
         through = self._binding.through

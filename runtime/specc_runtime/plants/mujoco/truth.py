@@ -1,5 +1,6 @@
 """Ground truth of a simulated plant: for setting scenes and judging runs, never for agents."""
 
+from collections.abc import Mapping
 from math import hypot
 from typing import Any
 
@@ -8,9 +9,10 @@ import numpy as np
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.library import mujoco
-from specc_runtime.plants.mujoco.model import find
+from specc_runtime.plants.mujoco.model import find, names_of
 
-_FREE = mujoco.mjtJoint.mjJNT_FREE.value
+_FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_BALL.value
+_FREE_ARE = ("x", "y", "z", "yaw")
 
 
 class GroundTruth:
@@ -97,6 +99,34 @@ class GroundTruth:
         self._data.qpos[start + 3 : start + 7] = quaternion
         self._data.qvel[speed : speed + 6] = 0.0
         mujoco.mj_forward(self._model, self._data)
+
+    def place(self, positions: Mapping[str, float]) -> None:
+        """Put joints at positions, m or rad; a free one by `name.x`, `.y`, `.z` and `.yaw`.
+
+        Raises:
+            PlantError: no such joint, or one that has no such coordinate.
+        """
+        known = names_of(self._model, "joint")
+        for name, position in positions.items():
+            joint, _, which = name.rpartition(".")
+            joint, which = (name, "") if name in known or which not in _FREE_ARE else (joint, which)
+            index = self._id("joint", joint)
+            start, kind = self._model.jnt_qposadr[index], self._model.jnt_type[index]
+            if which == "yaw" and kind == _FREE:
+                self._turn(self._data.qpos[start + 3 : start + 7], position)
+            elif (kind == _FREE) == bool(which) and kind != _BALL:
+                self._data.qpos[start + (_FREE_ARE.index(which) if which else 0)] = position
+            else:
+                raise PlantError(f"joint '{joint}' has no coordinate '{which or 'position'}'")
+        mujoco.mj_forward(self._model, self._data)
+
+    @staticmethod
+    def _turn(quaternion: Any, angle: float) -> None:
+        """Turn what has this orientation about the vertical."""
+        turn, turned = np.zeros(4), np.zeros(4)
+        mujoco.mju_axisAngle2Quat(turn, np.array((0.0, 0.0, 1.0)), angle)
+        mujoco.mju_mulQuat(turned, turn, quaternion)
+        quaternion[:] = turned
 
     def _id(self, kind: str, name: str) -> int:
         key = kind, name

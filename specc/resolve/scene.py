@@ -1,0 +1,75 @@
+"""What the scene of a task says of joints: positions, and how one of them is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.lang import ExprError
+from specc.model.expr import Expr
+from specc.model.system import Start
+from specc.model.types import Int, Real
+from specc.model.units import DIMENSIONLESS, Unit
+from specc.resolve.context import Findings, Where
+from specc.resolve.definitions import Definitions
+from specc.resolve.expressions import Expressions, known_number
+from specc.resolve.library import constant_scope
+from specc.schema.files import SceneDef, StartDef
+
+_FORMS = "write a position, `[least, greatest]` or `{one_of: [...]}`"
+
+
+def starts_of(
+    scene: SceneDef, where: Where, findings: Findings, definitions: Definitions
+) -> Iterator[Start]:
+    """Where joints are when a run begins; `specc.checks` compares them with the model."""
+    for name, item in scene.starts.items():
+        at = where[name]
+        texts = list(_texts(item, at))
+        between = item.least is not None and item.greatest is not None
+        if not texts or item.given - {"for"} not in _GIVEN:
+            findings.report("E0516", f"it is not clear where `{name}` is", at.place, help=_FORMS)
+            continue
+        found = [_position(text, place, findings, definitions) for text, place in texts]
+        known = [position for position in found if position is not None]
+        if len(known) < len(found):
+            continue
+        if between and known[0][1] > known[1][1]:
+            message = f"the least position of `{name}` is greater than the greatest"
+            findings.report("E0516", message, at.place, help="write the least one first")
+            continue
+        positions = tuple((value, unit) for _, value, unit in known)
+        yield Start(name, positions, tuple(expr for expr, _, _ in known), between, at.key)
+
+
+_GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
+
+
+def _texts(item: StartDef, at: Where) -> Iterator[tuple[str, Where]]:
+    """The texts of the positions, each with its place."""
+    if item.fixed is not None:
+        yield item.fixed, at.scalar("is")
+    for text, key, index in ((item.least, "from", 0), (item.greatest, "to", 1)):
+        if text is not None:
+            yield text, at.cell(key, index)
+    for index, text in enumerate(item.one_of):
+        yield text, at["one_of"][index]
+
+
+def _position(
+    text: str, at: Where, findings: Findings, definitions: Definitions
+) -> tuple[Expr, float, Unit] | None:
+    """An expression with its value and unit; None after reporting."""
+    expressions = Expressions(findings, definitions)
+    expr = expressions.value(at, text, constant_scope(definitions), None)
+    if expr is None:
+        return None
+    if not isinstance(expr.type, Real | Int):
+        help = "write a number with its unit, e.g. `0.3[m]`"
+        findings.report("E0516", f"`{text}` is not a position", at.place, help=help)
+        return None
+    try:
+        value = known_number(expr, definitions.constants, "E0516")
+    except ExprError as error:
+        expressions.report(at, text, error)
+        return None
+    return expr, value, expr.type.unit if isinstance(expr.type, Real) else DIMENSIONLESS
