@@ -188,7 +188,12 @@ def elements_read(facts: Facts) -> Iterator[Diagnostic]:
 
 
 def _is_given(sender: Subsystem, reader: Subsystem) -> bool:
-    return sender.place.file != reader.place.file
+    """Whether a description in another file says what is sent."""
+    ends = (port for port in sender.ports if port.direction == "y")
+    return any(
+        port.other_end == reader.qualified_name and port.place.file != reader.place.file
+        for port in ends
+    )
 
 
 # Every element of an output buffer is written by some behaviour.
