@@ -1,0 +1,42 @@
+"""The architectures of section 5: how long each takes, and a fault that exploring it finds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.scenarios.runs import SPECS, Change
+
+FOLDER = SPECS / "architectures"
+
+
+@dataclass(frozen=True)
+class Architecture:
+    """`specs/architectures/NAME.yaml`."""
+
+    name: str
+    duration_s: int
+    """Simulated time in which all requirements have to be met, at most 60."""
+    fault: tuple[Change, ...]
+    """Texts that each occur once, and what stands in their place."""
+    finds: str
+    """The code that `specc explore` reports for the fault."""
+    budget: int = 1_000_000
+    """Steps of exploring; with fewer than it needs it ends at this bound."""
+
+    @property
+    def path(self) -> Path:
+        return FOLDER / f"{self.name}.yaml"
+
+
+ARCHITECTURES = (
+    Architecture(
+        "reactive",
+        40,
+        fault=(
+            ("stand: {functions: [stand, report]", "stand: {functions: [stand]"),
+            ("wait: {functions: [stand], ", "wait: {"),
+        ),
+        finds="W1002",
+    ),
+)
