@@ -78,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--from", metavar="FILE.mcap@S", type=_moment, dest="resume", help="go on from a recording")
     add("--record", metavar="FILE.mcap", type=Path, help="record every step")
     add("--record-exact", action="store_true", help="with images as they are, to replay all of it")
-    add("--video", metavar="FILE.mp4", type=Path, help="record the scene")
+    add("--video", metavar="FILE.mp4", type=Path, help="film the scene; FILE.webp for pages")
     add(
         "--camera",
         metavar="NAME",

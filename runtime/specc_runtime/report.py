@@ -92,8 +92,9 @@ class Statistics:
 
     @property
     def states(self) -> dict[str, str]:
-        """Where each subsystem is now."""
-        return {name: tally.state for name, tally in self.tallies.items()}
+        """Where each machine is now; of what never leaves its state there is nothing to say."""
+        tallies = self.tallies.items()
+        return {name: tally.state for name, tally in tallies if tally.subsystem.transitions}
 
     def equations(self) -> list[int]:
         """Numbers of all equations that were executed, in order."""

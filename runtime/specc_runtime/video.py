@@ -1,10 +1,11 @@
-"""A film of a run: pictures of the scene with the states of all subsystems drawn in."""
+"""A film of a run: pictures of the scene with the states of all machines drawn in."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import cv2
 import numpy as np
@@ -14,21 +15,118 @@ from specc_runtime.faults import said
 from specc_runtime.options import UsageError
 from specc_runtime.values import Rgb
 
-SUFFIXES = (".mp4", ".mkv")
-SIZE_PX = (640, 480)
-FRAMES_PER_S = 25.0
+MOST_PICTURES = 240
+"""Of an animation: all of them are in memory until it is written."""
+_QUALITY = 40
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-_LINE_PX = 20
-_MARGIN_PX = 8
-_SCALE = 0.5
 
 
-class Video:
-    """Writes an MP4 or Matroska file, one frame every `period_s` of simulated time.
+class File(Protocol):
+    """Takes pictures, one every `period_s` of simulated time."""
+
+    size_px: ClassVar[tuple[int, int]]
+    frames_per_s: ClassVar[float]
+
+    def __init__(self, path: Path, period_s: float) -> None: ...
+
+    def add(self, picture: Rgb) -> None:
+        """The next picture (h, w, 3)."""
+
+    def close(self) -> str:
+        """Write what is not written yet; what is wrong with the file, or nothing."""
+
+
+class Film:
+    """An MP4 or Matroska file.
 
     The index of an MP4 file comes last, and OpenCV has no option for fragments: one that was cut
     by a killed process does not play. A Matroska file plays up to what was written.
     """
+
+    size_px: ClassVar = (640, 480)
+    frames_per_s: ClassVar = 25.0
+
+    def __init__(self, path: Path, period_s: float) -> None:
+        """Raises UsageError if the file cannot be written."""
+        self._path = path
+        self._pictures = 0
+        codec = cv2.VideoWriter.fourcc(*"mp4v")
+        self._writer = cv2.VideoWriter(str(path), codec, 1.0 / period_s, self.size_px)
+        if not self._writer.isOpened():
+            raise UsageError(f"cannot write the video {path}")
+
+    def add(self, picture: Rgb) -> None:
+        """See `File`."""
+        self._writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+        self._pictures += 1
+
+    def close(self) -> str:
+        """See `File`. What the encoder cannot write it loses without a word: it is read again."""
+        self._writer.release()
+        film = cv2.VideoCapture(str(self._path))
+        found = 0
+        while found < self._pictures and film.grab():
+            found += 1
+        film.release()
+        if found == self._pictures:
+            return ""
+        state = f"has {found} of {self._pictures} pictures" if found else "is missing"
+        return f" {state}: it could not be written"
+
+
+class Animation:
+    """An animated WebP file, small and seldom drawn, that shows in pages; written at the end.
+
+    Where a run is too long for `MOST_PICTURES`, every second one is left out, again and again.
+    """
+
+    size_px: ClassVar = (400, 300)
+    frames_per_s: ClassVar = 10.0
+
+    def __init__(self, path: Path, period_s: float) -> None:
+        """Raises UsageError if the file cannot be written."""
+        self._path = path
+        self._period_ms = 1000.0 * period_s
+        self._pictures: list[Rgb] = []
+        self._every = 1
+        self._added = 0
+        if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise UsageError(f"cannot write the video {path}")
+
+    def add(self, picture: Rgb) -> None:
+        """See `File`."""
+        if self._added % self._every == 0:
+            self._pictures.append(np.ascontiguousarray(picture[:, :, ::-1]))
+        self._added += 1
+        if len(self._pictures) > MOST_PICTURES:
+            del self._pictures[1::2]
+            self._every *= 2
+
+    def close(self) -> str:
+        """See `File`."""
+        if not self._pictures:
+            return ""
+        film = cv2.Animation()
+        film.frames = self._pictures
+        film.durations = [round(self._every * self._period_ms)] * len(self._pictures)
+        aside = self._path.with_name(f".{self._path.name}.{os.getpid()}")
+        try:
+            options = [cv2.IMWRITE_WEBP_QUALITY, _QUALITY]
+            _, data = cv2.imencodeanimation(".webp", film, options)
+            aside.write_bytes(data.tobytes())
+            aside.replace(self._path)
+        except (OSError, cv2.error) as error:
+            return f" is missing: {said(error)}"
+        finally:
+            aside.unlink(missing_ok=True)
+        return ""
+
+
+_FILES: dict[str, type[File]] = {".mp4": Film, ".mkv": Film, ".webp": Animation}
+
+
+class Video:
+    """Draws the plant for a file, of the kind that its suffix says."""
 
     def __init__(self, path: Path, plant: Any, tick_s: float, camera: str) -> None:
         """Draws the first picture at once; raises UsageError if the file cannot be written.
@@ -36,66 +134,58 @@ class Video:
         The plant needs `picture(camera, width, height)` and the camera; what it raises
         goes through.
         """
-        if path.suffix.lower() not in SUFFIXES:
-            raise UsageError(f"cannot write the video {path}: its name has to end in .mp4 or .mkv")
-        ticks = max(1, round(1.0 / FRAMES_PER_S / tick_s))
+        kind = _FILES.get(path.suffix.lower())
+        if kind is None:
+            raise UsageError(
+                f"cannot write the video {path}: its name has to end in .mp4, .mkv or .webp"
+            )
+        ticks = max(1, round(1.0 / kind.frames_per_s / tick_s))
         self.period_s = ticks * tick_s
         self._plant = plant
         self._path = path
-        self._pictures = 0
         self._ended = ""
         self._camera = camera
-        plant.picture(camera, *SIZE_PX)
-        codec = cv2.VideoWriter.fourcc(*"mp4v")
-        self._writer = cv2.VideoWriter(str(path), codec, 1.0 / self.period_s, SIZE_PX)
-        if not self._writer.isOpened():
-            raise UsageError(f"cannot write the video {path}")
+        plant.picture(camera, *kind.size_px)
+        self._file = kind(path, self.period_s)
 
     def tick(self, view: View) -> None:
         """See `Companion`."""
         try:
-            picture = self._plant.picture(self._camera, *SIZE_PX)
+            picture = self._plant.picture(self._camera, *self._file.size_px)
         except BaseException as error:
             self._ended = f" ends at {view.time_s:.2f} s: {said(error)}"
             raise
         lines = [("time", f"{view.time_s:.2f} s"), *view.states.items()]
-        self._writer.write(cv2.cvtColor(annotated(picture, lines), cv2.COLOR_RGB2BGR))
-        self._pictures += 1
+        self._file.add(annotated(picture, lines))
 
     def close(self) -> None:
-        """See `Companion`. Raises OutputLost unless the file has all pictures.
-
-        What the encoder cannot write it loses without a word, so the file is read again.
-        """
-        self._writer.release()
-        film = cv2.VideoCapture(str(self._path))
-        found = 0
-        while found < self._pictures and film.grab():
-            found += 1
-        film.release()
-        if self._ended:
-            raise OutputLost(f"the film {self._path}{self._ended}")
-        if found < self._pictures:
-            state = f"has {found} of {self._pictures} pictures" if found else "is missing"
-            raise OutputLost(f"the film {self._path} {state}: it could not be written")
+        """See `Companion`. Raises OutputLost unless the file has all pictures."""
+        wrong = self._file.close()
+        if self._ended or wrong:
+            raise OutputLost(f"the film {self._path}{self._ended or wrong}")
 
 
 def annotated(picture: Rgb, lines: Sequence[tuple[str, str]]) -> Rgb:
-    """A copy of the picture (h, w, 3) with two columns of text on a darkened corner."""
+    """A copy of the picture (h, w, 3) with two columns of text on a darkened corner.
+
+    The text is smaller in a smaller picture.
+    """
     drawn = np.ascontiguousarray(picture).copy()
-    columns = [max(_width(text) for text in column) for column in zip(*lines, strict=True)]
-    height = _LINE_PX * len(lines) + 2 * _MARGIN_PX
-    drawn[:height, : sum(columns) + _MARGIN_PX] //= 3
+    scale = 0.1 + drawn.shape[1] / 1600
+    margin, step = round(16 * scale), round(40 * scale)
+    columns = [max(_width(text, scale) for text in column) for column in zip(*lines, strict=True)]
+    height = step * len(lines) + 2 * margin
+    drawn[:height, : sum(columns) + margin] //= 3
     for number, line in enumerate(lines, start=1):
-        x = _MARGIN_PX
+        x = margin
         for text, column in zip(line, columns, strict=True):
-            place = (x, _MARGIN_PX + number * _LINE_PX - 6)
-            cv2.putText(drawn, text, place, _FONT, _SCALE, (255, 255, 255), 1, cv2.LINE_AA)
+            place = (x, margin + number * step - round(12 * scale))
+            cv2.putText(drawn, text, place, _FONT, scale, (255, 255, 255), 1, cv2.LINE_AA)
             x += column
     return drawn
 
 
-def _width(text: str) -> int:
+def _width(text: str, scale: float) -> int:
     """Pixels that a text needs, with room to the next column."""
-    (width, _), _ = cv2.getTextSize(text, _FONT, _SCALE, 1)
-    return int(width) + 2 * _MARGIN_PX
+    (width, _), _ = cv2.getTextSize(text, _FONT, scale, 1)
+    return int(width) + round(32 * scale)

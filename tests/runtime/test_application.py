@@ -198,7 +198,7 @@ def test_file_that_a_subsystem_cannot_read_is_wrong_usage(
 
 def test_video_shows_the_scene_and_the_states(tmp_path: Path) -> None:
     import cv2
-    from specc_runtime.video import SIZE_PX, annotated
+    from specc_runtime.video import Film, annotated
 
     path = tmp_path / "run.mp4"
     push(tmp_path, "--duration", "0.4", "--quiet", "--video", str(path))
@@ -206,19 +206,38 @@ def test_video_shows_the_scene_and_the_states(tmp_path: Path) -> None:
     assert film.get(cv2.CAP_PROP_FPS) == 25.0
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 10
     good, frame = film.read()
-    assert good and frame.shape == (SIZE_PX[1], SIZE_PX[0], 3)
+    assert good and frame.shape == (*reversed(Film.size_px), 3)
     assert frame.std() > 10.0
     plain = frame * 0
     drawn = annotated(plain, [("a.c", "S0")])
     assert drawn[:40, :120].max() == 255 and drawn[40:].max() == 0 and plain.max() == 0
 
 
+def test_animation_shows_the_same_in_fewer_pictures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import cv2
+    from specc_runtime.video import Animation
+
+    path = tmp_path / "run.webp"
+    push(tmp_path, "--duration", "1", "--quiet", "--video", str(path))
+    good, whole = cv2.imreadanimation(str(path))
+    assert good and list(whole.durations) == [100] * 10
+    assert whole.frames[0].shape[:2] == tuple(reversed(Animation.size_px))
+    monkeypatch.setattr("specc_runtime.video.MOST_PICTURES", 4)
+    push(tmp_path, "--duration", "1", "--quiet", "--video", str(path))
+    _, thinned = cv2.imreadanimation(str(path))
+    assert list(thinned.durations) == [400] * 3
+    for now, then in zip(thinned.frames, whole.frames[::4], strict=True):
+        assert abs(now.astype(float) - then).mean() < 5.0
+
+
 def test_video_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "run.mp4"
-    path.mkdir()
     common = [str(PUSHER), "--base", str(PUSHER), "--renderer", "raycast", "--quiet"]
-    assert main([*common, "--video", str(path)]) == 2
-    assert "cannot write" in capsys.readouterr().err
+    for path in (tmp_path / "run.mp4", tmp_path / "run.webp"):
+        path.mkdir()
+        assert main([*common, "--video", str(path)]) == 2
+        assert "cannot write" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

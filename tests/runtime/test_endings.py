@@ -391,12 +391,13 @@ def test_a_killed_run_leaves_a_report_and_a_film(tmp_path: Path) -> None:
 
 
 def _small_files() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
 
 
-def test_a_film_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["run.mp4", "run.webp"])
+def test_a_film_for_which_there_is_no_room_is_told(tmp_path: Path, name: str) -> None:
     package = hinge(tmp_path)
-    film = str(tmp_path / "run.mp4")
+    film = str(tmp_path / name)
     with begun(
         package, "--duration", "2", "--quiet", "--video", film, preexec_fn=_small_files
     ) as process:
