@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from specc_runtime.plants.mujoco.noise import grain, kinect_depth, stream
+from specc_runtime.plants.mujoco.noise import grain, kinect_depth
+from specc_runtime.streams import stream
 
 
 @pytest.mark.parametrize("z", [0.6, 1.1, 2.0])
