@@ -63,6 +63,7 @@ def _as_text(found: Exploration, kept: Sequence[Recorded]) -> str:
         lines.append(f"{', '.join(found.alone)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
+    lines += [f"requirement `{r.requirement.that}`: {r.words()}" for r in found.requirements]
     for finding, trace in zip(found.findings, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
@@ -70,7 +71,7 @@ def _as_text(found: Exploration, kept: Sequence[Recorded]) -> str:
 
 
 def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
-    """An object with `version`, `system`, `slices`, `assumptions` and `findings` with traces."""
+    """An object with `version`, `system`, `slices`, `findings` and what holds of what is asked."""
     slices = [
         {
             "machines": list(each.names),
@@ -85,11 +86,22 @@ def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
         {"subsystem": name, "that": show(axiom.that), "verdict": verdict}
         for name, axiom, verdict in found.assumptions
     ]
+    requirements = [
+        {"that": r.requirement.that, "verdict": r.verdict, "rests_on": list(r.rests_on)}
+        for r in found.requirements
+    ]
     told = [_finding(finding) for finding in found.findings]
     for each, trace in zip(told, kept, strict=bool(kept)):
         each["recording"] = trace.file or None
         each["lacks"] = trace.lacks
-    return streams.as_json(VERSION, system, slices=slices, assumptions=assumptions, findings=told)
+    return streams.as_json(
+        VERSION,
+        system,
+        slices=slices,
+        assumptions=assumptions,
+        requirements=requirements,
+        findings=told,
+    )
 
 
 def _finding(finding: Finding) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from specc import output
 from specc.cli.recordings import Refused, called
 from specc.cli.run import texts_of
 from specc.frozen import frozen
+from specc.model.requirement import reach_s
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,6 +85,8 @@ def _record(way: Trace, built: Build, rehearsal: Any, options: dict[str, Any]) -
     except NotConcreteError as error:
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
-    duration_s = float(way.time_s) + AFTER * slowest * rehearsal.tick_s
+    reaches_s = [reach_s(each.formula) for each in built.result.system.requirements]
+    after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * float(max(reaches_s, default=0)))
+    duration_s = float(way.time_s) + after_s
     called("rehearsal", "record", rehearsal, found, duration_s, options)
     return ""

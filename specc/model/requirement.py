@@ -82,3 +82,12 @@ def expressions(formula: Formula) -> Iterator[Expr]:
         yield formula.span
     for operand in formula.operands:
         yield from expressions(operand)
+
+
+def reach_s(formula: Formula) -> Fraction:
+    """How long after a tick it is known what the formula says of it."""
+    if isinstance(formula, Atom):
+        return Fraction(0)
+    ahead = isinstance(formula, Temporal) and formula.op in ("within", "throughout")
+    own_s = formula.span_s if isinstance(formula, Temporal) and ahead else Fraction(0)
+    return own_s + max(map(reach_s, formula.operands))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from specc.analysis import Facts, Machine
 from specc.model import expr as m
+from specc.model import requirement as r
 from specc.model.system import Port, Subsystem
 from specc.proof import InputName
 from specc.reachable import reachable
@@ -103,7 +104,8 @@ class Kept:
 class Abstraction:
     """What is kept of all subsystems of a system without errors."""
 
-    def __init__(self, facts: Facts) -> None:
+    def __init__(self, facts: Facts, requirements: Iterable[r.Requirement] = ()) -> None:
+        """What these requirements read of memory and of what is sent is kept as well."""
         self.facts = facts
         self.kept = {
             machine.subsystem.qualified_name: Kept(machine, Reading(machine.subsystem))
@@ -118,6 +120,8 @@ class Abstraction:
         }
         self.noise = self._noise()
         self._keep()
+        for reading in (each for requirement in requirements for each in requirement.readings):
+            self._watch(reading)
 
     def _origin(self, reader: Subsystem, port: Port) -> tuple[str, str] | None:
         """The sender's name, and what it calls the reader; None for devices."""
@@ -164,6 +168,17 @@ class Abstraction:
             ]
             self._need(name, [*asked, *(axiom.that for axiom in subsystem.axioms), *events])
 
+    def _watch(self, reading: r.Reading) -> None:
+        if reading.kind == "memory" and reading.subsystem in self.kept:
+            memory = m.MemoryRef(reading.element[0], type=reading.type)
+            self._need(reading.subsystem, [memory])
+        elif reading.kind == "sent" and reading.subsystem in self.kept:
+            kept = self.kept[reading.subsystem]
+            key = reading.element[0], reading.element[1]
+            kept.outputs.add(key)
+            written = kept.subsystem.written.get(key, {})
+            self._need(reading.subsystem, [e for each in written.values() for e in each])
+
     def _need(self, name: str, exprs: Iterable[m.Expr]) -> None:
         """Keep what some expressions of a subsystem rest on, and what that rests on."""
         kept = self.kept[name]
@@ -198,16 +213,19 @@ class Abstraction:
 
     def slices(self) -> list[tuple[str, ...]]:
         """The machines that are explored together, each with all that influence it."""
+        every = [set(self.around([name])) for name, kept in self.kept.items() if kept.decides]
+        largest = [s for s in every if not any(s < other for other in every)]
+        return list(dict.fromkeys(self._ordered(names) for names in largest))
+
+    def around(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Some machines with all that influence them."""
 
         def influences(name: str) -> list[str]:
             sent = (self.sender_of(name, key) for key in sorted(self.kept[name].inputs))
             return [one[0] for one in sent if one]
 
+        return self._ordered(reachable([n for n in names if n in self.kept], influences))
+
+    def _ordered(self, names: Iterable[str]) -> tuple[str, ...]:
         order = {name: index for index, name in enumerate(self.kept)}
-        every = [
-            frozenset(reachable([name], influences))
-            for name, kept in self.kept.items()
-            if kept.decides
-        ]
-        largest = [s for s in dict.fromkeys(every) if not any(s < other for other in every)]
-        return [tuple(sorted(names, key=order.__getitem__)) for names in largest]
+        return tuple(sorted(names, key=order.__getitem__))

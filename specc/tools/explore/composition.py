@@ -6,17 +6,19 @@ its input buffers, and what it has computed and not yet sent (logical execution 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import product
 from math import lcm
 from typing import NamedTuple
 
 from specc.analysis.rates import base_tick
+from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.partial import Numbers, Values
 from specc.tools.explore.walker import Move, Outcome, Walker
+from specc.tools.explore.watch import Visible, Watch
 
 Moves = tuple[tuple[int, Move], ...]
 """What those machines did that were due, by their index."""
@@ -31,24 +33,40 @@ class Part(NamedTuple):
 
 
 class Configuration(NamedTuple):
-    """All machines, by the numbers of their parts, after base tick `phase` of the hyperperiod."""
+    """All machines, by the numbers of their parts, after base tick `phase` of the hyperperiod.
+
+    `watched` is the number of what is still required.
+    """
 
     phase: int
     parts: tuple[int, ...]
+    watched: int = 0
 
 
 class Edge(NamedTuple):
-    """A step to another configuration; `overtaken` are values that were replaced unseen."""
+    """A step to another configuration; `overtaken` are values that were replaced unseen.
+
+    `violated` are requirements, by their index.
+    """
 
     target: int
     moves: Moves
     overtaken: tuple[tuple[int, InputName], ...] = ()
+    violated: tuple[int, ...] = ()
 
 
 class Composition:
     """The machines of one slice."""
 
-    def __init__(self, names: tuple[str, ...], abstraction: Abstraction, *, exact: bool) -> None:
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        abstraction: Abstraction,
+        *,
+        exact: bool,
+        watched: Sequence[Requirement] = (),
+    ) -> None:
+        """`exact` says whether time in states is counted; `watched` is what is required."""
         self.values = Values()
         self.names = names
         self.exact = exact
@@ -63,6 +81,10 @@ class Composition:
         self._parts = tuple(Numbers() for _ in names)
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._next = [self.next_phase(phase) for phase in range(self.hyperperiod)]
+        every = abstraction.facts.system.subsystems
+        whole_s = base_tick(1 / subsystem.rate_hz for subsystem in every)
+        self._lasts = [int(self.passed_s(p, n) / whole_s) for p, n in enumerate(self._next)]
+        self.watch = Watch(watched, self.walkers, self.values, whole_s) if watched else None
 
     def _connected(self, abstraction: Abstraction) -> dict[tuple[int, InputName], tuple[int, int]]:
         """Sender and output -> reader and slot of its buffer."""
@@ -94,11 +116,25 @@ class Composition:
         found = zip(self._parts, configuration.parts, strict=True)
         return [numbers.things[number] for numbers, number in found]
 
-    def _made(self, phase: int, parts: Iterable[Part]) -> Configuration:
-        numbered = zip(self._parts, parts, strict=True)
-        return Configuration(phase, tuple(numbers.of(part) for numbers, part in numbered))
+    @property
+    def is_timed(self) -> bool:
+        """Whether time in a state matters at all."""
+        return any(turns for walker in self.walkers for turns in walker.turns.values())
 
-    def start(self) -> tuple[Configuration, Moves]:
+    def _made(
+        self, phase: int, parts: Sequence[Part], before: int, visible: Visible
+    ) -> tuple[Configuration, tuple[int, ...]]:
+        """A configuration, and the requirements that are violated until the next one."""
+        numbered = zip(self._parts, parts, strict=True)
+        numbers = tuple(numbers.of(part) for numbers, part in numbered)
+        if self.watch is None:
+            return Configuration(phase, numbers), ()
+        each = zip(self.walkers, parts, strict=True)
+        locals_ = [walker.locals.things[part.local] for walker, part in each]
+        watched, violated = self.watch.after(before, visible, locals_, self._lasts[phase])
+        return Configuration(phase, numbers, watched), violated
+
+    def start(self) -> tuple[Configuration, Edge]:
         """After time 0, at which every machine executes the behaviour of its initial state."""
         parts, moves = list[Part](), list[tuple[int, Move]]()
         for index, walker in enumerate(self.walkers):
@@ -106,13 +142,15 @@ class Composition:
             local, move = walker.start(buffers)
             parts.append(Part(local, buffers, move.sent))
             moves.append((index, move))
-        return self._made(0, parts), tuple(moves)
+        made, violated = self._made(0, parts, self.watch.begin if self.watch else 0, ())
+        return made, Edge(0, tuple(moves), (), violated)
 
     def following(self, here: Configuration) -> Iterator[tuple[Configuration | None, Edge]]:
         """What may come next; None for a run that ends with a fault. Targets are not set."""
         phase = self._next[here.phase]
         due = self.due[phase]
         parts = self._read(here)
+        visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
         overtaken = self._deliver(due, parts)
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
         seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
@@ -124,7 +162,8 @@ class Composition:
                 continue
             for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
                 parts[i] = _after(outcome, buffers)
-            yield self._made(phase, parts), edge
+            made, violated = self._made(phase, parts, here.watched, visible)
+            yield made, edge._replace(violated=violated) if violated else edge
 
     def _deliver(
         self, due: tuple[int, ...], parts: list[Part]
@@ -156,17 +195,20 @@ class Graph:
     """The configurations that were found, and the steps between them.
 
     `parents` are the edges by which configurations were found, each with where it begins; the
-    first one has `begin` instead. `faults` are edges that end a run.
+    first one has `begin` instead. `faults` are edges that end a run; `violated` has for each
+    requirement the first violation: a configuration and the edge from it, if it is not the first.
     """
 
     def __init__(self, composition: Composition, budget: int) -> None:
         """At most about `budget` steps of single machines are taken."""
         self.composition = composition
-        first, self.begin = composition.start()
+        first, begun = composition.start()
+        self.begin = begun.moves
         self.configurations = [first]
         self.parents: list[tuple[int, Edge] | None] = [None]
         self.edges: list[list[Edge]] = []
         self.faults: list[tuple[int, Edge]] = []
+        self.violated: dict[int, tuple[int, Edge | None]] = dict.fromkeys(begun.violated, (0, None))
         self.steps = 0
         self._known = {first: 0}
         self._explore(budget)
@@ -198,6 +240,8 @@ class Graph:
                 if there is None:
                     self.faults.append((here, edge))
                     continue
+                for requirement in edge.violated:
+                    self.violated.setdefault(requirement, (here, edge))
                 out.append(edge._replace(target=self._number(there, here, edge)))
             self.edges.append(out)
 

@@ -6,6 +6,7 @@ looked for again with time counted in periods, since it may rest on timing that 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,6 +16,7 @@ from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
 from specc.tools.explore.findings import Finding, findings
+from specc.tools.explore.required import Group, Judged, groups, judged
 
 Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
@@ -56,6 +58,7 @@ class Exploration:
     slices: list[Explored] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     assumptions: list[tuple[str, Axiom, Verdict]] = field(default_factory=list)
+    requirements: list[Judged] = field(default_factory=list)
     alone: tuple[str, ...] = ()
     """Machines that decide nothing."""
 
@@ -71,10 +74,10 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     result = Exploration()
     found: dict[tuple[object, ...], Finding] = {}
     verdicts: dict[tuple[str, int], set[Verdict]] = {}
-    slices = abstraction.slices()
+    slices, required = abstraction.slices(), groups(facts)
     for index, names in enumerate(slices):
         spent = sum(each.steps for each in result.slices)
-        share = max(0, budget - spent) // (len(slices) - index)
+        share = max(0, budget - spent) // (len(slices) + len(required) - index)
         graph = _explored(names, abstraction, facts, share, found)
         result.slices.append(_summary(graph))
         for walker in graph.composition.walkers:
@@ -90,8 +93,25 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         for kept in (abstraction.kept[name],)
     ]
     inside = {name for each in result.slices for name in each.names}
+    _require(result, required, facts, budget)
     result.alone = tuple(name for name in abstraction.kept if name not in inside)
     return result
+
+
+def _require(result: Exploration, required: Sequence[Group], facts: Facts, budget: int) -> None:
+    """Explore what is required with what is left of the budget."""
+    left = budget - sum(each.steps for each in result.slices)
+    told: dict[int, Judged] = {}
+    for index, group in enumerate(required):
+        share = max(0, left) // (len(required) - index)
+        said, there, graphs = judged(group, facts, share)
+        left -= sum(graph.steps for graph in graphs)
+        told |= {id(each.requirement): each for each in said}
+        result.findings += there
+    result.requirements = [
+        told.get(id(requirement), Judged(requirement, "not decided"))
+        for requirement in facts.system.requirements
+    ]
 
 
 def _explored(
@@ -105,7 +125,7 @@ def _explored(
     best = Graph(Composition(names, abstraction, exact=False), budget)
     there = findings(best, abstraction, facts.system)
     # Without measurements, time alone makes ways that counting it closes again.
-    if (there or not best.complete) and _is_timed(best):
+    if (there or not best.complete) and best.composition.is_timed:
         counted = Graph(Composition(names, abstraction, exact=True), budget)
         confirmed = findings(counted, abstraction, facts.system)
         there = confirmed if counted.complete else there | confirmed
@@ -113,10 +133,6 @@ def _explored(
     for about, finding in there.items():
         found.setdefault(about, finding)
     return best
-
-
-def _is_timed(graph: Graph) -> bool:
-    return any(turns for w in graph.composition.walkers for turns in w.turns.values())
 
 
 def _summary(graph: Graph) -> Explored:
@@ -128,7 +144,7 @@ def _summary(graph: Graph) -> Explored:
         0.0 if graph.complete else float(graph.depth_s(len(graph.edges))),
         graph.complete,
         composition.exact,
-        _is_timed(graph),
+        composition.is_timed,
         composition.values.widened_names,
     )
 

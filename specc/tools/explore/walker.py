@@ -85,8 +85,9 @@ class Walker:
         self.events = {key for key, element in self.subsystem.inputs.items() if element.event}
         self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
+        self.memory_slots = {item.name: slot for slot, item in enumerate(self._memory)}
         constants = (*abstraction.facts.system.constants, *self.subsystem.constants)
-        self._base = Known(
+        self.static = Known(
             {item.name: item.value for item in self.subsystem.lets},
             {constant.name: constant.value for constant in constants},
             1 / self.subsystem.rate_hz,
@@ -108,11 +109,11 @@ class Walker:
         found = []
         for key in self.inputs:
             init = self.subsystem.inputs[key].init
-            value = None if init is None else filled(init, self._base)
+            value = None if init is None else filled(init, self.static)
             number = (
                 ABSENT
                 if value is None
-                else self.values.of(f"{self.name}.x.{key[0]}.{key[1]}", value, self._base)
+                else self.values.of(f"{self.name}.x.{key[0]}.{key[1]}", value, self.static)
             )
             found.append(number)
         return tuple(found)
@@ -283,7 +284,7 @@ class Walker:
     def _known(
         self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False
     ) -> Known:
-        base = self._base
+        base = self.static
         known = Known(base.lets, base.constants, base.period_s)
         fresh, present, inputs = {}, {}, {}
         for key, slot in self.slots.items():
@@ -326,7 +327,7 @@ class Walker:
         asked = [*conditions_of(self.subsystem, state.name)]
         asked += [item.value for item in state.behaviour.assignments]
         names = [e.name for e in _nodes(asked) if isinstance(e, m.LetRef)]
-        lets, seen = self._base.lets, set[str]()
+        lets, seen = self.static.lets, set[str]()
         while names:
             name = names.pop()
             if name not in seen:
@@ -334,9 +335,9 @@ class Walker:
                 asked.append(lets[name])
                 names += [e.name for e in _nodes([lets[name]]) if isinstance(e, m.LetRef)]
         for node in _nodes(asked):
-            limit = limit_of(node, self._base) if isinstance(node, m.Compare) else None
+            limit = limit_of(node, self.static) if isinstance(node, m.Compare) else None
             if limit is not None:
-                yield from turns(limit, self._base.period_s)
+                yield from turns(limit, self.static.period_s)
 
     def _clocks(self, local: Local) -> tuple[int, ...]:
         """The clock at the next time stamp: periods up to the last turn, or any later class."""

@@ -1,0 +1,238 @@
+"""What is still required of a run: a formula that each tick rewrites, with three truth values.
+
+What a formula says of the ticks to come is left of it as a formula. Past operators keep how long
+ago their operands held. So what a monitor remembers is small, and two runs of which the same is
+still required are in one state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, NamedTuple
+
+from specc.model import requirement as r
+from specc.model.expr import Expr
+
+Truth = bool | None
+"""None is unknown."""
+MOST_PENDING = 64
+"""Formulas that are waited for at once; with more of them, what they say is unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A truth value."""
+
+    holds: Truth
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """A condition on one tick, or what a past operator says of it, or the opposite."""
+
+    index: int
+    is_meant: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """All of some formulas, or any of them."""
+
+    op: Literal["and", "or"]
+    operands: frozenset[Node]
+
+
+@dataclass(frozen=True, slots=True)
+class Ahead:
+    """A formula at some tick, or at all ticks, of those from now until so many later."""
+
+    op: Literal["within", "throughout"]
+    ticks: int
+    operand: Node
+
+
+Node = Said | Leaf | Junction | Ahead
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """A past operator; its operands say nothing of ticks to come. `since` has no `ticks`."""
+
+    op: Literal["once", "since"]
+    ticks: int
+    operands: tuple[Node, ...]
+
+
+class State(NamedTuple):
+    """What is left to hold, and of each past operator when it surely, and when it maybe, held."""
+
+    left: Node
+    past: tuple[tuple[int, int], ...]
+
+
+class NotFollowedError(Exception):
+    """A formula that looks ahead from the past."""
+
+
+class Monitor:
+    """Follows one requirement. `atoms` are its conditions, which whoever steps it has to judge."""
+
+    def __init__(self, requirement: r.Requirement, tick_s: Fraction) -> None:
+        """`tick_s` is the base tick of the whole system.
+
+        Raises:
+            NotFollowedError: the formula cannot be followed.
+        """
+        self.atoms: list[Expr] = []
+        self._past: dict[int, Past] = {}
+        self._count = 0
+        self._tick_s = tick_s
+        self._formula = self._node(requirement.formula, meant=True)
+        self._lasts = requirement.lasts
+        self._atom_leaves = [i for i in range(self._count) if i not in self._past]
+        begun = Said(True) if self._lasts else self._formula
+        self.begin = State(begun, tuple((-1, -1) for _ in self._past))
+
+    def step(self, state: State, atoms: tuple[Truth, ...], ticks: int) -> tuple[State, set[Truth]]:
+        """So many ticks on which the conditions are the same; which verdicts there were on them."""
+        said: set[Truth] = set()
+        for _ in range(ticks):
+            left, past = state
+            values, past = self._values(atoms, past)
+            parts = [_after(left, values)]
+            if self._lasts:
+                parts.append(_after(self._formula, values))
+            pending = []
+            for part in _conjuncts(_joined("and", parts)):
+                if isinstance(part, Said):
+                    said.add(part.holds)
+                else:
+                    pending.append(part)
+            if len(pending) > MOST_PENDING:
+                said.add(None)
+                pending = []
+            after = State(_joined("and", pending), past)
+            if after == state:
+                break
+            state = after
+        return state, said
+
+    def _values(
+        self, atoms: tuple[Truth, ...], past: tuple[tuple[int, int], ...]
+    ) -> tuple[dict[int, Truth], tuple[tuple[int, int], ...]]:
+        """What holds at a tick, inner past operators first, and what is remembered of it."""
+        values: dict[int, Truth] = dict(zip(self._atom_leaves, atoms, strict=True))
+        remembered = []
+        for (index, item), (surely, maybe) in zip(self._past.items(), past, strict=True):
+            found = [_now(operand, values) for operand in item.operands]
+            if item.op == "since":
+                held, begun = found
+                surely = int(begun is True or (held is True and surely == 1))
+                maybe = int(begun is not False or (held is not False and maybe == 1))
+                now = surely == 1, maybe == 1
+            else:  # ticks since it held, -1 for too many
+                (held,) = found
+                surely = 0 if held is True else _aged(surely, item.ticks)
+                maybe = 0 if held is not False else _aged(maybe, item.ticks)
+                now = surely >= 0, maybe >= 0
+            values[index] = None if now[0] != now[1] else now[0]
+            remembered.append((surely, maybe))
+        return values, tuple(remembered)
+
+    # Formulas with negations only in front of leaves.
+
+    def _node(self, formula: r.Formula, *, meant: bool) -> Node:
+        match formula:
+            case r.Atom(that=that):
+                self.atoms.append(that)
+                return self._leaf(meant=meant)
+            case r.Junction(op="not", operands=(operand,)):
+                return self._node(operand, meant=not meant)
+            case r.Junction(op=op, operands=operands):
+                parts = [self._node(operand, meant=meant) for operand in operands]
+                return _joined("and" if (op == "and") == meant else "or", parts)
+            case r.Temporal(op="within" | "throughout" as op, operands=(operand,)):
+                known = self._node(operand, meant=meant)
+                ticks = int(formula.span_s // self._tick_s)
+                return Ahead("within" if (op == "within") == meant else "throughout", ticks, known)
+        assert isinstance(formula, r.Temporal)
+        return self._looking_back(formula, meant=meant)
+
+    def _looking_back(self, formula: r.Temporal, *, meant: bool) -> Leaf:
+        # `historically` is that the opposite was not the case `once`.
+        is_opposite = formula.op == "historically"
+        if any(map(r.reach_s, formula.operands)):
+            raise NotFollowedError
+        inside = tuple(self._node(each, meant=not is_opposite) for each in formula.operands)
+        leaf = self._leaf(meant=meant != is_opposite)
+        ticks = int(formula.span_s // self._tick_s)
+        self._past[leaf.index] = Past("since" if formula.op == "since" else "once", ticks, inside)
+        return leaf
+
+    def _leaf(self, *, meant: bool) -> Leaf:
+        self._count += 1
+        return Leaf(self._count - 1, meant)
+
+
+def _aged(ticks: int, most: int) -> int:
+    return ticks + 1 if 0 <= ticks < most else -1
+
+
+def _now(node: Node, values: Mapping[int, Truth]) -> Truth:
+    """The truth of a formula that does not look ahead."""
+    found = _after(node, values)
+    assert isinstance(found, Said)
+    return found.holds
+
+
+def _after(node: Node, values: Mapping[int, Truth]) -> Node:
+    """What has to hold from the next tick on, so that a formula holds at this one."""
+    match node:
+        case Leaf(index=index, is_meant=meant):
+            value = values[index]
+            return Said(value if value is None or meant else not value)
+        case Junction(op=op, operands=operands):
+            return _joined(op, [_after(operand, values) for operand in operands])
+        case Ahead(op=op, ticks=ticks, operand=operand):
+            now = _after(operand, values)
+            if not ticks:
+                return now
+            return _joined("or" if op == "within" else "and", [now, Ahead(op, ticks - 1, operand)])
+    return node
+
+
+def _conjuncts(node: Node) -> Iterable[Node]:
+    if isinstance(node, Junction) and node.op == "and":
+        return node.operands
+    return (node,)
+
+
+def _joined(op: Literal["and", "or"], operands: Iterable[Node]) -> Node:
+    """The conjunction or disjunction, without what follows from the rest."""
+    end, parts = op == "or", set[Node]()
+    for part in _flat(op, operands):
+        if part == Said(end):
+            return part
+        if part != Said(not end):
+            parts.add(part)
+    longest: dict[tuple[str, Node], int] = {}
+    for part in [p for p in parts if isinstance(p, Ahead)]:
+        parts.discard(part)
+        key = part.op, part.operand
+        # Sooner says more, and so does for longer.
+        pick = min if (part.op == "within") == (op == "and") else max
+        longest[key] = pick(part.ticks, longest.get(key, part.ticks))
+    parts |= {Ahead(kind, ticks, inner) for (kind, inner), ticks in longest.items()}  # type: ignore[arg-type]  # one of two
+    if len(parts) < 2:
+        return next(iter(parts), Said(not end))
+    return Junction(op, frozenset(parts))
+
+
+def _flat(op: str, operands: Iterable[Node]) -> Iterator[Node]:
+    for operand in operands:
+        if isinstance(operand, Junction) and operand.op == op:
+            yield from operand.operands
+        else:
+            yield operand

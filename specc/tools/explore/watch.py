@@ -1,0 +1,136 @@
+"""Requirements as machines are stepped: which values their conditions name, and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from specc.model import expr as m
+from specc.model.requirement import Reading, Requirement
+from specc.proof import InputName
+from specc.tools.explore.monitor import Monitor, State, Truth
+from specc.tools.explore.partial import ABSENT, UNKNOWN, Known, Numbers, Value, Values, filled
+from specc.tools.explore.walker import Local, Walker
+
+Visible = Iterable[tuple[int, InputName, int]]
+"""Machine and output of values that have just become visible, with their numbers."""
+
+
+class Watched(NamedTuple):
+    """What is still required, and the number of each value that was seen last."""
+
+    states: tuple[State, ...]
+    seen: tuple[int, ...]
+
+
+class Watch:
+    """Follows some requirements over the machines of a slice; `said` is what they turned out to be.
+
+    Values are seen as monitors of a run see them: state and memory from the step on, what is sent
+    when others see it.
+    """
+
+    def __init__(
+        self,
+        requirements: Sequence[Requirement],
+        walkers: Sequence[Walker],
+        values: Values,
+        tick_s: Fraction,
+    ) -> None:
+        """`tick_s` is the base tick of the whole system. Raises NotFollowedError."""
+        self.monitors = [Monitor(requirement, tick_s) for requirement in requirements]
+        self.said: list[set[Truth]] = [set() for _ in requirements]
+        self._walkers = {walker.name: walker for walker in walkers}
+        self._index = {walker.name: index for index, walker in enumerate(walkers)}
+        self._values = values
+        found = {x.name: x for requirement in requirements for x in requirement.readings}
+        self._readings = tuple(found.values())
+        sent = {
+            (self._index[x.subsystem], (x.element[0], x.element[1])): x
+            for x in self._readings
+            if x.kind == "sent" and x.subsystem in self._index
+        }
+        self._slots = {key: slot for slot, key in enumerate(sent)}
+        self._known = walkers[0].static
+        self._numbers = Numbers()
+        self._answers: dict[tuple[object, ...], tuple[tuple[Truth, ...], ...]] = {}
+        self._steps: dict[tuple[int, tuple[object, ...], int], tuple[int, tuple[int, ...]]] = {}
+        begun = tuple(monitor.begin for monitor in self.monitors)
+        first = tuple(self._initial(reading) for reading in sent.values())
+        self.begin = self._numbers.of(Watched(begun, first))
+
+    def _initial(self, reading: Reading) -> int:
+        if reading.initial is None:
+            return ABSENT
+        reader, peer, element = reading.initial
+        walker = self._walkers.get(reader)
+        init = walker.subsystem.inputs[peer, element].init if walker else None
+        if walker is None or init is None:
+            return UNKNOWN
+        return self._values.of(reading.name, filled(init, walker.static), walker.static)
+
+    def after(
+        self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
+    ) -> tuple[int, tuple[int, ...]]:
+        """What is left after so many ticks with the same values, and what was violated on them."""
+        states, seen = self._numbers.things[number]
+        for machine, output, value in visible:
+            slot = self._slots.get((machine, output))
+            if slot is not None and seen[slot] != value:
+                seen = (*seen[:slot], value, *seen[slot + 1 :])
+        now = tuple(self._now(reading, seen, locals_) for reading in self._readings)
+        key = self._numbers.of(Watched(states, seen)), now, ticks
+        if key not in self._steps:
+            self._steps[key] = self._step(Watched(states, seen), now, ticks)
+        return self._steps[key]
+
+    def _step(
+        self, watched: Watched, now: tuple[object, ...], ticks: int
+    ) -> tuple[int, tuple[int, ...]]:
+        if now not in self._answers:
+            self._answers[now] = self._judged(now)
+        states, violated = [], []
+        zipped = zip(self.monitors, watched.states, self._answers[now], strict=True)
+        for index, (monitor, state, atoms) in enumerate(zipped):
+            after, said = monitor.step(state, atoms, ticks)
+            self.said[index] |= said
+            if False in said:
+                violated.append(index)
+            states.append(after)
+        return self._numbers.of(Watched(tuple(states), watched.seen)), tuple(violated)
+
+    def _now(self, reading: Reading, seen: tuple[int, ...], locals_: Sequence[Local]) -> object:
+        """What stands for the value of a reading: a state, or a number; None for others."""
+        index = self._index.get(reading.subsystem)
+        if index is None or reading.kind == "reported":
+            return None
+        if reading.kind == "state":
+            return locals_[index].state
+        if reading.kind == "memory":
+            slot = self._walkers[reading.subsystem].memory_slots.get(reading.element[0])
+            return None if slot is None else locals_[index].memory[slot]
+        return seen[self._slots[index, (reading.element[0], reading.element[1])]]
+
+    def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
+        memory: dict[str, Value] = {}
+        for reading, found in zip(self._readings, now, strict=True):
+            value = self._value(reading, found)
+            if value is not None:
+                memory[reading.name] = value
+        known = Known({}, self._known.constants, self._known.period_s, memory=memory)
+        return tuple(tuple(_truth(a, known) for a in mon.atoms) for mon in self.monitors)
+
+    def _value(self, reading: Reading, found: object) -> Value | None:
+        if isinstance(found, str):
+            return m.Member(found, type=reading.type)
+        if not isinstance(found, int):
+            return None
+        if reading.asks_presence:
+            return m.FALSE if found == ABSENT else m.TRUE
+        return self._values.value(found)
+
+
+def _truth(that: m.Expr, known: Known) -> Truth:
+    said = filled(that, known)
+    return said.value if isinstance(said, m.Truth) else None

@@ -1,0 +1,213 @@
+"""What exploring says of requirements is what monitors of runs say."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from specc_runtime import temporal
+from specc_runtime.cycle import Executor
+
+from specc.cli import main
+from specc.emit import filled
+from specc.lower import lower
+from specc.model import requirement as r
+from specc.model.expr import TRUE
+from specc.pipeline import Result
+from specc.source import Place
+from specc.tools.explore.explorer import explore
+from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
+from tests.soundness.law import marks_of
+from tests.soundness.running import NothingProved, Script, ScriptedPlant, compiled, package
+from tests.soundness.specifications import specification
+from tests.soundness.values import NASTY
+
+CASES = sorted(Path(__file__).parent.glob("cases/required-*.yaml"))
+TICKS = 60
+ORDER = {False: 0, None: 1, True: 2}
+
+
+# The monitor of a graph against that of a run.
+
+
+class Formulas:
+    """Random formulas over two conditions, as the model and the runtime have them."""
+
+    def __init__(self, rng: Random) -> None:
+        self.rng = rng
+        self.values: list[Truth] = [True, True]
+        self.order: list[int] = []
+
+    def any(self, depth: int, *, ahead: bool = True) -> tuple[r.Formula, temporal.Formula]:
+        rng = self.rng
+        kind = rng.choice(["atom", "not", "and", "or", "ahead", "once", "historically", "since"])
+        if not depth or kind == "atom":
+            return self._atom(rng.randrange(2))
+        if kind == "not":
+            inner, follows = self.any(depth - 1, ahead=ahead)
+            return r.Junction("not", (inner,)), temporal.Not(follows)
+        if kind in ("and", "or"):
+            (a, f), (b, g) = (self.any(depth - 1, ahead=ahead) for _ in range(2))
+            made = temporal.And(f, g) if kind == "and" else temporal.Or(f, g)
+            return r.Junction(kind, (a, b)), made  # type: ignore[arg-type]  # one of two
+        if kind == "since":
+            (a, f), (b, g) = (self.any(depth - 1, ahead=False) for _ in range(2))
+            return r.Temporal("since", (a, b)), temporal.Since(f, g)
+        ticks = rng.randrange(4)
+        if kind == "ahead" and ahead:
+            op: Any = rng.choice(["within", "throughout"])
+        else:
+            op = "once" if kind == "once" else "historically"
+        inner, follows = self.any(depth - 1, ahead=ahead and op in ("within", "throughout"))
+        return r.Temporal(op, (inner,), Fraction(ticks)), getattr(temporal, op.capitalize())(
+            ticks, follows
+        )
+
+    def _atom(self, index: int) -> tuple[r.Formula, temporal.Formula]:
+        self.order.append(index)
+
+        def judge() -> temporal.Judgement:
+            value = self.values[index]
+            return temporal.UNKNOWN if value is None else temporal.judged(value)
+
+        follows = temporal.Atom(judge)
+        self.atoms = [*getattr(self, "atoms", []), follows]
+        return r.Atom(TRUE), follows
+
+
+def worst(said: list[Truth]) -> int:
+    return min((ORDER[each] for each in said), default=2)
+
+
+def test_monitors_say_what_those_of_runs_say() -> None:
+    rng = Random(7)
+    seen = set()
+    for _ in range(400):
+        formulas = Formulas(rng)
+        formula, follows = formulas.any(3)
+        requirement = r.Requirement("", "", formula, True, (), Place(""))
+        monitor = Monitor(requirement, Fraction(1))
+        length = rng.randrange(1, 9)
+        tries = [[rng.choice([True, False, None]) for _ in range(2)] for _ in range(length)]
+        trace = tries + [tries[-1]] * follows.delay
+        state, own, early = monitor.begin, list[Truth](), 2
+        judged = list[Truth]()
+        for tick, values in enumerate(trace):
+            formulas.values = values
+            for atom in formulas.atoms:
+                atom.update()
+            found = follows.step()
+            if found is not None:
+                (low, _), (high, _) = found
+                judged.append(low if low == high else None)
+            state, said = monitor.step(state, tuple(values[i] for i in formulas.order), 1)
+            own += said
+            if tick == length - 1:
+                early = worst(own)
+        # What follows from the first ticks is said at once, all of it when they are over.
+        assert worst(own) <= worst(judged[:length]) <= early
+        seen.add((worst(judged[:length]), early))
+    assert {(0, 0), (1, 1), (2, 2)} <= seen
+
+
+def test_steady_ticks_are_stepped_at_once() -> None:
+    formula = r.Temporal("within", (r.Atom(TRUE),), Fraction(5))
+    monitor = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1))
+    assert monitor.step(monitor.begin, (False,), 5)[1] == set()
+    assert monitor.step(monitor.begin, (False,), 6)[1] == {False}
+    assert monitor.step(monitor.begin, (True,), 1000)[1] == {True}
+
+
+def test_what_looks_ahead_from_the_past_is_not_followed() -> None:
+    ahead = r.Temporal("within", (r.Atom(TRUE),), Fraction(5))
+    formula = r.Temporal("once", (ahead,), Fraction(5))
+    with pytest.raises(NotFollowedError):
+        Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1))
+
+
+# Systems.
+
+
+def required(seed: int, folder: Path) -> Result | None:
+    """A random system with random requirements about its states."""
+    rng = Random(seed)
+    tree = specification(Random(seed))
+    result = compiled(tree, folder)
+    if not result.ok or result.system is None:
+        return None
+    asked = [
+        f"state({s.qualified_name}) == {t.name}" for s in result.system.subsystems for t in s.states
+    ]
+    tree["specc"] = 1.1
+    tree["require"] = [
+        {"that": form.format(rng.choice(asked), rng.choice(asked)), "because": "it is so"}
+        for form in (
+            "always(not ({} and {}))",
+            "always(not ({} and {}))",
+            "always({} implies within(0.2[s], {}))",
+            "always({} implies once(0.2[s], {}))",
+            "always({} or not since({}, True))",
+        )
+    ]
+    return compiled(tree, folder)
+
+
+def monitored(result: Result, seed: int) -> tuple[list[str], float]:
+    """The verdicts of a run, and how long it was."""
+    assert result.system is not None
+    script = Script(result.system, str(seed), marks_of(result.system), NASTY)
+    with package(filled(lower(result.system, NothingProved()))) as modules:
+        made = modules["system.py"].build("")
+        required = made.requirements
+        assert required is not None
+        required.follow(
+            {s.subsystem.name: (s.subsystem, s.ticks) for s in made.subsystems}, made.tick_s
+        )
+        plant = ScriptedPlant(script) if made.plant else None
+        executor = Executor(made, plant, [required], inline=True)
+        with np.errstate(all="ignore"):
+            while executor.tick < TICKS and executor.advance():
+                required.advance(executor.tick)
+            executor.finish()
+        required.finish(executor.tick)
+        return [item["verdict"] for item in required.as_data()], executor.time_s
+
+
+def test_what_is_said_of_random_requirements_holds(tmp_path: Path) -> None:
+    said = dict.fromkeys(["proved", "violated", "may be violated", "open", "not explored"], 0)
+    for seed in range(1000, 1030):
+        result = required(seed, tmp_path)
+        if result is None or not result.ok:
+            continue
+        found = explore(result.proofs, 6_000)
+        ways = {f.about[1]: f.way for f in found.findings if f.code == "W1007"}
+        for run in range(2):
+            verdicts, lasted_s = monitored(result, run)
+            for judged, verdict in zip(found.requirements, verdicts, strict=True):
+                assert not (judged.verdict == "proved" and verdict == "violated"), (seed, run)
+                if judged.verdict == "violated":
+                    way = ways[judged.requirement.that]
+                    late_s = way.time_s + 2 * r.reach_s(judged.requirement.formula)
+                    assert verdict == "violated" or lasted_s <= late_s, (seed, run)
+        for judged in found.requirements:
+            said[judged.verdict] += 1
+    assert said["proved"] > 20
+    assert said["violated"] + said["may be violated"] > 10
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_the_monitor_of_the_recorded_trace_says_so(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["explore", str(case), "--traces", str(tmp_path), "--format", "json"])
+    (finding,) = json.loads(capsys.readouterr().out)["findings"]
+    with open(finding["recording"], "rb") as file:
+        (said,) = (m for m in make_reader(file).iter_metadata() if m.name == "report")
+    (item,) = json.loads(said.metadata["report"])["requirements"]
+    assert item["verdict"] == "violated"
