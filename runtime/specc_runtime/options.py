@@ -63,17 +63,11 @@ def parse(arguments: Sequence[str] | None) -> Options:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run to a parser; they do not depend on who builds the package."""
-    add = parser.add_argument
-    add("--seed", metavar="N", type=_whole_number, default=0, help="seed of the random numbers")
-    add("--cycles", metavar="N", type=_count, help="number of cycles of the task")
-    add("--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated time (s)")
-    add(
-        "--cycle-limit",
-        metavar="S",
-        type=_seconds,
-        dest="cycle_limit_s",
-        help=f"simulated seconds after which a cycle is given up (default: {CYCLE_LIMIT_S:g})",
+    parser.add_argument(
+        "--seed", metavar="N", type=_whole_number, default=0, help="seed of the random numbers"
     )
+    add_extent(parser)
+    add = parser.add_argument
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
     add("--from", metavar="FILE.mcap@S", type=_moment, dest="resume", help="go on from a recording")
     add("--record", metavar="FILE.mcap", type=Path, help="record every step")
@@ -86,13 +80,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="camera of the film (default: %(default)s)",
     )
     add("--viewer", action="store_true", help="show the scene in a window")
+    add("--inline", action="store_true", help="no worker threads; the records are the same")
+
+
+def add_extent(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say what is run, and not what is seen of it."""
+    add = parser.add_argument
+    add("--cycles", metavar="N", type=_count, help="number of cycles of the task")
+    add("--duration", metavar="S", type=_seconds, dest="duration_s", help="simulated time (s)")
+    add(
+        "--cycle-limit",
+        metavar="S",
+        type=_seconds,
+        dest="cycle_limit_s",
+        help=f"simulated seconds after which a cycle is given up (default: {CYCLE_LIMIT_S:g})",
+    )
     add(
         "--renderer",
         choices=("auto", "gl", "raycast"),
         default="auto",
         help="renderer of the cameras",
     )
-    add("--inline", action="store_true", help="no worker threads; the records are the same")
     add("--check-operators", action="store_true", help="call each operator twice and compare")
 
 

@@ -69,7 +69,10 @@ def _compiling(commands: Any) -> None:
     )
     run = _command(commands, "run", "run:run", "simulate a specification")
     run.late = _of_run
-    for each in (validate, build, run):
+    words = "run a specification many times: over values of constants, and over seeds"
+    sweep = _command(commands, "sweep", "sweep:sweep", words)
+    sweep.late = _of_sweep
+    for each in (validate, build, run, sweep):
         _add_policy(each)
     for each in (validate, build):
         words = "text goes to standard error, the others to standard output"
@@ -229,8 +232,34 @@ def _of_run(command: argparse.ArgumentParser) -> None:
         default={},
         help="take this value for a constant; may be repeated",
     )
+    _add_from_runtime(command, "add_arguments")
+
+
+def _of_sweep(command: argparse.ArgumentParser) -> None:
+    command.add_argument("spec", metavar="SPEC")
+    command.add_argument(
+        "--set",
+        metavar="NAME=VALUES",
+        action=_Values,
+        default={},
+        help="values of a constant: FROM:TO:COUNT with both ends, or A,B,C; may be repeated",
+    )
+    words = "FROM:TO without TO, or A,B,C (default: %(default)s)"
+    command.add_argument("--seeds", metavar="SEEDS", default="0:10", help=words)
+    words = "address of a Dask cluster (default: processes of this machine)"
+    command.add_argument("--scheduler", metavar="HOST:PORT", help=words)
+    words = "runs at once on this machine (default: one for each core)"
+    command.add_argument("--workers", metavar="N", type=_steps, help=words)
+    words = "wall time after which a run is ended (default: %(default)s s)"
+    command.add_argument("--limit", metavar="S", type=_until, default=600.0, help=words)
+    words = "folder for the table, to which later runs are added (default: sweeps/SPEC)"
+    command.add_argument("--out", metavar="DIR", help=words)
+    _add_from_runtime(command, "add_extent")
+
+
+def _add_from_runtime(command: argparse.ArgumentParser, function: str) -> None:
     try:
-        import_module("specc_runtime.options").add_arguments(command)
+        getattr(import_module("specc_runtime.options"), function)(command)
     except ModuleNotFoundError:
         command.error("the runtime (package specc_runtime) is not installed")
 

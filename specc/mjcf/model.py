@@ -79,6 +79,8 @@ class Model:
     """By `joint`, `sensor` or `actuator`, and name, as they are written."""
     defaults: set[str] = field(default_factory=set)
     """Attributes that some class of defaults sets for joints or actuators."""
+    files: tuple[str, ...] = ()
+    """Paths of the model itself and of all files there are that it names."""
 
     def joint_kind(self, name: str) -> str:
         """`hinge`, `slide`, `ball` or `free`; empty where that is not known."""
@@ -104,6 +106,7 @@ def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
     reader = _Reader(path, reach)
     model = reader.read_whole(path)
     reader.read_attached()
+    model.files = reader.found
     return model
 
 
@@ -118,6 +121,12 @@ class _Reader:
         self._open: list[str] = []
         self._bytes = 0
         self._root = "mujoco"
+        self._named: set[str] = set()
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """The files that were read, and those named in them that are there."""
+        return tuple(sorted({*self._files, *filter(os.path.isfile, self._named)}))
 
     def read_whole(self, path: str) -> Model:
         """A model by itself; all files that it names must lie inside."""
@@ -126,6 +135,7 @@ class _Reader:
         self.read(path)
         for asset in self._assets.paths(self._base):
             self._confine(asset)
+            self._named.add(real_path(asset))
         self._attached += filter(os.path.isfile, self._assets.paths(self._base, "model"))
         return self._model
 

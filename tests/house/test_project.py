@@ -51,9 +51,10 @@ def declared(*requirements: list[str]) -> set[str]:
     return {Requirement(text).name for text in chain(*requirements)} - {"specc"}
 
 
-def test_the_compiler_needs_no_extra_but_for_proofs_and_editors() -> None:
+def test_the_compiler_needs_no_extra_but_for_proofs_editors_and_sweeps() -> None:
     imported = distributions(".", "specc") | {"ruff"}  # a program, not a module
-    assert imported == declared(PROJECT["dependencies"], EXTRAS["proof"], EXTRAS["editor"])
+    extras = (EXTRAS[name] for name in ("proof", "editor", "sweep"))
+    assert imported == declared(PROJECT["dependencies"], *extras)
 
 
 def test_the_runtime_needs_nothing_of_the_compiler() -> None:

@@ -1,0 +1,356 @@
+"""`specc sweep`: many runs as one table, its summary and its plots."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from specc import __version__
+from specc.cli import streams
+from specc.cli.inspect import judged, overrides_of
+from specc.cli.interruption import INTERRUPTED, MESSAGE, held
+from specc.cli.run import missing
+from specc.diagnostics.report import report, resolve
+from specc.frozen import frozen
+from specc.tools.sweep import plots, summary
+from specc.tools.sweep.running import Job, Place
+from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
+from specc.tools.sweep.sweeping import (
+    RENEWED_S,
+    Inputs,
+    Workshop,
+    carry_out,
+    fingerprint,
+    here,
+    inputs_of,
+    there,
+)
+from specc.tools.sweep.table import TABLE, Folder, as_csv, write
+
+if TYPE_CHECKING:
+    from specc.pipeline import Build
+
+DONE, UNUSABLE = 0, 2
+_EXTENT = ("cycles", "duration_s", "cycle_limit_s", "renderer", "check_operators")
+_WORK = ".work"
+_SUMMARY = "summary.csv"
+_REASONS = 5
+"""Why runs failed that are told; the table has all."""
+
+
+@frozen
+class _Asked:
+    """The runs of the command line."""
+
+    axes: tuple[Axis, ...]
+    settings: tuple[Setting, ...]
+    seeds: tuple[int, ...]
+
+    @property
+    def swept(self) -> list[str]:
+        """Constants with more than one value."""
+        return [axis.title for axis in self.axes if len(axis.values) > 1]
+
+
+class _Refused(Exception):
+    """The specification does not take a setting; why has been told."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__()
+        self.code = code
+
+
+def sweep(options: Namespace) -> int:
+    """Run what is not done yet, write the table, and tell what it says.
+
+    0 if all runs are done, whatever came of them; 1 if the specification has errors; 2 for wrong
+    usage; 130 after Ctrl-C, when the same command goes on where it ended.
+    """
+    try:
+        return _sweep(options)
+    except _Refused as refused:
+        return refused.code
+    except SweepError as error:
+        streams.say(f"specc: {error}")
+    except OSError as error:
+        if error.filename is None:
+            raise
+        streams.say(f"specc: {error.filename}: {(error.strerror or 'not usable').lower()}")
+    return UNUSABLE
+
+
+def _sweep(options: Namespace) -> int:
+    asked = _asked(options)
+    first = _built(options, asked.settings[0])
+    assert first.result.system is not None
+    inputs = inputs_of(options.spec, first.result.system)
+    extent = {name: getattr(options, name) for name in _EXTENT}
+    about = {
+        "specc": __version__,
+        "specification": fingerprint(options.spec, first.result.sources, inputs),
+        **{name.removesuffix("_s"): value for name, value in extent.items()},
+    }
+    stem = os.path.splitext(os.path.basename(options.spec))[0]
+    with Folder(Path(options.out or os.path.join("sweeps", stem)), about) as folder:
+        work = folder.path / _WORK
+        shutil.rmtree(work, ignore_errors=True)
+        try:
+            code = _run(options, asked, folder, inputs, extent, first)
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
+        folder.read()
+        _conclude(asked, folder)
+    if code == INTERRUPTED:
+        streams.say(f"{MESSAGE}; the same command goes on from here")
+    return code
+
+
+def _asked(options: Namespace) -> _Asked:
+    units: dict[str, str] = {}
+
+    def unit_of(name: str) -> str:
+        if not units:
+            units.update(_units(options.spec))
+        return units.get(name, "")
+
+    axes = tuple(axis_of(name, text, unit_of) for name, text in options.set.items())
+    seeds = seeds_of(options.seeds)
+    return _Asked(axes, tuple(settings_of(axes, seeds)), seeds)
+
+
+def _units(path: str) -> dict[str, str]:
+    """The units in which constants are written that are quantities, by their names."""
+    from specc import pipeline
+    from specc.tools.sweep.settings import quantity
+
+    result = pipeline.read_spec(path)
+    found = {"": ""}
+    for constant in result.system.constants if result.system else ():
+        source = result.sources.get(constant.place.file)
+        for route in ((*constant.place.route, "is"), constant.place.route):
+            written = source.written(route).strip("\"'") if source else ""
+            if (number := quantity(written)) is not None:
+                found[constant.name] = number[1]
+    return found
+
+
+# Code for every setting.
+
+
+def _built(options: Namespace, setting: Setting) -> Build:
+    """The code of a setting. Raises _Refused when there is none, after telling why."""
+    from specc import pipeline
+
+    built = pipeline.build(options.spec, setting)
+    findings, refused = judged(options.spec, built.result, overrides_of(options))
+    if built.result.can("run"):
+        unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
+        findings += resolve(unmet, built.result.sources)
+        refused |= bool(unmet)
+    if refused or not built.result.can("run"):
+        if setting:
+            streams.say(f"specc: with {_words(setting)}:")
+        raise _Refused(streams.tell(report(findings, [options.spec])) or 1)
+    return built
+
+
+def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]] | int:
+    """System and files of a setting, or the exit code that stands for what was told."""
+    try:
+        built = _built(options, setting)
+    except _Refused as refused:
+        return refused.code
+    return built.system, built.files
+
+
+def _packages(
+    options: Namespace, settings: Sequence[Setting], first: Build, workers: int
+) -> tuple[list[str], dict[str, str]]:
+    """Where the package of each setting is, and all files of them. Raises _Refused."""
+    directories: list[str] = []
+    files: dict[str, str] = {}
+    made: list[Any] = [(first.system, first.files)]
+    rest = settings[1:]
+    make = partial(_code, options)
+    if len(rest) < 2 or workers < 2:
+        made += map(make, rest)
+    else:
+        import multiprocessing
+        from concurrent.futures import ProcessPoolExecutor
+
+        with held():
+            pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("fork"))
+            jobs = [pool.submit(make, setting) for setting in rest]
+        try:
+            made += [job.result() for job in jobs]
+        except BaseException:
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+    for number, one in enumerate(made):
+        if isinstance(one, int):
+            raise _Refused(one)
+        system, texts = one
+        directories.append(f"{number}/{system}")
+        files |= {f"{number}/{system}/{name}": text for name, text in texts.items()}
+    return directories, files
+
+
+# Runs.
+
+
+def _run(
+    options: Namespace,
+    asked: _Asked,
+    folder: Folder,
+    inputs: Inputs,
+    extent: Mapping[str, Any],
+    first: Build,
+) -> int:
+    """Make the runs that are missing."""
+    from specc.tools.sweep.table import key_of
+
+    left = [
+        (number, seed)
+        for seed in asked.seeds
+        for number, setting in enumerate(asked.settings)
+        if key_of(setting, seed) not in folder.done
+    ]
+    count = len(asked.settings) * len(asked.seeds)
+    if len(left) < count:
+        streams.say(f"specc: {count - len(left)} of {count} runs are done already")
+    if not left:
+        return DONE
+    workers = options.workers or len(os.sched_getaffinity(0))
+    directories, files = _packages(options, asked.settings, first, workers)
+    name = f"specc-{os.getpid()}-{time.time_ns()}"
+    jobs = [
+        Job(name, directories[n], asked.settings[n], seed, extent, options.limit)
+        for n, seed in left
+    ]
+    with _workshop(options, name, folder.path / _WORK, files, inputs, workers) as (pool, room):
+        progress = _Progress(count, count - len(left))
+        streams.say(f"specc: {len(left)} runs, {room} at once, into {folder.path}")
+        try:
+            carry_out(folder, jobs, pool, progress.tell, partial(_renew, asked, folder))
+        finally:
+            progress.close()
+    return DONE
+
+
+def _workshop(
+    options: Namespace,
+    name: str,
+    work: Path,
+    files: Mapping[str, str],
+    inputs: Inputs,
+    workers: int,
+) -> AbstractContextManager[Workshop]:
+    if options.scheduler:
+        return there(options.scheduler, name, files, inputs)
+    for path, text in files.items():
+        (file := work / "packages" / path).parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    place = Place(work.absolute(), Path(os.path.dirname(options.spec) or ".").absolute())
+    return here(name, place, workers)
+
+
+class _Progress:
+    """How many runs are done and how long the rest may take: a line that changes, or a log."""
+
+    def __init__(self, count: int, before: int) -> None:
+        self._count, self._before = count, before
+        self._begun_s = self._told_s = time.monotonic()
+        self._live = sys.stderr.isatty()
+
+    def tell(self, done: int) -> None:
+        """So many runs are done now, besides those from before."""
+        now_s = time.monotonic()
+        if now_s - self._told_s < (0.2 if self._live else RENEWED_S):
+            return
+        self._told_s = now_s
+        words = f"{self._before + done} of {self._count} runs"
+        if done:
+            left = self._count - self._before - done
+            words += f", {_duration((now_s - self._begun_s) / done * left)} left"
+        if self._live:
+            sys.stderr.write(f"\r\x1b[2K{words}")
+            sys.stderr.flush()
+        else:
+            streams.say(words)
+
+    def close(self) -> None:
+        """The last line is no longer true."""
+        if self._live:
+            sys.stderr.write("\r\x1b[2K")
+            sys.stderr.flush()
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+# What is told.
+
+
+def _rows(asked: _Asked, folder: Folder) -> list[dict[str, Any]]:
+    """The table: by setting, then by seed."""
+    return [
+        {**{a.title: a.shown(setting[a.name]) for a in asked.axes}, "seed": seed, **figures}
+        for setting, seed, figures in folder.runs(asked.settings, asked.seeds)
+    ]
+
+
+def _renew(asked: _Asked, folder: Folder) -> None:
+    write(folder.path / TABLE, as_csv(_rows(asked, folder)))
+
+
+def _conclude(asked: _Asked, folder: Folder) -> None:
+    """Write table, summary and plots, and print what people look at first."""
+    rows = _rows(asked, folder)
+    write(folder.path / TABLE, as_csv(rows))
+    if not rows:
+        return
+    names = [axis.title for axis in asked.axes]
+    cells = summary.cells_of(rows, names)
+    write(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
+    streams.show(streams.table(summary.as_text(cells, names)))
+    told = summary.reasons(rows)
+    for reason, count in told[:_REASONS]:
+        streams.show(f"{count} not successful: {reason}\n")
+    if len(told) > _REASONS:
+        streams.show(f"and {len(told) - _REASONS} other reasons\n")
+    _draw(cells, names, asked.swept, folder.path / "plots")
+    streams.show(f"{folder.path / TABLE}: {len(rows)} runs\n")
+
+
+def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], folder: Path) -> None:
+    if len(swept) > 2:
+        streams.say("specc: plots show one or two constants; hold the others fixed for them")
+        return
+    picked = [names.index(name) for name in swept]
+    alone = [summary.Cell(tuple(c.values[i] for i in picked), c.runs, c.estimates) for c in cells]
+    try:
+        plots.plot(alone, swept, folder)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "matplotlib":
+            raise
+        streams.say("specc: no plots: matplotlib is not installed; `pip install 'specc[sweep]'`")
+
+
+def _words(setting: Setting) -> str:
+    return ", ".join(f"{name}={value}" for name, value in setting.items())

@@ -1,0 +1,127 @@
+"""Plots of a sweep over one or two constants. The door to matplotlib.
+
+The same cells give the same bytes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from specc.tools.sweep.summary import Cell
+
+_STYLE: Any = {
+    "svg.hashsalt": "specc",
+    "svg.fonttype": "none",
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+}
+
+
+def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path]:
+    """Draw what differs between the cells, each as PNG and SVG; the files.
+
+    Over one constant a line with its intervals, over two a heat map; over none or more nothing.
+
+    Raises:
+        ModuleNotFoundError: matplotlib is not installed.
+        OSError: a file cannot be written.
+    """
+    if len(names) not in (1, 2) or len(cells) < 2:
+        return []
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    folder.mkdir(exist_ok=True)
+    drawn: list[Path] = []
+    with matplotlib.rc_context(_STYLE):
+        for column in _differing(cells):
+            figure, axes = pyplot.subplots(figsize=(5.2, 3.4), layout="constrained")
+            (_line if len(names) == 1 else _map)(axes, cells, names, column)
+            drawn += _saved(figure, folder / (re.sub(r"[^\w.-]+", "_", column)[:80]))
+            pyplot.close(figure)
+    return drawn
+
+
+def _differing(cells: Sequence[Cell]) -> Iterator[str]:
+    """The columns whose estimates differ."""
+    for column in dict.fromkeys(name for cell in cells for name in cell.estimates):
+        values = {e.value for cell in cells if (e := cell.estimates.get(column))}
+        if len(values) > 1 or column == "success":
+            yield column
+
+
+def _saved(figure: Any, stem: Path) -> Iterator[Path]:
+    for ending, metadata in ((".png", {"Software": None}), (".svg", {"Date": None})):
+        path = stem.with_name(stem.name + ending)
+        figure.savefig(path, dpi=110, metadata=metadata)
+        yield path
+
+
+def _scale(values: Sequence[float | str]) -> tuple[list[float], list[str]]:
+    """Where values lie on an axis, and what stands there."""
+    numbers = [value for value in values if not isinstance(value, str)]
+    if len(numbers) == len(values):
+        return numbers, [f"{number:g}" for number in numbers]
+    return [float(i) for i in range(len(values))], list(map(str, values))
+
+
+def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -> None:
+    places, ticks = _scale([cell.values[0] for cell in cells])
+    known = [(x, e) for x, cell in zip(places, cells, strict=True) if (e := _of(cell, column))]
+    xs, ys = [x for x, _ in known], [e.value for _, e in known]
+    below = [e.value - (e.value if e.low is None else e.low) for _, e in known]
+    above = [(e.value if e.high is None else e.high) - e.value for _, e in known]
+    axes.errorbar(xs, ys, (below, above), fmt="o-", capsize=3, markersize=4, linewidth=1.2)
+    axes.set_xticks(places, ticks)
+    axes.set_xlabel(names[0])
+    axes.set_ylabel(_titled(column))
+    axes.grid(axis="y", linewidth=0.4, alpha=0.6)
+    if _is_rate(cells, column):
+        axes.set_ylim(-0.03, 1.03)
+
+
+def _map(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -> None:
+    first, second = (list(dict.fromkeys(c.values[i] for c in cells)) for i in (0, 1))
+    known = {cell.values: e.value for cell in cells if (e := _of(cell, column))}
+    grid = [[known.get((x, y), float("nan")) for x in first] for y in second]
+    is_rate = _is_rate(cells, column)
+    low, high = (0.0, 1.0) if is_rate else (None, None)
+    image = axes.imshow(grid, vmin=low, vmax=high, origin="lower", aspect="auto")
+    for row, y in enumerate(second):
+        for col, x in enumerate(first):
+            if (x, y) in known:
+                value = known[x, y]
+                text = f"{100 * value:.0f} %" if is_rate else f"{value:.3g}"
+                axes.text(col, row, text, ha="center", va="center", color=_ink(image, value))
+    for values, name, set_ticks, set_label in (
+        (first, names[0], axes.set_xticks, axes.set_xlabel),
+        (second, names[1], axes.set_yticks, axes.set_ylabel),
+    ):
+        set_ticks(range(len(values)), _scale(values)[1])
+        set_label(name)
+    axes.set_title(_titled(column), fontsize=9)
+    axes.figure.colorbar(image, ax=axes)
+
+
+def _ink(image: Any, value: float) -> str:
+    """Black on light colours, white on dark ones."""
+    red, green, blue, _ = image.cmap(image.norm(value))
+    return "black" if 0.3 * red + 0.59 * green + 0.11 * blue > 0.5 else "white"
+
+
+def _of(cell: Cell, column: str) -> Any:
+    return cell.estimates.get(column)
+
+
+def _is_rate(cells: Sequence[Cell], column: str) -> bool:
+    return all(e.is_rate for cell in cells if (e := _of(cell, column)))
+
+
+def _titled(column: str) -> str:
+    return column.replace("cycle.", "cycle: ").replace("_", " ")

@@ -1,0 +1,249 @@
+"""One run of a sweep, in a process that is kept for the next one; on this machine or on a worker.
+
+A process that dies or hangs costs one run a row with the reason, never the sweep.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+TRIES = 3
+"""Of a run whose process dies."""
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_LONGEST_REASON = 300
+
+Figures = dict[str, Any]
+"""Column -> value: bool, int, float, text or None."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A run. `directory` and `base` are below the place that this process knows as `place`."""
+
+    place: str
+    directory: str
+    setting: Mapping[str, str]
+    seed: int
+    options: Mapping[str, Any]
+    limit_s: float
+
+
+class Closed(Exception):
+    """The sweep is over."""
+
+
+class _Died(Exception):
+    """The process of a run ended."""
+
+
+def perform(job: Job) -> Figures:
+    """What came of a run. Raises Closed once `close` was called."""
+    place = _PLACES[job.place]
+    given = {
+        **job.options,
+        "directory": str(place.packages / job.directory),
+        "base": str(place.base),
+        "seed": job.seed,
+        "limit_s": job.limit_s,
+        "built_with": dict(job.setting),
+    }
+    reason = ""
+    for _ in range(TRIES):
+        try:
+            with place.process() as process:
+                return process.figures(given, job.limit_s)
+        except _Died as died:
+            reason = str(died)
+    return failed(f"{reason}, {TRIES} times")
+
+
+def failed(reason: str) -> Figures:
+    """The row of a run of which nothing else is known."""
+    return {"success": False, "ended": "failed", "reason": reason}
+
+
+class _Process:
+    """`specc_runtime.serving`, and what it printed."""
+
+    def __init__(self, folder: Path) -> None:
+        self._scratch = tempfile.mkdtemp(dir=folder)
+        self._said = Path(self._scratch, "said")
+        path = os.pathsep.join(filter(None, sys.path))
+        with self._said.open("ab") as said:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "specc_runtime.serving", self._scratch],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=said,
+                env={**os.environ, "PYTHONPATH": path, **dict.fromkeys(THREADS, "1")},
+                # Ctrl-C is for the sweep, which ends its processes itself.
+                start_new_session=True,
+            )
+
+    def figures(self, job: Mapping[str, Any], limit_s: float) -> Figures:
+        """What came of a run. Raises _Died."""
+        os.truncate(self._said, 0)
+        assert self._process.stdin and self._process.stdout
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.write(json.dumps(job).encode() + b"\n")
+            self._process.stdin.flush()
+        if not select.select([self._process.stdout], [], [], limit_s)[0]:
+            self.end()
+            return failed(f"ended after {limit_s:g} s of wall time{self._last_words(': ')}")
+        line = self._process.stdout.readline()
+        if not line.endswith(b"\n"):
+            self.end()
+            raise _Died(f"its process ended with {self._ending()}{self._last_words(': ')}")
+        answer = json.loads(line)
+        if answer["report"] is None:
+            return failed(self._last_words() or f"exit code {answer['code']}")
+        return figures_of(answer["report"], answer["code"])
+
+    def kill(self) -> None:
+        """End it, from whatever thread."""
+        self._process.kill()
+
+    def end(self) -> None:
+        """End it; nobody reads from it any more."""
+        self._process.kill()
+        self._process.communicate()
+
+    @property
+    def is_alive(self) -> bool:
+        return self._process.poll() is None
+
+    def _ending(self) -> str:
+        code = self._process.returncode
+        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+
+    def _last_words(self, before: str = "") -> str:
+        """The last line that it printed."""
+        text = self._said.read_text(encoding="utf-8", errors="replace").strip()
+        last = text.rpartition("\n")[2].removeprefix("error: ")
+        return f"{before}{last[:_LONGEST_REASON]}" if last else ""
+
+    def forget(self) -> None:
+        """End it and remove what it wrote."""
+        self.end()
+        shutil.rmtree(self._scratch, ignore_errors=True)
+
+
+class Place:
+    """A folder with the generated packages of a sweep, and the processes that run them.
+
+    There are as many as runs are under way at once; those that wait are used again.
+    """
+
+    def __init__(self, folder: Path, base: Path) -> None:
+        """`packages/` is in the folder; `base` has the files of the specification."""
+        self.packages = folder / "packages"
+        self.base = base
+        self._folder = folder
+        self._lock = threading.Lock()
+        self._all: set[_Process] = set()
+        self._idle: list[_Process] = []
+        self._closed = False
+
+    @contextlib.contextmanager
+    def process(self) -> Iterator[_Process]:
+        """A process for a run, kept afterwards if it is still there. Raises Closed."""
+        with self._lock:
+            if self._closed:
+                raise Closed
+            process = self._idle.pop() if self._idle else _Process(self._folder)
+            self._all.add(process)
+        try:
+            yield process
+        finally:
+            with self._lock:
+                if process.is_alive and not self._closed:
+                    self._idle.append(process)
+                else:
+                    self._all.discard(process)
+                    process.forget()
+                if self._closed:
+                    raise Closed
+
+    def close(self) -> None:
+        """End all processes, with the runs that are under way; none is given any more."""
+        with self._lock:
+            self._closed = True
+            for process in self._all:
+                process.kill()
+            for process in self._idle:
+                process.forget()
+
+
+_PLACES: dict[str, Place] = {}
+
+
+def enter(name: str, place: Place) -> None:
+    """Have jobs that name the place find it."""
+    _PLACES[name] = place
+
+
+def leave(name: str) -> None:
+    """Close the place and forget it."""
+    _PLACES.pop(name).close()
+
+
+# The columns of a row.
+
+
+def figures_of(report: Mapping[str, Any], code: int) -> Figures:
+    """The figures of a report: of the run, of its cycles, of its requirements."""
+    cycles = report["cycles"]
+    row: Figures = {
+        "success": code == 0,
+        "ended": report["ended"],
+        "reason": _reason(report, code),
+        "simulated_s": report["simulated_s"],
+        "cycles": len(cycles),
+        "faults": len(report["faults"]),
+    }
+    for name in dict.fromkeys(name for cycle in cycles for name in cycle):
+        row[f"cycle.{name}"] = _of_cycles([cycle.get(name) for cycle in cycles])
+    for requirement in report.get("requirements", ()):
+        row[f"verdict of {requirement['that']}"] = requirement["verdict"]
+        row[f"margin of {requirement['that']}"] = requirement["margin"]
+    return row | {"records_sha256": report["records_sha256"], "wall_s": report["wall_s"]}
+
+
+def _reason(report: Mapping[str, Any], code: int) -> str:
+    """Why a run did not succeed; empty if it did."""
+    if code == 0:
+        return ""
+    for fault in report["faults"]:
+        return f"{fault['culprit']}: {fault['message']}"[:_LONGEST_REASON]
+    violated = [r["that"] for r in report.get("requirements", ()) if r["verdict"] == "violated"]
+    if violated:
+        return f"violated: {'; '.join(violated)}"[:_LONGEST_REASON]
+    endings = [cycle["ended"] for cycle in report["cycles"] if cycle["ended"] != "completed"]
+    return endings[0] if endings else "not fulfilled"
+
+
+def _of_cycles(values: Sequence[Any]) -> Any:
+    """The value of the only cycle; of several the median of numbers, and whether all are true."""
+    known = [value for value in values if value is not None]
+    if not known:
+        return None
+    if all(isinstance(value, bool) for value in known):
+        return all(known)
+    if all(isinstance(value, int | float) for value in known):
+        return median(known)
+    texts = [value if isinstance(value, str) else json.dumps(value) for value in known]
+    return ", ".join(dict.fromkeys(texts))

@@ -1,0 +1,147 @@
+"""What is swept: values of constants, and seeds, as they are written on the command line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import product
+from math import prod
+
+from specc.frozen import frozen
+
+MOST_RUNS = 1_000_000
+"""Of one sweep."""
+MOST_SETTINGS = 10_000
+"""Each has code of its own."""
+
+Setting = Mapping[str, str]
+"""Texts of the values of constants, by name."""
+
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:\[([^\[\]]*)\])?\s*")
+_BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
+
+
+class SweepError(Exception):
+    """The sweep cannot be made as asked; the message says why and what would help."""
+
+
+@frozen
+class Axis:
+    """The values that a constant takes, one after another."""
+
+    name: str
+    values: tuple[str, ...]
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of the values, empty if they have none; None unless they are numbers of one."""
+        found = [quantity(value) for value in self.values]
+        units = {number[1] for number in found if number is not None}
+        return units.pop() if None not in found and len(units) == 1 else None
+
+    @property
+    def title(self) -> str:
+        """What stands over the values: `damping [kg/s]`."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    def shown(self, value: str) -> float | str:
+        """A value below the title: a number, if all are."""
+        number = quantity(value) if self.unit is not None else None
+        return float(number[0]) if number is not None else value
+
+
+def axis_of(name: str, text: str, unit_of: Callable[[str], str]) -> Axis:
+    """`FROM:TO:COUNT`, both ends included, or values separated by commas.
+
+    A number without a unit gets that of `unit_of` its constant, empty where there is none.
+
+    Raises:
+        SweepError: it is neither, or a value is there twice.
+    """
+    ends = _split(text, ":")
+    if len(ends) == 1:
+        values = [value.strip() for value in _split(text, ",")]
+    elif len(ends) == 3:
+        values = _between(name, *ends)
+    else:
+        raise SweepError(f"--set {name}={text}: write FROM:TO:COUNT or values between commas")
+    unit = unit_of(name) if any(map(_is_bare, values)) else ""
+    values = [f"{value}[{unit}]" if unit and _is_bare(value) else value for value in values]
+    if twice := [value for value in values if values.count(value) > 1]:
+        raise SweepError(f"--set {name}={text}: {twice[0]} is there twice")
+    if not all(values):
+        raise SweepError(f"--set {name}={text}: a value is empty")
+    return Axis(name, tuple(values))
+
+
+def seeds_of(text: str) -> tuple[int, ...]:
+    """`FROM:TO` without TO, or seeds separated by commas. Raises SweepError."""
+    parts = [part.strip() for part in re.split("[:,]", text)]
+    if not all(part.isascii() and part.isdigit() and len(part) < 19 for part in parts):
+        raise SweepError(f"--seeds {text}: seeds are whole numbers, 0 or more")
+    numbers = [int(part) for part in parts]
+    if ":" not in text:
+        return tuple(dict.fromkeys(numbers))
+    if "," in text or len(numbers) != 2 or numbers[0] >= numbers[1]:
+        raise SweepError(f"--seeds {text}: write FROM:TO, where TO is no longer a seed, or 1,5,7")
+    if numbers[1] - numbers[0] > MOST_RUNS:
+        raise SweepError(f"--seeds {text}: more than {MOST_RUNS} runs")
+    return tuple(range(*numbers))
+
+
+def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, str]]:
+    """Every combination of values, the last axis changing fastest. Raises SweepError."""
+    count = prod(len(axis.values) for axis in axes)
+    if count > MOST_SETTINGS or count * len(seeds) > MOST_RUNS:
+        raise SweepError(
+            f"{count} settings and {count * len(seeds)} runs are more than the "
+            f"{MOST_SETTINGS} settings and {MOST_RUNS} runs of one sweep"
+        )
+    names = [axis.name for axis in axes]
+    return [dict(zip(names, one, strict=True)) for one in product(*(a.values for a in axes))]
+
+
+def quantity(text: str) -> tuple[Fraction, str] | None:
+    """Number and unit of a value that is one, as written: `0.1[m/s]`."""
+    found = _QUANTITY.fullmatch(text)
+    return (Fraction(found[1]), (found[2] or "").strip()) if found else None
+
+
+def _is_bare(value: str) -> bool:
+    found = quantity(value)
+    return found is not None and not found[1]
+
+
+def _between(name: str, first: str, last: str, count: str) -> list[str]:
+    begin, end = quantity(first), quantity(last)
+    if begin is None or end is None or begin[1] != end[1]:
+        raise SweepError(f"--set {name}: {first} and {last} are not two numbers of one unit")
+    count = count.strip()
+    if not (count.isascii() and count.isdigit() and 2 <= int(count[:9]) <= MOST_SETTINGS):
+        raise SweepError(
+            f"--set {name}: {count!r} is not how many values there are from end to end"
+        )
+    steps = int(count) - 1
+    unit = f"[{begin[1]}]" if begin[1] else ""
+    numbers = (begin[0] + (end[0] - begin[0]) * i / steps for i in range(steps + 1))
+    return [f"{float(number):.12g}{unit}" for number in numbers]
+
+
+def _split(text: str, sign: str) -> list[str]:
+    """Parts of a text between signs that stand in no brackets."""
+    return ["".join(part) for part in _parts(text, sign)]
+
+
+def _parts(text: str, sign: str) -> Iterator[list[str]]:
+    part: list[str] = []
+    depth = 0
+    for char in text:
+        depth += _BRACKETS.get(char, 0)
+        if char == sign and depth == 0:
+            yield part
+            part = []
+        else:
+            part.append(char)
+    yield part

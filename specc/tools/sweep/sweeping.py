@@ -1,0 +1,176 @@
+"""A sweep from the specification to the table: what is missing is run, wherever there is room."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+
+from specc.analysis.plant import plant_model
+from specc.frozen import frozen
+from specc.mjcf import Model
+from specc.model.system import System
+from specc.source import COMMAND_LINE, Sources
+from specc.tools.sweep.running import (
+    Closed,
+    Figures,
+    Job,
+    Place,
+    enter,
+    failed,
+    leave,
+    perform,
+)
+from specc.tools.sweep.settings import SweepError
+from specc.tools.sweep.table import Folder
+
+RENEWED_S = 10.0
+"""Wall time between two versions of the table, and between two lines of progress."""
+
+
+@frozen
+class Inputs:
+    """The files that runs read, by their paths below one folder; `base` is the specification's."""
+
+    root: str
+    base: str
+    files: tuple[str, ...]
+
+    def content(self, name: str) -> bytes:
+        """Raises OSError."""
+        return Path(self.root, name).read_bytes()
+
+
+def inputs_of(spec: str, system: System) -> Inputs:
+    """What runs of a system read beside the generated code."""
+    base = os.path.dirname(os.path.realpath(spec))
+    named = [os.path.join(base, path) for _, path in system.files]
+    model = plant_model(system)
+    paths = [*_below(named), *(model.files if isinstance(model, Model) else ())]
+    real = sorted({os.path.realpath(path) for path in paths})
+    root = os.path.commonpath([base, *(os.path.dirname(path) for path in real)])
+    names = tuple(os.path.relpath(path, root) for path in real)
+    return Inputs(root, os.path.relpath(base, root), names)
+
+
+def _below(paths: Iterable[str]) -> Iterator[str]:
+    """The files at paths, and those in folders."""
+    for path in paths:
+        if os.path.isdir(path):
+            for folder, _, names in os.walk(path):
+                yield from (os.path.join(folder, name) for name in names)
+        else:
+            yield path
+
+
+def fingerprint(spec: str, sources: Sources, inputs: Inputs) -> str:
+    """What changes when the specification, or a file that it uses or names, changes.
+
+    Raises OSError.
+    """
+    base = os.path.dirname(spec)
+    texts = {
+        os.path.relpath(source.path, base or "."): source.text.encode()
+        for source in sources
+        if source.path != COMMAND_LINE
+    }
+    digest = hashlib.sha256()
+    for name, content in sorted(texts.items()):
+        digest.update(hashlib.sha256(name.encode() + b"\0" + content).digest())
+    for name in inputs.files:
+        digest.update(hashlib.sha256(name.encode() + b"\0" + inputs.content(name)).digest())
+    return digest.hexdigest()
+
+
+# Where runs are made: an executor, and how many it makes at once.
+Workshop = tuple[Executor, int]
+
+
+@contextmanager
+def here(name: str, place: Place, workers: int) -> Iterator[Workshop]:
+    """Processes of this machine."""
+    enter(name, place)
+    pool = ThreadPoolExecutor(workers)
+    try:
+        yield pool, workers
+    finally:
+        leave(name)
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def there(
+    address: str, name: str, packages: Mapping[str, str], inputs: Inputs
+) -> Iterator[Workshop]:
+    """The workers of a Dask cluster, which get all that runs read. Raises SweepError, OSError."""
+    try:
+        from specc.tools.sweep.cluster import archive, cluster
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] not in ("dask", "distributed"):
+            raise
+        raise SweepError("distributed is not installed; `pip install 'specc[sweep]'`") from None
+    files = {f"packages/{path}": text.encode() for path, text in packages.items()}
+    files |= {f"base/{path}": inputs.content(path) for path in inputs.files}
+    with cluster(address, name, archive(files), f"base/{inputs.base}") as workshop:
+        yield workshop
+
+
+def carry_out(
+    folder: Folder,
+    jobs: Sequence[Job],
+    executor: Executor,
+    tell: Callable[[int], None],
+    renew: Callable[[], None],
+) -> None:
+    """Run the jobs, in their order as far as there is room; each is a row when it ends.
+
+    `tell` gets the number of jobs that are done, `renew` is called from time to time.
+
+    Raises:
+        SweepError: the workers are gone. What is done is kept.
+        OSError: a row cannot be written.
+    """
+    ended: SimpleQueue[tuple[Job, Future[Figures]]] = SimpleQueue()
+    futures = []
+    for job in jobs:
+        futures.append(executor.submit(perform, job))
+        futures[-1].add_done_callback(partial(_put, ended, job))
+    done, renewed_s = 0, time.monotonic()
+    while done < len(jobs):
+        try:
+            job, future = ended.get(timeout=1.0)
+        except Empty:
+            pass
+        else:
+            folder.add(job.setting, job.seed, _outcome(future))
+            done += 1
+        tell(done)
+        if time.monotonic() - renewed_s >= RENEWED_S:
+            renew()
+            renewed_s = time.monotonic()
+
+
+def _put(
+    ended: SimpleQueue[tuple[Job, Future[Figures]]], job: Job, future: Future[Figures]
+) -> None:
+    ended.put((job, future))
+
+
+def _outcome(future: Future[Figures]) -> Figures:
+    try:
+        return future.result()
+    except (CancelledError, Closed):
+        raise SweepError(
+            "the workers are gone; the same command goes on where this ended"
+        ) from None
+    except Exception as error:
+        # Dask gives up a run that kills the worker itself, not only the process that it runs in.
+        if type(error).__name__ == "KilledWorker":
+            return failed("its worker died, again and again")
+        raise SweepError(f"a run could not be made: {type(error).__name__}: {error}") from error

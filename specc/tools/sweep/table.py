@@ -1,0 +1,146 @@
+"""The folder of a sweep: a row for each run that is done, kept safe as it comes.
+
+`runs.jsonl` gets a line a run, which is on the disk before the next one counts; a line that was
+torn is dropped. `runs.csv` is made from it: the runs that were asked for, in order, whatever the
+order in which they ended. `sweep.json` says of what they are.
+"""
+
+from __future__ import annotations
+
+import csv
+import errno
+import fcntl
+import io
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from specc.tools.sweep.running import Figures
+from specc.tools.sweep.settings import Setting, SweepError
+
+VERSION = 1
+LOG, TABLE, ABOUT = "runs.jsonl", "runs.csv", "sweep.json"
+# What a table ends with: figures that are not of interest one by one.
+_LAST = ("records_sha256", "wall_s")
+
+Key = tuple[tuple[tuple[str, str], ...], int]
+Row = dict[str, Any]
+
+
+def key_of(setting: Setting, seed: int) -> Key:
+    """What tells a run from all others of the same specification and options."""
+    return tuple(sorted(setting.items())), seed
+
+
+class Folder:
+    """While entered, nobody else writes into it. `done` has the figures of the runs there are."""
+
+    def __init__(self, path: Path, about: Mapping[str, Any]) -> None:
+        """`about`: JSON values that say what the runs are of: specification and options."""
+        self.path = path
+        self.done: dict[Key, Figures] = {}
+        self._about = {"version": VERSION, **about}
+        self._log: Any = None
+
+    def __enter__(self) -> Folder:
+        """Raises SweepError for a folder that is in use or that has other runs, OSError."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        # Without a buffer a row is in the file or not, whenever Ctrl-C comes.
+        self._log = (self.path / LOG).open("a+b", buffering=0)
+        try:
+            fcntl.flock(self._log, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._log.close()
+            raise SweepError(f"{self.path}: another sweep writes into this folder") from None
+        try:
+            self._check()
+            self.read()
+        except BaseException:
+            self._log.close()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._log.close()
+
+    def _check(self) -> None:
+        path = self.path / ABOUT
+        if not path.exists():
+            write(path, json.dumps(self._about, indent=2) + "\n")
+            return
+        try:
+            there = json.loads(path.read_text(encoding="utf-8"))
+        except (ValueError, RecursionError):
+            there = None
+        if not isinstance(there, dict):
+            raise SweepError(f"{path} is not of a sweep; name another folder with --out")
+        if other := [n for n in {**there, **self._about} if there.get(n) != self._about.get(n)]:
+            raise SweepError(
+                f"{self.path} has runs with another {' and '.join(other)}; name another folder "
+                "with --out, or remove this one"
+            )
+
+    def read(self) -> None:
+        """Find what is there. Raises SweepError for what no sweep wrote."""
+        self._log.seek(0)
+        *lines, torn = self._log.read().split(b"\n")
+        for number, line in enumerate(lines, start=1):
+            try:
+                entry = json.loads(line)
+                self.done[key_of(entry["set"], entry["seed"])] = dict(entry["run"])
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+                raise SweepError(f"{self.path / LOG}: line {number} is not of a run") from None
+        if torn:
+            self._log.truncate(self._log.tell() - len(torn))
+
+    def add(self, setting: Setting, seed: int, figures: Figures) -> None:
+        """Keep a run for good."""
+        entry = {"set": dict(setting), "seed": seed, "run": figures}
+        line = json.dumps(entry).encode() + b"\n"
+        if self._log.write(line) < len(line):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path / LOG))
+        os.fsync(self._log.fileno())
+        self.done[key_of(setting, seed)] = figures
+
+    def runs(
+        self, settings: Sequence[Setting], seeds: Sequence[int]
+    ) -> Iterator[tuple[Setting, int, Figures]]:
+        """Those of the runs that are done: by setting, then by seed."""
+        for setting, seed in product(settings, seeds):
+            if (key := key_of(setting, seed)) in self.done:
+                yield setting, seed, self.done[key]
+
+
+def columns_of(rows: Iterable[Row]) -> list[str]:
+    """All columns, in the order in which rows have them."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return [n for n in names if n not in _LAST] + [n for n in _LAST if n in names]
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """A table with a line of names; empty where a row has no value."""
+    text = io.StringIO()
+    names = columns_of(rows)
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(names)
+    table.writerows([_field(row.get(name)) for name in names] for row in rows)
+    return text.getvalue()
+
+
+def _field(value: Any) -> str:
+    if value is None:
+        return ""
+    return json.dumps(value) if isinstance(value, bool | float) else str(value)
+
+
+def write(path: Path, text: str) -> None:
+    """Put a file there as a whole. Raises OSError."""
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        aside.write_text(text, encoding="utf-8", errors="backslashreplace", newline="")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)

@@ -1,0 +1,76 @@
+"""What is swept, as it is written on the command line."""
+
+from __future__ import annotations
+
+import pytest
+
+from specc.tools.sweep.settings import SweepError, axis_of, seeds_of, settings_of
+
+UNITS = {"d": "kg/s", "n": ""}
+
+
+def values(name: str, text: str) -> tuple[str, ...]:
+    return axis_of(name, text, lambda constant: UNITS.get(constant, "")).values
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("d", "100:1000:4", ("100[kg/s]", "400[kg/s]", "700[kg/s]", "1000[kg/s]")),
+        ("d", "100[kg/s]:200[kg/s]:2", ("100[kg/s]", "200[kg/s]")),
+        ("d", "0.1:0.3:3", ("0.1[kg/s]", "0.2[kg/s]", "0.3[kg/s]")),
+        ("d", "1e-3:-1e-3:3", ("0.001[kg/s]", "0[kg/s]", "-0.001[kg/s]")),
+        ("n", "1,2.5, 7", ("1", "2.5", "7")),
+        ("d", "300", ("300[kg/s]",)),
+        ("d", "300[g/s]", ("300[g/s]",)),
+        ("d", "2 * a, b", ("2 * a", "b")),
+        ("v", "[0, 1[m]],[1[m], 2[m]]", ("[0, 1[m]]", "[1[m], 2[m]]")),
+        ("b", "True,False", ("True", "False")),
+    ],
+)
+def test_values(name: str, text: str, expected: tuple[str, ...]) -> None:
+    assert values(name, text) == expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1:2", "1:2:3:4", "1:2:1", "1:2:x", "1:2:0.5", "1[m]:2[s]:3", "a:b:2", "1,1", "1,,2", "1:1:2"],
+)
+def test_what_is_no_list_of_values(text: str) -> None:
+    with pytest.raises(SweepError):
+        values("n", text)
+
+
+def test_numbers_of_one_unit_are_numbers_of_the_table() -> None:
+    axis = axis_of("d", "1:2:3", UNITS.__getitem__)
+    assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d [kg/s]", [1.0, 1.5, 2.0])
+    axis = axis_of("d", "1[g/s],2[kg/s]", UNITS.__getitem__)
+    assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d", ["1[g/s]", "2[kg/s]"])
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"), [("0:3", (0, 1, 2)), ("4", (4,)), ("5, 1,5", (5, 1)), ("7:8", (7,))]
+)
+def test_seeds(text: str, expected: tuple[int, ...]) -> None:
+    assert seeds_of(text) == expected
+
+
+@pytest.mark.parametrize("text", ["", "3:3", "1:2:3", "1:2,4", "-1", "1.5", "²", "0:9" + "9" * 20])
+def test_what_are_no_seeds(text: str) -> None:
+    with pytest.raises(SweepError):
+        seeds_of(text)
+
+
+def test_every_combination_once() -> None:
+    axes = [axis_of("d", "1,2", UNITS.__getitem__), axis_of("n", "3,4", UNITS.__getitem__)]
+    found = settings_of(axes, [0])
+    assert [tuple(s.values()) for s in found] == [
+        ("1[kg/s]", "3"),
+        ("1[kg/s]", "4"),
+        ("2[kg/s]", "3"),
+        ("2[kg/s]", "4"),
+    ]
+    assert settings_of([], [0]) == [{}]
+    many = [axis_of(name, "1:2:200", lambda _: "") for name in "ab"]
+    with pytest.raises(SweepError, match="more than"):
+        settings_of(many, [0])

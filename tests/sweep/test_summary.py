@@ -1,0 +1,101 @@
+"""Intervals hold what they promise, and plots say the same with the same bytes."""
+
+from __future__ import annotations
+
+import random
+from math import comb
+from pathlib import Path
+
+import pytest
+
+from specc.tools.sweep.plots import plot
+from specc.tools.sweep.summary import as_rows, cells_of, median, rate, reasons
+
+
+def covering(count: int, share: float) -> float:
+    """How probable it is that the interval of a rate holds the true share."""
+    return sum(
+        comb(count, hits) * share**hits * (1 - share) ** (count - hits)
+        for hits in range(count + 1)
+        if (found := rate(hits, count)).low <= share <= found.high
+    )
+
+
+@pytest.mark.parametrize("count", [10, 20, 100])
+def test_intervals_of_rates_hold_the_share(count: int) -> None:
+    shares = [i / 200 for i in range(1, 200)]
+    coverings = [covering(count, share) for share in shares]
+    assert min(coverings) > 0.83  # near 0 and 1, as is known of this interval
+    assert sum(coverings) / len(coverings) == pytest.approx(0.95, abs=0.01)
+
+
+def test_published_intervals() -> None:
+    """Newcombe (1998), table I, method 3."""
+    for hits, count, low, high in (
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ):
+        found = rate(hits, count)
+        assert (found.low, found.high) == (
+            pytest.approx(low, abs=5e-5),
+            pytest.approx(high, abs=5e-5),
+        )
+
+
+@pytest.mark.parametrize(
+    ("count", "ranks"), [(6, (1, 6)), (10, (2, 9)), (20, (6, 15)), (100, (40, 61))]
+)
+def test_order_statistics_around_the_median(count: int, ranks: tuple[int, int]) -> None:
+    numbers = [float(i) for i in range(1, count + 1)]
+    random.Random(0).shuffle(numbers)
+    found = median(numbers)
+    assert (found.low, found.value, found.high) == (ranks[0], (count + 1) / 2, ranks[1])
+
+
+def test_five_numbers_are_too_few() -> None:
+    assert median([3.0, 1.0, 2.0, 5.0, 4.0]).value == 3.0
+    assert median([3.0, 1.0, 2.0, 5.0, 4.0]).low is None
+
+
+ROWS = [
+    {
+        "d [kg/s]": d,
+        "seed": seed,
+        "success": seed < 7 or d > 1,
+        "reason": "" if seed < 7 or d > 1 else "too hard",
+        "cycle.max_force_N": d + seed / 10 if seed else None,
+        "records_sha256": "",
+        "wall_s": 1.0,
+    }
+    for d in (1.0, 2.0, 3.0)
+    for seed in range(8)
+]
+
+
+def test_cells() -> None:
+    first, *_ = cells = cells_of(ROWS, ["d [kg/s]"])
+    assert [(cell.values, cell.runs) for cell in cells] == [((d,), 8) for d in (1.0, 2.0, 3.0)]
+    assert set(first.estimates) == {"success", "cycle.max_force_N"}
+    assert first.estimates["success"].value == 7 / 8
+    force = first.estimates["cycle.max_force_N"]
+    assert (force.count, force.value, force.low, force.high) == (7, 1.4, 1.1, 1.7)
+    assert as_rows(cells, ["d [kg/s]"])[0]["cycle.max_force_N high"] == 1.7
+    assert reasons(ROWS) == [("too hard", 1)]
+
+
+@pytest.mark.parametrize("names", [["d [kg/s]"], ["d [kg/s]", "m"]])
+def test_the_same_cells_are_the_same_pictures(names: list[str], tmp_path: Path) -> None:
+    rows = [{**row, "m": word} for row in ROWS for word in ("a", "b")]
+    made = []
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        files = plot(cells_of(rows, names), names, folder)
+        made.append({path.name: path.read_bytes() for path in files})
+    assert made[0] == made[1]
+    wanted = {"success", "cycle.max_force_N"}
+    assert set(made[0]) == {f"{name}.{end}" for name in wanted for end in ("png", "svg")}
+
+
+def test_three_constants_have_no_picture(tmp_path: Path) -> None:
+    assert plot(cells_of(ROWS, []), [], tmp_path / "none") == []

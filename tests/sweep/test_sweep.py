@@ -1,0 +1,197 @@
+"""`specc sweep` as a user starts it: a row for every run, whatever happens to it."""
+
+from __future__ import annotations
+
+import json
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.sweep.runs import GATE, ROOT, command, environment, hazards, swept, table
+
+SHORT = ("--set", "cruise=0.4,0.5", "--seeds", "0:3", "--duration", "6")
+
+
+def lines(folder: Path) -> list[str]:
+    path = folder / "out" / "runs.jsonl"
+    *whole, _ = path.read_text(encoding="utf-8").split("\n") if path.exists() else [""]
+    return whole
+
+
+def test_rows_are_what_single_runs_report_whoever_makes_them(tmp_path: Path) -> None:
+    tables = []
+    for workers in ("1", "3"):
+        folder = tmp_path / workers
+        folder.mkdir()
+        done = swept(folder, GATE, *SHORT, "--workers", workers)
+        assert done.returncode == 0, done.stderr
+        tables.append(table(folder))
+    assert tables[0] == tables[1]
+    rows = tables[0]
+    order = [(row["cruise [rad/s]"], row["seed"]) for row in rows]
+    assert order == [(c, s) for c in ("0.4", "0.5") for s in "012"]
+    report = tmp_path / "run.json"
+    single = [*command(GATE)[:3], "run", str(GATE), "--seed", "2", "--duration", "6"]
+    single += ["--set", "cruise=0.4[rad/s]", "--report", str(report)]
+    subprocess.run(single, check=True, capture_output=True, cwd=tmp_path)
+    told = json.loads(report.read_text(encoding="utf-8"))
+    assert rows[2]["records_sha256"] == told["records_sha256"]
+    assert rows[2]["cycle.simulated_s"] == json.dumps(told["cycles"][0]["simulated_s"])
+    margins = {f"margin of {r['that']}": r["margin"] for r in told["requirements"]}
+    assert {n: rows[2][n] for n in margins} == {
+        n: "" if m is None else json.dumps(m) for n, m in margins.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("mode", "reason"),
+    [
+        ("1", "operator do (hazards:do): ValueError: no such thing"),
+        ("2", "its process ended with exit code 3, 3 times"),
+        ("3", "ended after 4 s of wall time"),
+    ],
+)
+def test_a_run_that_fails_is_a_row_with_its_reason(mode: str, reason: str, tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    options = ("--set", f"mode={mode},0", "--seeds", "0:1", "--duration", "1", "--limit", "4")
+    done = swept(tmp_path, spec, *options)
+    bad, good = table(tmp_path)
+    assert done.returncode == 0
+    assert (bad["mode"], bad["success"], bad["reason"]) == (f"{float(mode)}", "false", reason)
+    assert (good["success"], good["reason"]) == ("true", "")
+    assert f"1 not successful: {reason}" in done.stdout
+
+
+def test_nothing_is_lost_or_done_twice_however_often_a_sweep_is_ended(tmp_path: Path) -> None:
+    chance = random.Random(20)
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    whole.mkdir()
+    broken.mkdir()
+    options = ("--set", "cruise=0.4,0.5", "--seeds", "0:30", "--duration", "20")
+    kept: list[str] = []
+    for number in range(5):
+        sweep = subprocess.Popen(
+            command(GATE, "--out", "out", *options),
+            cwd=broken,
+            env=environment(broken),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        while sweep.poll() is None and len(lines(broken)) < len(kept) + 1:
+            time.sleep(0.01)
+        time.sleep(chance.uniform(0.0, 0.3))
+        sign = signal.SIGINT if number % 2 else signal.SIGKILL
+        sweep.send_signal(sign)
+        sweep.communicate()
+        assert sweep.returncode == (130 if number % 2 else -signal.SIGKILL)
+        if number % 2:
+            assert len(table(broken)) == len(lines(broken))
+            assert not (broken / "out/.work").exists()
+        found = lines(broken)
+        assert found[: len(kept)] == kept
+        assert len(kept) < len(found) < 60
+        kept = found
+        with (broken / "out/runs.jsonl").open("a", encoding="utf-8") as log:
+            log.write('{"set": {"cru' * (number % 2))  # as if it were torn there
+        alive = f"{broken}/out"
+        while any(alive in _arguments(p) for p in Path("/proc").iterdir() if p.name.isdigit()):
+            time.sleep(0.01)
+    assert swept(broken, GATE, *options).returncode == 0
+    assert swept(whole, GATE, *options).returncode == 0
+    runs = [(json.loads(line)["set"]["cruise"], json.loads(line)["seed"]) for line in lines(broken)]
+    assert len(runs) == len(set(runs)) == 60
+    assert table(broken) == table(whole)
+
+
+def _arguments(process: Path) -> str:
+    try:
+        return (process / "cmdline").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def test_more_seeds_and_values_are_added_to_what_is_there(tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    swept(tmp_path, spec, "--set", "level=1,2", "--seeds", "0:2", "--duration", "1")
+    before = lines(tmp_path)
+    done = swept(tmp_path, spec, "--set", "level=1:3:3", "--seeds", "0:3", "--duration", "1")
+    assert "4 of 9 runs are done already" in done.stderr
+    assert lines(tmp_path)[:4] == before
+    assert len(lines(tmp_path)) == len(table(tmp_path)) == 9
+
+
+@pytest.mark.parametrize("what", ["specification", "cycle_limit", "duration"])
+def test_runs_of_something_else_are_not_mixed(what: str, tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    swept(tmp_path, spec, "--seeds", "0:1", "--duration", "1")
+    before = lines(tmp_path)
+    options = ["--seeds", "0:2", "--duration", "1"]
+    if what == "specification":
+        spec.write_text(spec.read_text().replace("init: 0", "init: 1"))
+    elif what == "duration":
+        options[-1] = "2"
+    else:
+        options += ["--cycle-limit", "3"]
+    done = swept(tmp_path, spec, *options)
+    assert done.returncode == 2
+    assert f"out has runs with another {what}" in done.stderr
+    assert lines(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "told"),
+    [
+        (["--set", "cruse=1,2"], 2, "unknown constant `cruse`"),
+        (["--set", "cruise=1[m]"], 2, "expected `real[rad/s]`"),
+        (["--set", "cruise=1:2"], 2, "write FROM:TO:COUNT"),
+        (["--set", "cruise=1,1"], 2, "is there twice"),
+        (["--seeds", "3:1"], 2, "write FROM:TO"),
+        (["--seeds", "x"], 2, "whole numbers"),
+        (["--seeds", "0:9999999"], 2, "more than 1000000 runs"),
+        (["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there"),
+    ],
+)
+def test_wrong_usage(options: list[str], code: int, told: str, tmp_path: Path) -> None:
+    done = swept(tmp_path, GATE, "--duration", "1", *options)
+    assert (done.returncode, done.stdout) == (code, "")
+    assert told in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_setting_that_the_specification_refuses_is_told_before_any_run(tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    text = spec.read_text(encoding="utf-8").replace(
+        'level: "1[m]"', 'level: "1[m]", v: "[level, 1[m]]"'
+    )
+    spec.write_text(text, encoding="utf-8")
+    done = swept(tmp_path, spec, "--set", "mode=0,1.5", "--duration", "1")
+    assert done.returncode == 2
+    assert "with mode=1.5:" in done.stderr
+    assert lines(tmp_path) == []
+
+
+def test_two_sweeps_do_not_write_into_one_folder(tmp_path: Path) -> None:
+    from specc.tools.sweep.settings import SweepError
+    from specc.tools.sweep.table import Folder
+
+    with Folder(tmp_path, {}), pytest.raises(SweepError, match="another sweep writes"):
+        Folder(tmp_path, {}).__enter__()
+
+
+def test_the_flagship_is_found_with_all_its_files() -> None:
+    from specc.pipeline import read_spec
+    from specc.tools.sweep.sweeping import inputs_of
+
+    spec = ROOT / "specs/irp_picking.yaml"
+    system = read_spec(str(spec)).system
+    assert system is not None
+    found = inputs_of(str(spec), system)
+    assert {Path(found.root, name) for name in found.files} == {
+        ROOT / "specs/plants/irp6_picking.xml",
+        *(path for path in (ROOT / "specs/objects").iterdir() if path.is_file()),
+    }
