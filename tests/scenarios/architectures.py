@@ -39,4 +39,10 @@ ARCHITECTURES = (
         ),
         finds="W1002",
     ),
+    Architecture(
+        "syndicate",
+        57,
+        fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
+        finds="W1002",
+    ),
 )
