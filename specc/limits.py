@@ -26,6 +26,8 @@ MAX_ASSUMPTIONS = 400
 """Of a subsystem."""
 MAX_REQUIREMENTS = 400
 """Of a system."""
+MAX_DISTURBANCES = 100
+"""Of a task."""
 MAX_SPAN_S = 600
 """Over which a temporal operator reaches: what a run must remember."""
 MAX_DEPTH = 64

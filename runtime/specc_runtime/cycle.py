@@ -114,6 +114,11 @@ class Executor:
         self.tick = tick + 1
         return True
 
+    def silence(self, element: str, silent: bool) -> None:
+        """Let an element of a device have no samples from now on, or have them again."""
+        if element in self._sensors:
+            self._sensors[element].silent = silent
+
     def wait(self) -> None:
         """Wait for the steps that are under way, which become visible when they are due."""
         for track in self._tracks.values():

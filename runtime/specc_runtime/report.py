@@ -118,8 +118,8 @@ class Report:
     `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
     the elements of devices were sent last, `set` which constants had other values than the
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
-    rad, and `requirements` what became of those of the system; these three are left out where there
-    are none.
+    rad, `disturbances` when each began, and `requirements` what became of those of the system;
+    these four are left out where there are none.
     """
 
     spec: str
@@ -140,11 +140,12 @@ class Report:
     set: dict[str, str]
     scene: dict[str, float] = field(default_factory=dict)
     requirements: list[dict[str, Any]] = field(default_factory=list)
+    disturbances: list[dict[str, Any]] = field(default_factory=list)
 
     def as_data(self) -> dict[str, Any]:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
-        seldom = ("set", "scene", "requirements")
+        seldom = ("set", "scene", "requirements", "disturbances")
         return {n: value for n, value in named.items() if value or n not in seldom}
 
 

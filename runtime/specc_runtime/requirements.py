@@ -37,6 +37,8 @@ class Requirement:
         self.reads = reads
         self._formula = formula
         self._lasts = lasts
+        self.holds = False
+        """Whether it does, at the last tick that is judged."""
         self._worst = TRUE
         self._count = 0
         self._over = False
@@ -51,6 +53,7 @@ class Requirement:
         if found is None:
             return
         then = self._earlier.popleft()
+        self.holds = found[0][0]
         if self._lasts or not self._count:
             self._judge(found, then)
         self._count += 1

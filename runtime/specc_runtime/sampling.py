@@ -22,15 +22,17 @@ _ROUNDING = 1.0 + 1e-9  # times are multiples of a rounded tick
 class Sensor:
     """The latest sample of a sensor, read-only, and how many there have been.
 
-    A `Deferred` one stays so; it is checked when its value is computed.
+    A `Deferred` one stays so; it is checked when its value is computed. A sensor that is made
+    `silent` has no samples, but for the one at the start.
     """
 
-    __slots__ = ("_binding", "_sample", "_taken_s", "count", "name", "value")
+    __slots__ = ("_binding", "_sample", "_taken_s", "count", "name", "silent", "value")
 
     def __init__(self, binding: SensorBinding, sample: Callable[[str], Any]) -> None:
         self.name = binding.name
         self.count = 0
         self.value: Any = None
+        self.silent = False
         self._binding = binding
         self._sample = sample
         self._taken_s = 0.0
@@ -38,7 +40,7 @@ class Sensor:
     def update(self, time_s: float) -> None:
         """Take a sample, if there is one; raises `DeviceFailed`."""
         value = self._given(self._sample, self.name)
-        if value is NO_SAMPLE:
+        if value is NO_SAMPLE or (self.silent and self.count):
             if why := self._refusal(time_s):
                 raise DeviceFailed(self.name, PlantError(why))
             return
@@ -86,18 +88,22 @@ class Onlooker:
     """What is really so in the plant at every base tick: for requirements, never for agents."""
 
     def __init__(
-        self, bindings: Iterable[SensorBinding], sample: Callable[[str], Any], tell: Observer
+        self,
+        bindings: Iterable[SensorBinding],
+        sample: Callable[[str], Any],
+        told: Iterable[Observer],
     ) -> None:
-        """`tell` is called with a record of all values, as if the plant had sent them."""
+        """`told` are called with a record of all values, as if the plant had sent them."""
         self._sensors = tuple(Sensor(binding, sample) for binding in bindings)
-        self._tell = tell
+        self._told = tuple(told)
 
     def look(self, tick: int, time_s: float) -> None:
         """Sample; raises `DeviceFailed`."""
         for sensor in self._sensors:
             sensor.update(time_s)
         sent = tuple([(sensor.name, sensor.value) for sensor in self._sensors])
-        self._tell(StepRecord(PLANT, tick, time_s, "", -1, sent))
+        for tell in self._told:
+            tell(StepRecord(PLANT, tick, time_s, "", -1, sent))
 
 
 class Port:

@@ -9,7 +9,8 @@ from contextlib import suppress
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
 from specc_runtime.cycle import Executor
-from specc_runtime.faults import Fault, JudgeFailed
+from specc_runtime.disturbances import Disturbances
+from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options
 from specc_runtime.plant import Plant
@@ -22,6 +23,7 @@ from specc_runtime.report import (
     subsystem_data,
     versions,
 )
+from specc_runtime.requirements import Requirements
 from specc_runtime.safety import LastOutput
 from specc_runtime.sampling import Onlooker
 from specc_runtime.system import System
@@ -45,7 +47,7 @@ class Session:
         observer: Observer | None = None,
     ) -> None:
         """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
-        that does not hang together.
+        that does not hang together, UsageError for a plant that cannot be disturbed as it says.
         """
         self.interruption = interruption
         self.duration_s = options.duration_s
@@ -71,17 +73,25 @@ class Session:
         if observer is not None:
             observers.insert(0, observer)
         self._requirements = system.requirements
-        if self._requirements is not None:
+        self._followers = [each for each in (system.requirements, system.triggers) if each]
+        for each in self._followers:
             periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
-            self._requirements.follow(periods, system.tick_s)
-            observers.append(self._requirements)
+            each.follow(periods, system.tick_s)
+            observers.append(each)
         self._executor = Executor(
             system,
             plant,
             observers,
-            onlooker=_onlooker(system, plant),
+            onlooker=_onlooker(system, plant, self._followers),
             inline=options.inline,
             clock=clock,
+        )
+        self._disturbances = Disturbances(
+            system.task.disturb if system.task else (),
+            system.triggers,
+            plant,
+            self._executor.silence,
+            options.seed,
         )
 
     @property
@@ -144,6 +154,7 @@ class Session:
             set=self._set,
             scene=drawn(self._system.task.starts, self._seed) if self._system.task else {},
             requirements=self._requirements.as_data() if self._requirements else [],
+            disturbances=self._disturbances.as_data(),
         )
 
     def _ended(self) -> Ending:
@@ -193,17 +204,27 @@ class Session:
     def _advance(self, companions: Sequence[Companion]) -> None:
         calls = [(self._ticks(c.period_s), c) for c in companions]
         observe, executor = self._cycles.observe, self._executor
-        required = self._requirements
-        while not self._over() and executor.advance():
+        while not self._over() and self._disturbed() and executor.advance():
             if executor.tick == 1:
                 executor.wait()
                 self._begin_s = self._clock.now_s()
             observe()
-            if required is not None:
-                required.advance(executor.tick)
+            for each in self._followers:
+                each.advance(executor.tick)
             for ticks, companion in calls:
                 if executor.tick % ticks == 0 and not self._accompanied(companion):
                     calls = [call for call in calls if call[1] is not companion]
+
+    def _disturbed(self) -> bool:
+        """Let happen to the plant what is due before this tick; whether that was possible."""
+        try:
+            self._disturbances.advance(self._executor.time_s)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: BLE001  # whatever the user's class raises
+            self.note(PlantFailed(error))
+            return False
+        return True
 
     def _accompanied(self, companion: Companion) -> bool:
         """Let a companion take note; whether it goes on. One that fails does not end the run."""
@@ -245,10 +266,12 @@ class Session:
         self._judge_faults.append(fault)
 
 
-def _onlooker(system: System, plant: Plant | None) -> Onlooker | None:
-    """What samples the plant for requirements; None if they read nothing of it."""
-    spec, required = system.plant, system.requirements
-    if spec is None or plant is None or required is None:
+def _onlooker(
+    system: System, plant: Plant | None, followers: Sequence[Requirements]
+) -> Onlooker | None:
+    """What samples the plant for those who follow the run; None if they read nothing of it."""
+    if system.plant is None or plant is None:
         return None
-    read = [binding for binding in spec.observed if binding.name in required.observed]
-    return Onlooker(read, plant.sample, required) if read else None
+    read = frozenset[str]().union(*(each.observed for each in followers))
+    seen = [binding for binding in system.plant.observed if binding.name in read]
+    return Onlooker(seen, plant.sample, followers) if seen else None

@@ -83,12 +83,31 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
+class Disturbance:
+    """What happens, for `lasts` seconds or to the end, from `at` on or once `when` holds then.
+
+    `when` counts the triggers of the system. Numbers are drawn as those of a scene.
+    """
+
+    because: str = ""
+    at: Start | None = None
+    when: int | None = None
+    lasts: Start | None = None
+    move: tuple[Start, ...] = ()
+    shift: tuple[Start, ...] = ()
+    push: tuple[tuple[str, tuple[Start, ...]], ...] = ()
+    block: tuple[str, ...] = ()
+    silent: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Task:
     """What a run counts and judges. A cycle ends when `subsystem` goes from `source` to `target`.
 
     `starts` are positions to begin with. `scene` and `judge` name classes, `module:Class` (see
     `specc_runtime.task`); either may be "".
-    `watch` lists memory of `subsystem` that its step records carry for the judge.
+    `watch` lists memory of `subsystem` that its step records carry for the judge, `disturb` what
+    happens to the plant meanwhile.
     """
 
     subsystem: str
@@ -98,6 +117,7 @@ class Task:
     judge: str = ""
     watch: tuple[str, ...] = ()
     starts: tuple[Start, ...] = ()
+    disturb: tuple[Disturbance, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +132,8 @@ class System:
     task: Task | None = None
     spec: str = ""
     requirements: Requirements | None = None
+    triggers: Requirements | None = None
+    """Conditions on which disturbances begin."""
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

@@ -25,16 +25,16 @@ class Scene(Protocol):
         """Called once, after the plant's reset; `rng` comes from the seed of the run."""
 
 
-def drawn(starts: Sequence[Start], seed: int) -> dict[str, float]:
-    """Position of each joint, m or rad. Each follows from the seed and its name alone."""
-    found = {}
-    for start in starts:
-        rng, positions = stream(seed, f"scene {start.joint}"), start.positions
-        if start.between:
-            found[start.joint] = float(rng.uniform(positions[0], positions[1]))
-        else:
-            found[start.joint] = positions[rng.integers(len(positions))]
-    return found
+def drawn(starts: Sequence[Start], seed: int, what: str = "scene") -> dict[str, float]:
+    """Position of each joint, m or rad. Each follows from the seed, its name and `what`."""
+    return {start.joint: _one(start, stream(seed, f"{what} {start.joint}")) for start in starts}
+
+
+def _one(start: Start, rng: np.random.Generator) -> float:
+    positions = start.positions
+    if start.between:
+        return float(rng.uniform(positions[0], positions[1]))
+    return positions[rng.integers(len(positions))]
 
 
 class Judge(Protocol):

@@ -1,17 +1,19 @@
-"""What the scene of a task says of joints fits the model of the plant."""
+"""What the scene and the disturbances of a task name fits the model of the plant."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
-from specc.diagnostics import Diagnostic, nearest, surely_meant
+from specc.diagnostics import Diagnostic, Related, nearest, surely_meant
 from specc.mjcf import Model
-from specc.model.system import Start
+from specc.model.system import Binding
+from specc.model.task import Start
 from specc.model.units import DIMENSIONLESS
 from specc.resolve.context import rename, suggestion
+from specc.source import Place
 
 
 def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
@@ -58,4 +60,57 @@ def _unknown(start: Start, joint: str, which: str, model: Model) -> Diagnostic:
     return Diagnostic("E0502", message, start.place, help=help, fix=rename(start.place, name))
 
 
-CHECKS = (starts_fit,)
+# What happens while a run goes on.
+
+
+def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0502, E0503, E0516, E0517; a plant in Python says itself what can happen to it."""
+    task, model = facts.system.task, facts.model
+    bindings = {
+        f"{b.binding.device}.{b.binding.element}": b.binding
+        for b in facts.bindings
+        if not b.commanded
+    }
+    for each in task.disturbances if task else ():
+        if isinstance(model, Model):
+            for start in (*each.moves, *each.shifts):
+                yield from _start(start, model)
+            bodies = [(name, place) for name, _, place in each.pushes]
+            yield from _named("body", bodies, model.bodies, model)
+            yield from _named("joint", each.blocked, model.joints, model)
+        for name, place in each.silent:
+            yield from _silent(name, place, each.lasts, bindings)
+
+
+def _named(
+    kind: str, names: Iterable[tuple[str, Place]], known: Collection[str], model: Model
+) -> Iterator[Diagnostic]:
+    for name, place in names:
+        if name not in known and model.complete:
+            help = suggestion(name, sorted(known))
+            yield Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=help)
+
+
+def _silent(
+    name: str, place: Place, lasts: Start | None, bindings: Mapping[str, Binding]
+) -> Iterator[Diagnostic]:
+    binding = bindings.get(name)
+    if binding is None:
+        help = suggestion(name, sorted(bindings))
+        yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
+        return
+    longest = max(value for value, _ in lasts.positions) if lasts else None
+    gap = binding.max_gap_s
+    if not binding.sporadic:
+        message = f"`{name}` is not sporadic: without a sample a run would stop with a fault"
+        related = (Related(binding.place, "bound here"),)
+        help = "add `sporadic: true` to its binding, and say in the agent what happens then"
+        yield Diagnostic("E0517", message, place, related=related, help=help)
+    elif gap is not None and (longest is None or longest > gap):
+        message = f"`{name}` may be silent for {float(gap):g} s at most"
+        related = (Related(binding.place, "bound here"),)
+        help = "make `lasts` shorter, or `max_gap` longer"
+        yield Diagnostic("E0517", message, place, related=related, help=help)
+
+
+CHECKS = (starts_fit, disturbances_fit)

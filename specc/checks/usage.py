@@ -94,7 +94,9 @@ def _watched(subsystem: Subsystem, facts: Facts) -> tuple[str, ...]:
     """The memory that the task or a requirement watches."""
     task, name = facts.system.task, subsystem.qualified_name
     watched = task.watch if task and task.subsystem == name else ()
-    readings = (r for item in facts.system.requirements for r in item.readings)
+    readings = (
+        r for item in (*facts.system.requirements, *facts.system.triggers) for r in item.readings
+    )
     memory = (r.element[0] for r in readings if (r.subsystem, r.kind) == (name, "memory"))
     return (*watched, *memory)
 
@@ -146,10 +148,13 @@ def _needed_by_agents(system: System) -> set[str]:
         for _, safe in device.safe:
             found |= _named(walk(safe.value))
             found |= _named(walk(safe.otherwise)) if safe.otherwise else set()
-    for requirement in system.requirements:
+    for requirement in (*system.requirements, *system.triggers):
         for part in expressions(requirement.formula):
             found |= _named(walk(part))
-    for start in system.task.starts if system.task else ():
+    task = system.task
+    disturbances = task.disturbances if task else ()
+    starts = task.starts if task else ()
+    for start in (*starts, *(number for each in disturbances for number in each.numbers)):
         for part in start.texts:
             found |= _named(walk(part))
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import builtins
 import keyword
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from specc.frozen import frozen
 from specc.lang.builtins import FUNCTIONS
@@ -233,3 +233,13 @@ class MethodPlan:
     returns: str
     doc: str
     lines: tuple[str, ...]
+
+
+def call(name: str, arguments: Iterable[str]) -> str:
+    """A call with these arguments."""
+    return f"{name}({', '.join(arguments)})"
+
+
+def given(arguments: Mapping[str, object]) -> Iterator[str]:
+    """Named arguments, but those that say nothing."""
+    return (f"{name}={literal(value)}" for name, value in arguments.items() if value)

@@ -29,7 +29,21 @@ from specc.model.types import Int, Real
 from specc.source import Place
 
 RUNTIME, TEMPORAL = "specc_runtime.requirements", "specc_runtime.temporal"
-CLASS = "SystemRequirements"
+CLASS, TRIGGERS = "SystemRequirements", "SystemTriggers"
+
+
+_REQUIRED = {
+    "class_name": CLASS,
+    "what": "what is required of every run",
+    "about": "What every run is watched for",
+    "readers": "the requirements",
+}
+_TRIGGERING = {
+    "class_name": TRIGGERS,
+    "what": "what disturbances wait for",
+    "about": "What disturbances wait for",
+    "readers": "the conditions",
+}
 
 
 @frozen
@@ -44,17 +58,24 @@ class RequirementPlan:
 
 
 def requirements_plan(
-    system: System, types: PythonTypes, tick_s: Fraction, title: str, spec: str
+    system: System,
+    types: PythonTypes,
+    tick_s: Fraction,
+    title: str,
+    spec: str,
+    *,
+    triggers: bool = False,
 ) -> FilePlan:
-    """What the module of the requirements of a system contains."""
-    readings = {r.name: r for item in system.requirements for r in item.readings}
+    """What the module of the requirements, or of the triggers, of a system contains."""
+    required = system.triggers if triggers else system.requirements
+    readings = {r.name: r for item in required for r in item.readings}
     # To expressions, what requirements read is as the memory of a device that reports all of it.
     read = tuple(Element(r.name, r.type, None, "", Trace(), r.place) for r in readings.values())
     watch = Device("", "", "real_receptor", "", (), read, Trace(), Place(""))
     module = Module(system, watch, types)
     module.memory = _attributes(readings)
     writer = _Writer(module, _table(system, module), tick_s)
-    plans = tuple(writer.plan(item) for item in system.requirements)
+    plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
     module.imports.add(RUNTIME, "Reading")
     module.imports.add(RUNTIME, "Requirement")
@@ -62,7 +83,7 @@ def requirements_plan(
     parts = {
         "title": title,
         "spec": spec,
-        "class_name": CLASS,
+        **(_TRIGGERING if triggers else _REQUIRED),
         "values": values,
         "slots": literal(tuple(item.name for item in values)),
         "readings": tuple(_reading(system, module, reading) for reading in readings.values()),

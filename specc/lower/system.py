@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from specc.analysis.rates import base_tick
 from specc.frozen import frozen
@@ -10,7 +10,7 @@ from specc.lower.annotations import Annotations, Contracts, PythonTypes, literal
 from specc.lower.families import Family, Part, families
 from specc.lower.flow import Proofs
 from specc.lower.layouts import layouts_plan
-from specc.lower.module import buffer_names, memory_names
+from specc.lower.module import buffer_names
 from specc.lower.names import (
     ALL_OWN_NAMES,
     AttributePlan,
@@ -19,26 +19,19 @@ from specc.lower.names import (
     Imports,
     NamedPlan,
     Namespace,
+    call,
     class_name,
     comment,
     docstring,
+    given,
     in_docstring,
     literal,
 )
 from specc.lower.requirements import CLASS as REQUIREMENTS
-from specc.lower.requirements import requirements_plan
+from specc.lower.requirements import TRIGGERS, requirements_plan
 from specc.lower.subsystem import device_plan, spec_file, subsystem_plan
-from specc.model.system import (
-    PLANT,
-    Binding,
-    Device,
-    Plant,
-    Port,
-    Start,
-    Subsystem,
-    System,
-    Task,
-)
+from specc.lower.task import disturbances, task_arguments
+from specc.model.system import PLANT, Binding, Device, Plant, Port, Subsystem, System
 from specc.model.types import Enum, Record, Type, Vector
 
 # Connections between subsystems: which output element becomes which input element.
@@ -107,10 +100,10 @@ def plant_plan(
         if type_ is not None:
             imports.add(BINDINGS, "SensorBinding")
             told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
-            (observed if binding.device == PLANT else sensors).append(_call("SensorBinding", told))
+            (observed if binding.device == PLANT else sensors).append(call("SensorBinding", told))
         else:
             imports.add(BINDINGS, "ActuatorBinding")
-            actuators.append(_call("ActuatorBinding", _actuator(binding, functions)))
+            actuators.append(call("ActuatorBinding", _actuator(binding, functions)))
     inputs, outputs = tuple(_ends(system, "x")), tuple(_ends(system, "y"))
     for kind, found in (("PlantInput", inputs), ("PlantOutput", outputs)):
         if found:
@@ -149,17 +142,13 @@ def _name(binding: Binding) -> str:
     return f"{binding.device}.{binding.element}"
 
 
-def _call(name: str, arguments: Iterable[str]) -> str:
-    return f"{name}({', '.join(arguments)})"
-
-
 def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(_name(binding))
     parts = ("joints", "sensors", "actuators", "camera", "image")
-    yield from _given({part: getattr(binding, part) for part in parts})
+    yield from given({part: getattr(binding, part) for part in parts})
     if binding.through:
         yield f"through={functions.use(binding.through)}"
-    yield from _given(
+    yield from given(
         {
             "noise": binding.noise,
             "depth_noise": binding.depth_noise,
@@ -168,11 +157,6 @@ def _sensor(binding: Binding, functions: Functions) -> Iterator[str]:
             "max_gap_s": binding.max_gap_s and float(binding.max_gap_s),
         }
     )
-
-
-def _given(arguments: Mapping[str, object]) -> Iterator[str]:
-    """Named arguments, but those that say nothing."""
-    return (f"{name}={literal(value)}" for name, value in arguments.items() if value)
 
 
 def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[str]:
@@ -184,7 +168,7 @@ def _contract(binding: Binding, type_: Type, contracts: Contracts) -> Iterator[s
 
 def _actuator(binding: Binding, functions: Functions) -> Iterator[str]:
     yield literal(_name(binding))
-    yield from _given({"actuators": binding.actuators, "joints": binding.joints})
+    yield from given({"actuators": binding.actuators, "joints": binding.joints})
     if binding.through:
         yield f"through={functions.use(binding.through)}"
 
@@ -244,6 +228,9 @@ def lower(system: System, proofs: Proofs, *, stand_ins: bool = False) -> dict[st
     if system.requirements and not stand_ins:
         tick = base_tick(1 / s.rate_hz for s in system.subsystems)
         files["requirements.py"] = requirements_plan(system, types, tick, title, spec)
+    if system.triggers and not stand_ins:
+        tick = base_tick(1 / s.rate_hz for s in system.subsystems)
+        files["triggers.py"] = requirements_plan(system, types, tick, title, spec, triggers=True)
     made = Made(known, classes, modules)
     files["system.py"] = _whole(system, title, types, made, stand_ins=stand_ins)
     return files
@@ -268,12 +255,12 @@ class Made:
 
 def _classes(found: list[Family], types: PythonTypes) -> dict[str, str]:
     """Class of every part, after its agent and itself; titles may be reworded."""
-    names = Namespace((*ALL_OWN_NAMES, REQUIREMENTS, *types.of.values()))
+    names = Namespace((*ALL_OWN_NAMES, REQUIREMENTS, TRIGGERS, *types.of.values()))
     return _each(found, lambda family: names.new(class_name(" ".join(_words(family)))))
 
 
 def _modules(found: list[Family]) -> dict[str, str]:
-    names = Namespace(("system", "types", "layouts", "requirements", "__init__"))
+    names = Namespace(("system", "types", "layouts", "requirements", "triggers", "__init__"))
 
     def module(family: Family) -> str:
         name = "_".join(_words(family))
@@ -350,12 +337,17 @@ def _whole(
         imports.add("os.path", "join")
     if system.task:
         imports.add("specc_runtime.system", "Task")
-        if system.task.starts:
+        if system.task.starts or (system.task.disturbances and not stand_ins):
             imports.add("specc_runtime.system", "Start")
+        if system.task.disturbances and not stand_ins:
+            imports.add("specc_runtime.system", "Disturbance")
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
     required = REQUIREMENTS if system.requirements and not stand_ins else ""
     if required:
         imports.add(".requirements", REQUIREMENTS)
+    triggers = TRIGGERS if system.triggers and not stand_ins else ""
+    if triggers:
+        imports.add(".triggers", TRIGGERS)
     parts = {
         "title": title,
         "spec": in_docstring(spec_file(system)),
@@ -367,28 +359,9 @@ def _whole(
         "subsystems": scheduled,
         "connections": connected,
         "plant": plant,
-        "task": tuple(_task(system, system.task)) if system.task else (),
+        "task": tuple(task_arguments(system, system.task)) if system.task else (),
+        "disturbances": tuple(disturbances(system.task)) if system.task and not stand_ins else (),
         "requirements": required,
+        "triggers": triggers,
     }
     return FilePlan("system.py.j2", parts)
-
-
-def _task(system: System, task: Task) -> Iterator[str]:
-    names = ("subsystem", "source", "target", "scene", "judge")
-    yield from _given(
-        {name: getattr(task, name) for name in names} | {"watch": _watched(system, task)}
-    )
-    if task.starts:
-        yield f"starts=({' '.join(f'{_start(start)},' for start in task.starts)})"
-
-
-def _start(start: Start) -> str:
-    told = literal(start.joint), literal(tuple(position for position, _ in start.positions))
-    return _call("Start", (*told, *_given({"between": start.between})))
-
-
-def _watched(system: System, task: Task) -> tuple[str, ...]:
-    """Attributes of the watched memory elements."""
-    subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
-    names = memory_names(subsystem) if subsystem else {}
-    return tuple(names[name] for name in task.watch if name in names)

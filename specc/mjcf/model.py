@@ -73,6 +73,7 @@ class Model:
     actuators: dict[str, int | None] = field(default_factory=dict)
     cameras: dict[str, tuple[int, int] | None] = field(default_factory=dict)
     """Width and height in pixels."""
+    bodies: set[str] = field(default_factory=set)
     complete: bool = True
     """Whether no further names come into being when MuJoCo compiles the model."""
     parts: dict[tuple[str, str], Part] = field(default_factory=dict)
@@ -226,6 +227,8 @@ class _Reader:
             kind = "free" if tag == "freejoint" else attributes.get("type", "")
             model.joints[name] = _JOINT_SIZES.get(kind or "hinge")
             model.parts["joint", name] = Part(kind)
+        elif section == "worldbody" and tag == "body":
+            model.bodies.add(name)
         elif section == "worldbody" and tag == "camera":
             model.cameras[name] = _resolution(attributes.get("resolution", ""))
 

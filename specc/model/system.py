@@ -11,6 +11,7 @@ from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
 from specc.model.requirement import Requirement
+from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Type
 from specc.model.units import Unit
@@ -304,36 +305,6 @@ class Plant:
 
 
 @frozen
-class Start:
-    """Where a joint is when a run begins: at one of `positions`, or anywhere between two of them.
-
-    Positions are numbers with their units, and `texts` the expressions that they come from. `joint`
-    is followed by `.x`, `.y`, `.z` or `.yaw` of a free one.
-    """
-
-    joint: str
-    positions: tuple[tuple[float, Unit], ...]
-    texts: tuple[Expr, ...]
-    between: bool
-    place: Place
-
-
-@frozen
-class Task:
-    """What `specc run` counts and judges; it never influences an agent."""
-
-    subsystem: str
-    source: str
-    target: str
-    scene: str
-    judge: str
-    watch: tuple[str, ...]
-    """Memory elements of `subsystem` that step records carry for the judge."""
-    place: Place
-    starts: tuple[Start, ...] = ()
-
-
-@frozen
 class Definition:
     """A type, file, constant or operator of the main file.
 
@@ -373,6 +344,12 @@ class System:
     requirements: tuple[Requirement, ...] = ()
     described: tuple[tuple[Constant, ...], ...] = ()
     """Parameters and constants of each use of a description; expressions have their values."""
+
+    @property
+    def triggers(self) -> tuple[Requirement, ...]:
+        """What disturbances wait for, in their order."""
+        disturbances = self.task.disturbances if self.task else ()
+        return tuple(each.when for each in disturbances if each.when is not None)
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -9,18 +9,20 @@ from dataclasses import replace
 from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.kept import Kept
+from specc.model.requirement import Requirement
 from specc.model.system import PLANT, Agent, Constant, Operator, System
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
+from specc.resolve.disturbances import disturbances_of
 from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.plant import resolve_plant, resolve_task
-from specc.resolve.requirements import resolve_requirements
+from specc.resolve.requirements import requirement_of, resolve_requirements
 from specc.resolve.reuse import Setting
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
@@ -98,6 +100,14 @@ def resolve(
     required = resolve_requirements(
         spec.require, top["require"], agents, plant, expressions, uncertain
     )
+    if spec.task is not None and task is not None:
+
+        def condition(text: str, at: Where) -> Requirement | None:
+            return requirement_of(text, "", at, agents, plant, expressions, uncertain)
+
+        at = top["task"]["disturb"]
+        disturbed = disturbances_of(spec.task.disturb, at, condition, findings, definitions)
+        task = replace(task, disturbances=disturbed)
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     system = System(

@@ -25,12 +25,15 @@ from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.groups import Groups, groups_of, with_members
 from specc.resolve.interfaces import all_elements
-from specc.resolve.library import Library
+from specc.resolve.library import Library, Loaded
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, indexed, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
+
+_Control = tuple[SubsystemDef, Where, Setting]
+"""A control subsystem, where it is described, and the names in force there."""
 
 
 @dataclass(slots=True)
@@ -44,13 +47,24 @@ class AgentResolver:
     faulty: set[str] = field(default_factory=set)
     instances: list[Definitions] = field(default_factory=list)
 
-    def resolve(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
-        """The agent, or None if the file that it uses cannot be used."""
+    def resolve(
+        self,
+        name: str,
+        definition: AgentDef,
+        where: Where,
+        at: Setting,
+        instead: _Control | None = None,
+    ) -> Agent | None:
+        """The agent, or None if the file that it uses cannot be used.
+
+        `instead` takes the place of its control subsystem.
+        """
         at = indexed(at, definition.each, where, self.findings)
         if definition.use is not None:
-            return self._reused(name, definition, where, at)
+            return self._reused(name, definition, where, at, instead)
         subsystems = []
-        if definition.control is None:
+        control, here, inside = instead or (definition.control, where["control"], at)
+        if control is None:
             message = f"agent `{name}` has no control subsystem"
             help_text = "every agent has exactly one (2.1): add `control:`"
             self.broken.add(f"{name}.c")
@@ -63,10 +77,10 @@ class AgentResolver:
                     "c",
                     "control",
                     definition,
-                    definition.control,
-                    where["control"],
+                    control,
+                    here,
                     peers,
-                    at,
+                    inside,
                 )
             )
         subsystems += self._virtual(name, definition, where, at)
@@ -74,17 +88,30 @@ class AgentResolver:
         found = tuple(s for s in subsystems if s is not None)
         return Agent(name, definition.kind or "", definition.title, found, devices, where.key)
 
-    def _reused(self, name: str, definition: AgentDef, where: Where, at: Setting) -> Agent | None:
+    def _reused(
+        self,
+        name: str,
+        definition: AgentDef,
+        where: Where,
+        at: Setting,
+        instead: _Control | None,
+    ) -> Agent | None:
+        """The agent of a description or of another system, with its own control or another."""
         used = reuse(definition, where, at, self.library)
-        inner = used.file.spec.agent if used else None
+        inner, here = _agent_in(used.file, name) if used else (None, where)
         if used is None or inner is None:
             self.broken.add(name)
             if used is not None:
                 self._no_description("agent", where)
             return None
         self.instances.append(used.definitions)
-        agent = self.resolve(name, inner, used.file.top["agent"], used)
-        return agent and replace(agent, place=where.key)
+        if instead is None and definition.control is not None:
+            instead = definition.control, where["control"], at
+        agent = self.resolve(name, inner, here, used, instead)
+        if agent is None:
+            return None
+        kind = definition.kind or ("" if instead else agent.kind)
+        return replace(agent, title=definition.title or agent.title, kind=kind, place=where.key)
 
     def _virtual(
         self, agent: str, around: AgentDef, where: Where, at: Setting
@@ -289,6 +316,16 @@ class AgentResolver:
             where["use"].place,
             help=f"the file needs `{what}:` at its top level",
         )
+
+
+def _agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, Where]:
+    """The agent that a file describes; in a system that of the name, or the only one."""
+    spec, top = file.spec, file.top
+    if spec.agent is not None:
+        return spec.agent, top["agent"]
+    if name not in spec.agents and len(spec.agents) == 1:
+        (name,) = spec.agents
+    return spec.agents.get(name), top["agents"][name]
 
 
 def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None) -> bool:

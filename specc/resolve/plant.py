@@ -6,7 +6,8 @@ from collections.abc import Container
 
 from specc.lang import Scope
 from specc.model.expr import Number, Truth
-from specc.model.system import PLANT, Agent, Binding, Element, Plant, Subsystem, Task
+from specc.model.system import PLANT, Agent, Binding, Element, Plant, Subsystem
+from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Real
 from specc.model.units import Unit

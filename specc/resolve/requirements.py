@@ -42,20 +42,34 @@ def resolve_requirements(
 
     What is missing in an `uncertain` subsystem may be so because of its errors.
     """
-    found = []
-    for index, item in enumerate(definitions):
-        at = where[index]["that"]
-        reader = _Reader(item.that, agents, plant, expressions, uncertain)
-        try:
-            formula, lasts = reader.requirement()
-        except ExprErrors as failure:
-            for error in failure.errors:
-                expressions.report(at, item.that, error)
-            continue
-        readings = tuple(reader.readings.values())
-        that = " ".join(item.that.split())
-        found.append(Requirement(that, item.because, formula, lasts, readings, at.place))
-    return tuple(found)
+    found = (
+        requirement_of(
+            item.that, item.because, where[i]["that"], agents, plant, expressions, uncertain
+        )
+        for i, item in enumerate(definitions)
+    )
+    return tuple(each for each in found if each is not None)
+
+
+def requirement_of(
+    text: str,
+    because: str,
+    at: Where,
+    agents: Sequence[Agent],
+    plant: Plant | None,
+    expressions: Expressions,
+    uncertain: frozenset[str],
+) -> Requirement | None:
+    """What a formula says of runs; None after reporting."""
+    reader = _Reader(text, agents, plant, expressions, uncertain)
+    try:
+        formula, lasts = reader.requirement()
+    except ExprErrors as failure:
+        for error in failure.errors:
+            expressions.report(at, text, error)
+        return None
+    readings = tuple(reader.readings.values())
+    return Requirement(" ".join(text.split()), because, formula, lasts, readings, at.place)
 
 
 class _Reader:

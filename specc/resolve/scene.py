@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from specc.lang import ExprError
 from specc.model.expr import Expr
-from specc.model.system import Start
+from specc.model.task import Start
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, Unit
 from specc.resolve.context import Findings, Where
@@ -23,22 +23,34 @@ def starts_of(
 ) -> Iterator[Start]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
     for name, item in scene.starts.items():
-        at = where[name]
-        texts = list(_texts(item, at))
-        between = item.least is not None and item.greatest is not None
-        if not texts or item.given - {"for"} not in _GIVEN:
-            findings.report("E0516", f"it is not clear where `{name}` is", at.place, help=_FORMS)
-            continue
-        found = [_position(text, place, findings, definitions) for text, place in texts]
-        known = [position for position in found if position is not None]
-        if len(known) < len(found):
-            continue
-        if between and known[0][1] > known[1][1]:
-            message = f"the least position of `{name}` is greater than the greatest"
-            findings.report("E0516", message, at.place, help="write the least one first")
-            continue
-        positions = tuple((value, unit) for _, value, unit in known)
-        yield Start(name, positions, tuple(expr for expr, _, _ in known), between, at.key)
+        start = start_of(name, item, where[name], findings, definitions)
+        if start is not None:
+            yield start
+
+
+def start_of(
+    name: str,
+    item: StartDef,
+    at: Where,
+    findings: Findings,
+    definitions: Definitions,
+) -> Start | None:
+    """A number that is drawn, with what it is of; None after reporting."""
+    texts = list(_texts(item, at))
+    between = item.least is not None and item.greatest is not None
+    if not texts or item.given - {"for"} not in _GIVEN:
+        findings.report("E0516", f"it is not clear where `{name}` is", at.place, help=_FORMS)
+        return None
+    found = [number_of(text, place, findings, definitions) for text, place in texts]
+    known = [position for position in found if position is not None]
+    if len(known) < len(found):
+        return None
+    if between and known[0][1] > known[1][1]:
+        message = f"the least position of `{name}` is greater than the greatest"
+        findings.report("E0516", message, at.place, help="write the least one first")
+        return None
+    positions = tuple((value, unit) for _, value, unit in known)
+    return Start(name, positions, tuple(expr for expr, _, _ in known), between, at.key)
 
 
 _GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
@@ -55,7 +67,7 @@ def _texts(item: StartDef, at: Where) -> Iterator[tuple[str, Where]]:
         yield text, at["one_of"][index]
 
 
-def _position(
+def number_of(
     text: str, at: Where, findings: Findings, definitions: Definitions
 ) -> tuple[Expr, float, Unit] | None:
     """An expression with its value and unit; None after reporting."""

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from specc.limits import MAX_REQUIREMENTS
+from specc.limits import MAX_DISTURBANCES, MAX_REQUIREMENTS
 from specc.schema.keys import OTHERS, Choice, Listed, Part, Role, Text, key
 from specc.schema.subsystem import BufferDef, CommandBufferDef, InterfaceDef, SubsystemDef
 from specc.schema.texts import (
@@ -171,14 +171,35 @@ class SceneDef(Part, short="is"):
     starts: dict[str, StartDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
 
 
+class DisturbanceDef(Part, first="at when lasts"):
+    """What happens to the plant while a run goes on; no agent is told."""
+
+    at: StartDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
+    when: str | None = key(
+        None, "A formula like those of `require`; it begins once that first holds."
+    )
+    lasts: StartDef | None = key(None, "For how long; to the end of the run if left out.")
+    move: dict[str, StartDef] = key({}, "Joints, with the positions that they are put at.")
+    shift: dict[str, StartDef] = key({}, "Joints, with how far they are moved from where they are.")
+    push: dict[str, Annotated[list[StartDef], Listed(least=3, most=3)]] = key(
+        {}, "Bodies, with the force on each along x, y and z of the world."
+    )
+    block: list[str] = key([], "Joints that do not move.")
+    silent: list[str] = key([], "Elements of sporadic devices that have no samples.")
+    because: str = key("", "What stands for it in the world; told in the report.")
+
+
 class TaskDef(Part):
-    """What `specc run` counts and judges."""
+    """What `specc run` counts and judges, and what it puts the system through."""
 
     cycle: CycleDef = key(about="What counts as one cycle.")
     scene: SceneDef | None = None
     judge: PythonPath | None = key(None, "Class that judges a cycle.")
     watch: list[Annotated[str, Text(Role("task", "memory"))]] = key(
         [], "Memory elements that the judge may see."
+    )
+    disturb: Annotated[list[DisturbanceDef], Listed(most=MAX_DISTURBANCES)] = key(
+        [], "What happens to the plant while a run goes on."
     )
 
 

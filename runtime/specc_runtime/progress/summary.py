@@ -44,11 +44,19 @@ def _show(report: Report, console: Console) -> None:
         soft_wrap=True,
     )
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
+    for disturbance in report.disturbances:
+        console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     for requirement in report.requirements:
         console.print(_required(requirement), highlight=False, soft_wrap=True)
     for fault in report.faults:
         for line in _told(fault):
             console.print(line, highlight=False, soft_wrap=True)
+
+
+def _happened(disturbance: dict[str, Any]) -> str:
+    began_s = disturbance["began_s"]
+    when = "never happened" if began_s is None else f"happened at {began_s:.3f} s"
+    return f"{when}: {_safe(disturbance['because'])}"
 
 
 _COLOURS = {"met": "green", "violated": "red", "unknown": "yellow"}

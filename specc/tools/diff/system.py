@@ -9,17 +9,8 @@ from typing import TypeVar
 
 from specc.diagnostics.phrases import ms
 from specc.lang import show
-from specc.model.system import (
-    PLANT,
-    Agent,
-    Binding,
-    Device,
-    Operator,
-    Start,
-    Subsystem,
-    System,
-    Task,
-)
+from specc.model.system import PLANT, Agent, Binding, Device, Operator, Subsystem, System
+from specc.model.task import Disturbance, Start, Task
 from specc.tools.diff.machine import (
     compare_axioms,
     compare_behaviours,
@@ -77,6 +68,25 @@ def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
         both = book.matched("start", before.starts, after.starts, lambda s: s.joint, _drawn)
         for joint, start, other in both:
             book.changed("start", joint, "", _drawn(start), _drawn(other))
+        book.matched(
+            "disturbance",
+            before.disturbances,
+            after.disturbances,
+            _happening,
+            lambda each: each.because,
+        )
+
+
+def _happening(each: Disturbance) -> str:
+    """All of a disturbance but its reason."""
+    parts = [f"when {each.when.that}"] if each.when else []
+    moved = tuple(id(start) for start in each.moves)
+    for number in each.numbers:
+        what = "move " if id(number) in moved else ""
+        parts.append(f"{what}{number.joint} {_drawn(number)}")
+    named = (("block", each.blocked), ("silent", each.silent))
+    parts += [f"{what} {name}" for what, names in named for name, _ in names]
+    return ", ".join(parts)
 
 
 def _drawn(start: Start) -> str:
@@ -103,7 +113,7 @@ def _single(
 
 def _records(part: str, name: str, old: Binding | Task, new: Binding | Task, book: Book) -> None:
     for item in fields(old):
-        if item.name not in ("place", "noise_units", "starts"):
+        if item.name not in ("place", "noise_units", "starts", "disturbances"):
             before, after = getattr(old, item.name), getattr(new, item.name)
             aspect = _SPELT.get(item.name, item.name)
             book.changed(part, name, aspect, _shown(before, aspect), _shown(after, aspect))

@@ -1,6 +1,6 @@
 """A simulated plant that agents sense and drive by the names of bindings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,18 @@ from specc_runtime.plants.mujoco.cameras import Cameras, RendererName
 from specc_runtime.plants.mujoco.divergence import Divergence
 from specc_runtime.plants.mujoco.driving import Actuator
 from specc_runtime.plants.mujoco.library import mujoco
-from specc_runtime.plants.mujoco.model import HeldJoints, initial_positions, load_model
+from specc_runtime.plants.mujoco.model import (
+    HeldJoints,
+    find,
+    initial_positions,
+    load_model,
+    velocity_indices,
+)
 from specc_runtime.plants.mujoco.sensing import Sensor
 from specc_runtime.plants.mujoco.truth import GroundTruth
 from specc_runtime.plants.mujoco.viewer import Viewer
 
+_STUCK = 1e6  # N or Nm of dry friction, which no drive overcomes
 _WHOLE = 1e-6  # tolerance, in time steps, on durations
 
 
@@ -52,6 +59,7 @@ class MujocoPlant:
             self._cameras.open()
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
         self._divergence = Divergence(self._model, self._data)
+        self._friction = np.array(self._model.dof_frictionloss)
         self._bodies = Bodies(self._model, self._data)
         self.truth = GroundTruth(self._model, self._data)
         self.reset(0)
@@ -72,6 +80,7 @@ class MujocoPlant:
         The noise of a sample depends on the seed, the sensor's name and the number of the sample.
         """
         mujoco.mj_resetData(self._model, self._data)
+        self._model.dof_frictionloss[:] = self._friction
         self._data.qpos[:] = initial_positions(self._model)
         mujoco.mj_forward(self._model, self._data)
         self._cameras.forget()
@@ -146,6 +155,23 @@ class MujocoPlant:
         self._data.time = 0.0
         mujoco.mj_forward(self._model, self._data)
         self._cameras.forget()
+
+    def put(self, positions: Mapping[str, float]) -> None:
+        """Put joints somewhere, at rest (`specc_runtime.disturbances.Disturbable`)."""
+        self.truth.place(positions)
+
+    def shift(self, distances: Mapping[str, float]) -> None:
+        """Move joints from where they are, at rest."""
+        self.truth.place(distances, relative=True)
+
+    def push(self, body: str, force: Sequence[float]) -> None:
+        """Let a force (3,) N, in the axes of the world, act on a body from now on."""
+        self._data.xfrc_applied[find(self._model, "body", body), :3] = force
+
+    def block(self, joint: str, blocked: bool) -> None:
+        """Let a joint be stuck from now on, or not any more."""
+        moving = velocity_indices(self._model, (joint,))
+        self._model.dof_frictionloss[moving] = _STUCK if blocked else self._friction[moving]
 
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""

@@ -100,8 +100,10 @@ class GroundTruth:
         self._data.qvel[speed : speed + 6] = 0.0
         mujoco.mj_forward(self._model, self._data)
 
-    def place(self, positions: Mapping[str, float]) -> None:
-        """Put joints at positions, m or rad; a free one by `name.x`, `.y`, `.z` and `.yaw`.
+    def place(self, positions: Mapping[str, float], *, relative: bool = False) -> None:
+        """Put joints at positions, m or rad, at rest; a free one by `name.x`, `.y`, `.z`, `.yaw`.
+
+        `relative`: so far from where they are.
 
         Raises:
             PlantError: no such joint, or one that has no such coordinate.
@@ -115,9 +117,12 @@ class GroundTruth:
             if which == "yaw" and kind == _FREE:
                 self._turn(self._data.qpos[start + 3 : start + 7], position)
             elif (kind == _FREE) == bool(which) and kind != _BALL:
-                self._data.qpos[start + (_FREE_ARE.index(which) if which else 0)] = position
+                where = start + (_FREE_ARE.index(which) if which else 0)
+                self._data.qpos[where] = position + relative * self._data.qpos[where]
             else:
                 raise PlantError(f"joint '{joint}' has no coordinate '{which or 'position'}'")
+            moving = self._model.jnt_dofadr[index]
+            self._data.qvel[moving : moving + (6 if which else 1)] = 0.0
         mujoco.mj_forward(self._model, self._data)
 
     @staticmethod

@@ -1,0 +1,114 @@
+"""What happens to the plant while a run goes on: what it is, when it begins and when it is over.
+
+All numbers are drawn from the seed before the first tick, so a run can be repeated. Agents learn
+nothing of a disturbance but what their devices report.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+from specc_runtime.examination import shortcomings
+from specc_runtime.options import UsageError
+from specc_runtime.requirements import Requirements
+from specc_runtime.system import Disturbance
+from specc_runtime.task import drawn
+
+_ROUNDING_S = 1e-9  # times are multiples of a rounded tick
+
+
+class Disturbable(Protocol):
+    """What a plant has in addition that can be disturbed otherwise than by silent devices."""
+
+    def put(self, positions: Mapping[str, float]) -> None:
+        """Put joints somewhere, at rest: rad or m; `box.x` is a coordinate of a free one."""
+
+    def shift(self, distances: Mapping[str, float]) -> None:
+        """Move joints from where they are, likewise."""
+
+    def push(self, body: str, force: Sequence[float]) -> None:
+        """Let a force (3,) act on a body from now on, N in the axes of the world."""
+
+    def block(self, joint: str, blocked: bool) -> None:
+        """Let a joint be stuck from now on, or not any more."""
+
+
+class Disturbances:
+    """Those of one run; `advance` before every tick."""
+
+    def __init__(
+        self,
+        found: Sequence[Disturbance],
+        triggers: Requirements | None,
+        plant: Any,
+        silence: Callable[[str, bool], None],
+        seed: int,
+    ) -> None:
+        """`silence` makes an element silent, or not any more.
+
+        Raises UsageError for a plant to which these things cannot happen.
+        """
+        if any(each.move or each.shift or each.push or each.block for each in found) and (
+            lacking := shortcomings(plant, Disturbable)
+        ):
+            raise UsageError(f"the plant cannot be disturbed: it {'; '.join(lacking)}")
+        self._all = [_Drawn(each, seed, number) for number, each in enumerate(found)]
+        self._triggers = triggers
+        self._plant = plant
+        self._silence = silence
+
+    def advance(self, time_s: float) -> None:
+        """Begin and end what is due at this time."""
+        time_s += _ROUNDING_S
+        for each in self._all:
+            if each.began_s is None:
+                if time_s >= each.at_s and self._holds(each.what.when):
+                    each.began_s = time_s - _ROUNDING_S
+                    self._begin(each)
+            elif not each.over and time_s >= each.began_s + each.lasts_s:
+                each.over = True
+                self._act(each, begins=False)
+
+    def as_data(self) -> list[dict[str, Any]]:
+        """What the report says of each; `began_s` is null if it never began."""
+        return [{"because": each.what.because, "began_s": each.began_s} for each in self._all]
+
+    def _holds(self, trigger: int | None) -> bool:
+        if trigger is None or self._triggers is None:
+            return True
+        return self._triggers.requirements[trigger].holds
+
+    def _begin(self, each: _Drawn) -> None:
+        if each.move:
+            self._plant.put(each.move)
+        if each.shift:
+            self._plant.shift(each.shift)
+        self._act(each, begins=True)
+
+    def _act(self, each: _Drawn, *, begins: bool) -> None:
+        for body, force in each.push.items():
+            self._plant.push(body, force if begins else (0.0, 0.0, 0.0))
+        for joint in each.what.block:
+            self._plant.block(joint, begins)
+        for element in each.what.silent:
+            self._silence(element, begins)
+
+
+class _Drawn:
+    """A disturbance with its numbers."""
+
+    def __init__(self, what: Disturbance, seed: int, number: int) -> None:
+        self.what = what
+        times = drawn([time for time in (what.at, what.lasts) if time], seed, f"disturb {number}")
+        self.at_s = times.get("at", 0.0)
+        self.lasts_s = times.get("lasts", math.inf)
+        self.move = drawn(what.move, seed, f"disturb {number}")
+        self.shift = drawn(what.shift, seed, f"disturb {number}")
+        self.push = {
+            body: tuple(drawn(force, seed, f"disturb {number}").values())
+            for body, force in what.push
+        }
+        self.began_s: float | None = None
+        self.over = False

@@ -1,0 +1,56 @@
+"""The task of a system: what a run counts, begins with and goes through."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from specc.lower.module import memory_names
+from specc.lower.names import call, given, literal
+from specc.model.system import System
+from specc.model.task import Start, Task
+
+
+def task_arguments(system: System, task: Task) -> Iterator[str]:
+    """Arguments of `Task`, but for the disturbances."""
+    names = ("subsystem", "source", "target", "scene", "judge")
+    yield from given(
+        {name: getattr(task, name) for name in names} | {"watch": _watched(system, task)}
+    )
+    if task.starts:
+        yield f"starts=({_starts(task.starts)})"
+
+
+def disturbances(task: Task) -> Iterator[str]:
+    """Calls of `Disturbance`."""
+    triggers = 0
+    for each in task.disturbances:
+        told = [literal(each.because)]
+        told += [f"{name}={_start(s)}" for name, s in (("at", each.at), ("lasts", each.lasts)) if s]
+        if each.when is not None:
+            told.append(f"when={triggers}")
+            triggers += 1
+        for name, starts in (("move", each.moves), ("shift", each.shifts)):
+            told += [f"{name}=({_starts(starts)})"] if starts else []
+        if each.pushes:
+            pushes = (f"({literal(b)}, ({_starts(force)}))," for b, force, _ in each.pushes)
+            told.append(f"push=({' '.join(pushes)})")
+        block, silent = (tuple(name for name, _ in names) for names in (each.blocked, each.silent))
+        told += given({"block": block, "silent": silent})
+        yield call("Disturbance", told)
+
+
+def _starts(starts: Iterable[Start]) -> str:
+    """Items of a tuple."""
+    return " ".join(f"{_start(start)}," for start in starts)
+
+
+def _start(start: Start) -> str:
+    told = literal(start.joint), literal(tuple(position for position, _ in start.positions))
+    return call("Start", (*told, *given({"between": start.between})))
+
+
+def _watched(system: System, task: Task) -> tuple[str, ...]:
+    """Attributes of the watched memory elements."""
+    subsystem = next((s for s in system.subsystems if s.qualified_name == task.subsystem), None)
+    names = memory_names(subsystem) if subsystem else {}
+    return tuple(names[name] for name in task.watch if name in names)

@@ -1,0 +1,124 @@
+"""What happens to the plant while a run goes on, as the task says it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from specc.model.requirement import Formula, Requirement, Temporal
+from specc.model.task import Disturbance, Start
+from specc.model.units import DIMENSIONLESS, NEWTON, SECOND, Unit
+from specc.resolve.context import Findings, Where
+from specc.resolve.definitions import Definitions
+from specc.resolve.scene import start_of
+from specc.schema.files import DisturbanceDef, StartDef
+
+Condition = Callable[[str, Where], Requirement | None]
+"""Reads a formula; None after reporting."""
+
+
+def disturbances_of(
+    items: Sequence[DisturbanceDef],
+    where: Where,
+    condition: Condition,
+    findings: Findings,
+    definitions: Definitions,
+) -> tuple[Disturbance, ...]:
+    """Those without errors; `specc.checks` compares them with model and bindings."""
+    reader = _Reader(condition, findings, definitions)
+    found = (reader.disturbance(item, where[index]) for index, item in enumerate(items))
+    return tuple(each for each in found if each is not None)
+
+
+class _Reader:
+    def __init__(self, condition: Condition, findings: Findings, definitions: Definitions) -> None:
+        self._condition = condition
+        self._findings = findings
+        self._definitions = definitions
+
+    def disturbance(self, item: DisturbanceDef, at: Where) -> Disturbance | None:
+        """One of them; None after reporting."""
+        before = len(self._findings.diagnostics)
+        found = Disturbance(
+            " ".join(item.because.split()),
+            self._time("at", item.at, at),
+            self._when(item.when, at["when"]),
+            self._time("lasts", item.lasts, at),
+            self._starts(item.move, at["move"]),
+            self._starts(item.shift, at["shift"]),
+            tuple(
+                (body, self._force(force, at["push"][body]), at["push"][body].key)
+                for body, force in item.push.items()
+            ),
+            tuple((name, at["block"][i].place) for i, name in enumerate(item.block)),
+            tuple((name, at["silent"][i].place) for i, name in enumerate(item.silent)),
+            at.place,
+        )
+        self._refuse_idle(found, item, at)
+        return found if len(self._findings.diagnostics) == before else None
+
+    def _refuse_idle(self, found: Disturbance, item: DisturbanceDef, at: Where) -> None:
+        """Report one that never begins, does nothing or has a time for nothing."""
+        lasting = item.push or item.block or item.silent
+        if item.at is None and item.when is None:
+            self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
+        if not (lasting or item.move or item.shift):
+            way = "add `move`, `shift`, `push`, `block` or `silent`"
+            self._report(at, "nothing happens in a disturbance", way)
+        elif item.lasts is not None and not lasting:
+            self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
+        if found.when is not None and found.when.lasts:
+            self._report(
+                at["when"],
+                "a disturbance cannot begin when something holds always",
+                "leave out `always`",
+            )
+        elif found.when is not None and _looks_ahead(found.when.formula):
+            way = "ask what was, with `once`, `historically` or `since`"
+            self._report(at["when"], "a disturbance cannot wait for what is to come", way)
+
+    def _when(self, text: str | None, at: Where) -> Requirement | None:
+        return None if text is None else self._condition(text, at)
+
+    def _starts(self, items: Mapping[str, StartDef], at: Where) -> tuple[Start, ...]:
+        found = (
+            start_of(name, item, at[name], self._findings, self._definitions)
+            for name, item in items.items()
+        )
+        return tuple(each for each in found if each is not None)
+
+    def _time(self, key: str, item: StartDef | None, at: Where) -> Start | None:
+        if item is None:
+            return None
+        found = start_of(key, item, at[key], self._findings, self._definitions)
+        if found is None:
+            return None
+        self._expect(found, SECOND, at[key])
+        if any(value < 0 for value, _ in found.positions):
+            self._report(at[key], "a time is not negative", "a run begins at 0[s]")
+        return found
+
+    def _force(self, items: Sequence[StartDef], at: Where) -> tuple[Start, ...]:
+        found = []
+        for axis, item, place in zip("xyz", items, map(at.__getitem__, range(3)), strict=False):
+            part = start_of(
+                f"{at.route[-1]}.{axis}", item, place, self._findings, self._definitions
+            )
+            if part is not None:
+                self._expect(part, NEWTON, place)
+                found.append(part)
+        return tuple(found)
+
+    def _expect(self, found: Start, wanted: Unit, at: Where) -> None:
+        for value, unit in found.positions:
+            if unit != wanted and not (value == 0 and unit == DIMENSIONLESS):
+                message = f"a number in {wanted} is needed here, not in {unit}"
+                self._report(at, message, f"write it with its unit, e.g. `4[{wanted}]`")
+
+    def _report(self, at: Where, message: str, help: str) -> None:
+        self._findings.report("E0517", message, at.place, help=help)
+
+
+def _looks_ahead(formula: Formula) -> bool:
+    if isinstance(formula, Temporal) and formula.op in ("within", "throughout"):
+        return True
+    return any(map(_looks_ahead, getattr(formula, "operands", ())))
