@@ -23,7 +23,7 @@ DOORS = {
     "matplotlib": {"specc.tools.sweep.plots"},
     "mcap": {"specc_runtime.recording.container", "specc_runtime.recording.reading"},
     "mujoco": {"specc_runtime.plants.mujoco"},
-    "networkx": {"specc.analysis.graph"},
+    "networkx": {"specc.analysis.graph", "specc_runtime.operators.planning"},
     "numpy": {"specc_runtime"},
     "orjson": {"specc_runtime.recording.text"},
     "pinocchio": {"specc_runtime.operators.dynamics"},

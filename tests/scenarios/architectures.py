@@ -45,4 +45,15 @@ ARCHITECTURES = (
         fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
         finds="W1002",
     ),
+    Architecture(
+        "three_tier",
+        60,
+        fault=(
+            (
+                "answered: fresh(x.rover.done) or fresh(x.rover.failed)",
+                "answered: fresh(x.rover.done)",
+            ),
+        ),
+        finds="W1002",
+    ),
 )
