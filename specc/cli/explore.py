@@ -43,9 +43,13 @@ def run_explore(options: Namespace) -> int:
     told = inspect.report_on(options.spec, alone, inspect.overrides_of(options))
     if options.format == "json":
         streams.show(_as_json(result.system.name, found, kept), "json")
-        return streams.exit_code(told)
-    streams.show(_as_text(found, kept))
-    return streams.tell(told)
+        code = streams.exit_code(told)
+    else:
+        streams.show(_as_text(found, kept))
+        code = streams.tell(told)
+    if found.interrupted:
+        raise KeyboardInterrupt
+    return code
 
 
 def _recorded(options: Namespace, built: Build | None, found: Exploration) -> Sequence[Recorded]:
@@ -59,6 +63,7 @@ def _recorded(options: Namespace, built: Build | None, found: Exploration) -> Se
 
 def _as_text(found: Exploration, kept: Sequence[Recorded]) -> str:
     lines = [each.words() for each in found.slices]
+    lines += [f"{', '.join(names)}: not explored" for names in found.left]
     if found.alone:
         lines.append(f"{', '.join(found.alone)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
@@ -100,6 +105,7 @@ def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
         slices=slices,
         assumptions=assumptions,
         requirements=requirements,
+        interrupted=found.interrupted,
         findings=told,
     )
 

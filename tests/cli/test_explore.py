@@ -1,12 +1,15 @@
 """`specc explore`: what goes wrong between machines."""
 
+import itertools
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from specc.cli import main
+from specc.tools.explore.composition import Composition, Configuration
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "tests/explore/cases"
@@ -66,6 +69,27 @@ def test_what_rests_on_measurements_is_a_warning(capsys: pytest.CaptureFixture[s
 def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explore", CONVEYOR, "--budget", "5"]) == 0
     assert "belt.c, gate.c: stopped after" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("after", [0, 1, 5])
+def test_ctrl_c_leaves_what_was_found(
+    after: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The rest is said not to be explored, of the requirements too."""
+    following, calls = Composition.following, itertools.count()
+
+    def interrupted(self: Composition, here: Configuration) -> Any:
+        if next(calls) == after:
+            raise KeyboardInterrupt
+        return following(self, here)
+
+    monkeypatch.setattr(Composition, "following", interrupted)
+    assert main(["explore", CONVEYOR]) == 130
+    said = capsys.readouterr()
+    assert "belt.c, gate.c: interrupted after" in said.out
+    assert "belt.c: assumption `not (fresh(x.gate.go) and fresh(x.gate.hold))`: not" in said.out
+    assert said.out.count(": not explored") == 3
+    assert said.err.endswith("0 errors, 0 warnings\nspecc: interrupted\n")
 
 
 def test_comments_and_options_hide_findings(

@@ -210,8 +210,12 @@ class Graph:
         self.faults: list[tuple[int, Edge]] = []
         self.violated: dict[int, tuple[int, Edge | None]] = dict.fromkeys(begun.violated, (0, None))
         self.steps = 0
+        self.interrupted = False
         self._known = {first: 0}
-        self._explore(budget)
+        try:
+            self._explore(budget)
+        except KeyboardInterrupt:  # what was found so far is told
+            self.interrupted = True
 
     @property
     def complete(self) -> bool:

@@ -33,6 +33,7 @@ class Explored:
     exact: bool
     timed: bool
     """Whether time in a state matters at all."""
+    interrupted: bool
     widened: tuple[str, ...] = ()
 
     def words(self) -> str:
@@ -42,7 +43,8 @@ class Explored:
         if self.complete:
             what += f"explored completely: {states}"
         else:
-            what += f"stopped after {states}, {self.depth_s:g} s into the runs"
+            why = "interrupted" if self.interrupted else "stopped"
+            what += f"{why} after {states}, {self.depth_s:g} s into the runs"
         if self.timed:
             time = "counted in periods" if self.exact else "taken to pass in any way"
             what += f"; time in states {time}"
@@ -61,10 +63,16 @@ class Exploration:
     requirements: list[Judged] = field(default_factory=list)
     alone: tuple[str, ...] = ()
     """Machines that decide nothing."""
+    left: list[tuple[str, ...]] = field(default_factory=list)
+    """Slices that were not begun since exploring was interrupted."""
+    interrupted: bool = False
 
 
 def explore(facts: Facts, budget: int) -> Exploration:
-    """Explore a system without errors in so many steps; where time is counted, twice as many."""
+    """Explore a system without errors in so many steps; where time is counted, twice as many.
+
+    Ctrl-C ends it, with what was found until then.
+    """
     with one_run():
         return _explore(facts, budget)
 
@@ -76,10 +84,14 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     verdicts: dict[tuple[str, int], set[Verdict]] = {}
     slices, required = abstraction.slices(), groups(facts)
     for index, names in enumerate(slices):
+        if result.interrupted:
+            result.left.append(names)
+            continue
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) + len(required) - index)
         graph = _explored(names, abstraction, facts, share, found)
         result.slices.append(_summary(graph))
+        result.interrupted = graph.interrupted
         for walker in graph.composition.walkers:
             for number in range(len(walker.subsystem.axioms)):
                 answers = walker.assumed.get(number, set())
@@ -92,7 +104,8 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         for (name, index), said in sorted(verdicts.items())
         for kept in (abstraction.kept[name],)
     ]
-    inside = {name for each in result.slices for name in each.names}
+    explored = [*(each.names for each in result.slices), *result.left]
+    inside = {name for names in explored for name in names}
     _require(result, required, facts, budget)
     result.alone = tuple(name for name in abstraction.kept if name not in inside)
     return result
@@ -103,9 +116,13 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
     left = budget - sum(each.steps for each in result.slices)
     told: dict[int, Judged] = {}
     for index, group in enumerate(required):
+        if result.interrupted:
+            told |= {id(r): Judged(r, "not explored") for r in group.requirements}
+            continue
         share = max(0, left) // (len(required) - index)
         said, there, graphs = judged(group, facts, share)
         left -= sum(graph.steps for graph in graphs)
+        result.interrupted = any(graph.interrupted for graph in graphs)
         told |= {id(each.requirement): each for each in said}
         result.findings += there
     result.requirements = [
@@ -123,16 +140,28 @@ def _explored(
 ) -> Graph:
     """The graph that says most about a slice; its findings are added to those `found`."""
     best = Graph(Composition(names, abstraction, exact=False), budget)
-    there = findings(best, abstraction, facts.system)
+    there = _found(best, abstraction, facts)
     # Without measurements, time alone makes ways that counting it closes again.
-    if (there or not best.complete) and best.composition.is_timed:
+    again = (there or not best.complete) and best.composition.is_timed
+    if again and not best.interrupted:
         counted = Graph(Composition(names, abstraction, exact=True), budget)
-        confirmed = findings(counted, abstraction, facts.system)
+        confirmed = _found(counted, abstraction, facts)
         there = confirmed if counted.complete else there | confirmed
-        best = counted if counted.complete or not best.complete else best
+        best = counted if counted.complete or counted.interrupted or not best.complete else best
     for about, finding in there.items():
         found.setdefault(about, finding)
     return best
+
+
+def _found(
+    graph: Graph, abstraction: Abstraction, facts: Facts
+) -> dict[tuple[object, ...], Finding]:
+    """What is found in a graph; nothing if looking for it is interrupted."""
+    try:
+        return findings(graph, abstraction, facts.system)
+    except KeyboardInterrupt:
+        graph.interrupted = True
+        return {}
 
 
 def _summary(graph: Graph) -> Explored:
@@ -145,6 +174,7 @@ def _summary(graph: Graph) -> Explored:
         graph.complete,
         composition.exact,
         composition.is_timed,
+        graph.interrupted,
         composition.values.widened_names,
     )
 

@@ -71,7 +71,8 @@ def judged(
     """What exploring says of the requirements of a group, and what was explored."""
     abstraction = Abstraction(facts, group.requirements)
     graphs = [_graph(group, abstraction, budget, exact=False)]
-    if (graphs[0].violated or not graphs[0].complete) and graphs[0].composition.is_timed:
+    again = graphs[0].violated or not graphs[0].complete
+    if again and graphs[0].composition.is_timed and not graphs[0].interrupted:
         graphs.append(_graph(group, abstraction, budget, exact=True))
     best = graphs[-1:] if graphs[-1].complete else graphs
     told, findings = [], []
