@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Literal
 from specc_runtime.faults import text_of
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import PLANT
-from specc_runtime.subsystem import Subsystem
 from specc_runtime.temporal import TRUE, UNKNOWN, Atom, Formula, Judgement
 
 Verdict = Literal["met", "violated", "unknown"]
@@ -66,9 +65,9 @@ class Requirement:
         elif not low[0]:
             self._unknown = self._unknown or (self._count, then)
 
-    def finish(self) -> None:
-        """The run is over: what is still to be judged depends on nothing that is known."""
-        for _ in range(self._formula.delay):
+    def finish(self, missed: int) -> None:
+        """The run is over, `missed` ticks ago: all that is still to be judged is unknown."""
+        for _ in range(0 if self._over else missed + self._formula.delay):
             self.step({})
         self._over = True
 
@@ -145,8 +144,11 @@ class Requirements:
     atoms: tuple[Atom, ...]
     requirements: tuple[Requirement, ...]
 
-    def follow(self, subsystems: Mapping[str, tuple[Subsystem, int]], tick_s: float) -> None:
-        """Begin a run of these subsystems, each with the ticks of its period."""
+    def follow(self, subsystems: Mapping[str, tuple[Any, int]], tick_s: float) -> None:
+        """Begin a run of these subsystems, each with the ticks of its period.
+
+        Of a subsystem, `x` and `memory` are read.
+        """
         self._tick_s = tick_s
         self._subsystems: Mapping[str, tuple[Any, int]] = {PLANT: (None, 1), **subsystems}
         self._known: Mapping[str, Any] = {}
@@ -186,9 +188,13 @@ class Requirements:
         for reading in readings:
             value = _found(reading, record, sent, subsystem)
             if value is not _ABSENT:
-                tick = start + ticks if reading.kind == "sent" else start
-                self._changes[tick][reading.attribute] = reading.asks_presence or value
+                self._change(reading, start, reading.asks_presence or value)
         self._settled[record.subsystem] = start + ticks
+
+    def _change(self, reading: Reading, tick: int, value: Any) -> None:
+        """The step of a tick makes a value; others see what is sent a period later."""
+        seen = tick + (self._subsystems[reading.subsystem][1] if reading.kind == "sent" else 0)
+        self._changes[seen][reading.attribute] = value
 
     def advance(self, tick: int) -> None:
         """Judge the ticks before `tick` of which all values are known."""
@@ -196,11 +202,14 @@ class Requirements:
         while self._tick < last:
             known = self._known
             found = self._changes.pop(self._tick, {})
-            changes = {n: v for n, v in found.items() if n not in known or known[n] is not v}
+            changes = {n: v for n, v in found.items() if known.get(n, _ABSENT) is not v}
             if changes:
-                self._known = {**known, **changes}
+                self._known = {n: v for n, v in {**known, **changes}.items() if v is not _ABSENT}
                 for name, value in changes.items():
-                    setattr(self.values, name, value)
+                    if value is _ABSENT:
+                        delattr(self.values, name)
+                    else:
+                        setattr(self.values, name, value)
                 for atom in self.atoms:
                     if not atom.reads.isdisjoint(changes):
                         atom.update()
@@ -209,12 +218,22 @@ class Requirements:
             self._tick += 1
 
     def finish(self, tick: int) -> None:
-        """The run is over after so many ticks."""
+        """The run is over after so many ticks; what is not settled by then is unknown."""
+        for name, settled in self._settled.items():
+            for reading in self._readings[name]:
+                self._change(reading, settled, _ABSENT)
+            self._settled[name] = max(settled, tick)
         self.advance(tick)
+        self.abandon(tick)
+
+    def abandon(self, tick: int) -> None:
+        """The run is over after so many ticks; those that are not judged yet are unknown."""
         for atom in self.atoms:
             atom.now = UNKNOWN
+        missed = range(self._tick, tick)
         for requirement in self.requirements:
-            requirement.finish()
+            requirement.finish(len(missed))
+        self._tick = max(self._tick, tick)
 
     @property
     def violated(self) -> bool:

@@ -85,7 +85,7 @@ class Sensor:
 
 
 class Onlooker:
-    """What is really so in the plant at every base tick: for requirements, never for agents."""
+    """What is really so in the plant at every base tick, for all but agents."""
 
     def __init__(
         self,
@@ -102,8 +102,9 @@ class Onlooker:
         for sensor in self._sensors:
             sensor.update(time_s)
         sent = tuple([(sensor.name, sensor.value) for sensor in self._sensors])
+        record = StepRecord(PLANT, tick, time_s, "", -1, sent)
         for tell in self._told:
-            tell(StepRecord(PLANT, tick, time_s, "", -1, sent))
+            tell(record)
 
 
 class Port:

@@ -44,7 +44,7 @@ class Session:
         judge: Judge | None,
         clock: WallClock,
         interruption: Interruption,
-        observer: Observer | None = None,
+        recorder: Observer | None = None,
     ) -> None:
         """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
         that does not hang together, UsageError for a plant that cannot be disturbed as it says.
@@ -70,8 +70,8 @@ class Session:
         self._digest = RecordDigest()
         self._cycles = Cycles(system, judge, lambda: self._executor.time_s)
         observers: list[Observer] = [self._digest, self._statistics, self._cycles]
-        if observer is not None:
-            observers.insert(0, observer)
+        if recorder is not None:
+            observers.insert(0, recorder)
         self._requirements = system.requirements
         self._followers = [each for each in (system.requirements, system.triggers) if each]
         for each in self._followers:
@@ -82,7 +82,7 @@ class Session:
             system,
             plant,
             observers,
-            onlooker=_onlooker(system, plant, self._followers),
+            onlooker=_onlooker(system, plant, recorder, self._followers),
             inline=options.inline,
             clock=clock,
         )
@@ -189,6 +189,8 @@ class Session:
     def abandon(self) -> None:
         """Give the plant its safe outputs although a step that does not end is still under way."""
         self._executor.abandon(self.interruption.abandoned())
+        if self._requirements is not None:
+            self._requirements.abandon(self._executor.tick)
         self._last_outputs = self._executor.leave_safe()
         self._over_now = True
 
@@ -267,11 +269,15 @@ class Session:
 
 
 def _onlooker(
-    system: System, plant: Plant | None, followers: Sequence[Requirements]
+    system: System,
+    plant: Plant | None,
+    recorder: Observer | None,
+    followers: Sequence[Requirements],
 ) -> Onlooker | None:
-    """What samples the plant for those who follow the run; None if they read nothing of it."""
+    """What samples the plant for those who follow the run; a recorder gets all that there is."""
     if system.plant is None or plant is None:
         return None
     read = frozenset[str]().union(*(each.observed for each in followers))
-    seen = [binding for binding in system.plant.observed if binding.name in read]
-    return Onlooker(seen, plant.sample, followers) if seen else None
+    seen = [one for one in system.plant.observed if recorder is not None or one.name in read]
+    told: list[Observer] = [*([] if recorder is None else [recorder]), *followers]
+    return Onlooker(seen, plant.sample, told) if seen else None

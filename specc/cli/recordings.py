@@ -70,8 +70,18 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
             raise Refused(diagnostic.message)
         base, file = Path(os.path.dirname(spec)), Path(options.file)
         only = options.subsystem or ""
-        outcomes = called("recording.replay", "replay", package, base, file, only, options.until)
-    return _tell(outcomes, result, options)
+        outcomes, watch = called(
+            "recording.replay", "replay", package, base, file, only, options.until
+        )
+    code = _tell(outcomes, result, options)
+    return code if watch is None else max(code, _required(watch))
+
+
+def _required(watch: Any) -> int:
+    """Print what became of the requirements in the recorded run."""
+    found = watch.as_data()
+    called("progress.summary", "show_requirements", found)
+    return DIFFERS if watch.violated else SAME
 
 
 def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:

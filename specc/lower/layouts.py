@@ -18,7 +18,7 @@ from specc.lower.names import (
     in_docstring,
     literal,
 )
-from specc.model.system import Element, Memory, Subsystem, System
+from specc.model.system import PLANT, Element, Memory, Subsystem, System
 from specc.model.types import (
     Bool,
     Enum,
@@ -109,6 +109,11 @@ def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> F
         if layout not in known:
             known[layout] = names.new(identifier(subsystem.qualified_name).upper())
         owners.append((literal(subsystem.qualified_name), known[layout]))
+    if system.plant and system.plant.observed:
+        seen = (((item.name,), f"{PLANT}.{item.name}", item) for item in system.plant.observed)
+        groups = ("x", ()), ("y", tuple(_elements(seen, forms))), ("memory", ())
+        known[_Layout(groups, ())] = names.new(PLANT.upper())
+        owners.append((literal(PLANT), PLANT.upper()))
     parts = {
         "title": title,
         "spec": spec,

@@ -10,8 +10,8 @@ import pytest
 from mcap.records import Attachment
 from mcap.writer import Writer
 from specc_runtime.forms import Misshapen
+from specc_runtime.recording.messages import unpacked
 from specc_runtime.recording.reading import Reading
-from specc_runtime.recording.replay import unpacked
 
 from specc.cli.main import main
 from tests.recording.runs import CONVEYOR, ROOT, messages, specc
@@ -31,6 +31,9 @@ def test_the_recording_that_is_kept_replays() -> None:
         "gate.c: 120 steps are the same\n"
         "gate.barrier: 600 steps are the same\n"
         "gate.eye: 300 steps are the same\n"
+        "met always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s]), "
+        "margin 0.0957\n"
+        "met always(state(gate.c) == halting implies within(patience, state(gate.c) == opening))\n"
     )
 
 

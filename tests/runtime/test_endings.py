@@ -244,6 +244,7 @@ def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
 ) -> None:
     """At 10 Hz the step is in a worker thread."""
     spec = SPEC.replace("rate: 100 Hz", f"rate: {rate}").replace("rate: 50 Hz", "rate: 10 Hz")
+    spec += "require: [{that: always(present(arm.E.j.tau)), because: of the test}]\n"
     package = hinge(tmp_path, spec=spec, drive=drive)
     with begun(package, *ENDLESS) as process:
         until(process, "operator drive (hinge_parts:drive) in arm.j")
@@ -257,6 +258,7 @@ def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
     assert fault["culprit"] == "operator drive (hinge_parts:drive)"
     assert fault["equations"] == [1]
     assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+    assert data["requirements"][0]["verdict"] != "met"
 
 
 LEAVES = "raise SystemExit(0)"

@@ -117,6 +117,29 @@ def test_what_is_not_known_is_unknown(
     assert found["time_s"] == pytest.approx(time_s)
 
 
+@pytest.mark.parametrize(
+    ("text", "verdict"),
+    [
+        ("always(listener.c.seen > 0)", "unknown"),
+        ("always(listener.c.seen > 0 or counter.c.n < 9)", "met"),
+        ("always(state(counter.c) == counting or counter.c.n == 8)", "met"),
+    ],
+)
+def test_what_a_step_that_failed_would_have_made_is_unknown(
+    tmp_path: Path, text: str, verdict: str
+) -> None:
+    spec, report = tmp_path / "pair.yaml", tmp_path / "report.json"
+    failing = SPEC.replace("functions: {listen: {", "functions: {listen: {k: k + 1, ").replace(
+        "x.counter.v if present(x.counter.v) else seen", "1[m/s] / (3 - k)"
+    )
+    failing = failing.replace("memory: {seen", "memory: {k: {type: int, init: 0}, seen")
+    spec.write_text(f'{failing}require: [{{that: "{text}", because: of the test}}]\n')
+    assert main(["run", str(spec), "--duration", "2", "--report", str(report)]) == 1
+    told = json.loads(report.read_text())
+    assert (told["ended"], told["faults"][0]["stamp"]) == ("fault", 3)
+    assert told["requirements"][0]["verdict"] == verdict
+
+
 def test_a_run_without_requirements_says_nothing_of_them(tmp_path: Path) -> None:
     spec, report = tmp_path / "pair.yaml", tmp_path / "report.json"
     spec.write_text(SPEC)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from rich.console import Console
@@ -20,10 +20,18 @@ CYCLES_ABREAST = 4
 
 
 def show(report: Report, console: Console | None = None) -> None:
-    """Print cycles, subsystems, figures and faults."""
-    own = console or Console()
+    """Print cycles, subsystems, figures, requirements and faults."""
+    _print(lambda own: _show(report, own), console or Console())
+
+
+def show_requirements(requirements: Iterable[dict[str, Any]]) -> None:
+    """Print what became of requirements."""
+    _print(lambda own: _show_requirements(requirements, own), Console())
+
+
+def _print(what: Callable[[Console], None], own: Console) -> None:
     with own.capture() as captured:
-        _show(report, own)
+        what(own)
     # Rich would end the process where nobody reads the output; the caller decides instead.
     if sys.stdout is None:
         raise OSError(errno.EBADF, os.strerror(errno.EBADF))
@@ -46,8 +54,7 @@ def _show(report: Report, console: Console) -> None:
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
     for disturbance in report.disturbances:
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
-    for requirement in report.requirements:
-        console.print(_required(requirement), highlight=False, soft_wrap=True)
+    _show_requirements(report.requirements, console)
     for fault in report.faults:
         for line in _told(fault):
             console.print(line, highlight=False, soft_wrap=True)
@@ -59,6 +66,11 @@ def _happened(disturbance: dict[str, Any]) -> str:
     return f"{when}: {_safe(disturbance['because'])}"
 
 
+def _show_requirements(requirements: Iterable[dict[str, Any]], console: Console) -> None:
+    for requirement in requirements:
+        console.print(_required(requirement), highlight=False, soft_wrap=True)
+
+
 _COLOURS = {"met": "green", "violated": "red", "unknown": "yellow"}
 
 
@@ -68,6 +80,8 @@ def _required(requirement: dict[str, Any]) -> str:
     text = f"[{_COLOURS[verdict]}]{verdict}[/] {_safe(requirement['that'])}"
     if margin is not None:
         text += f", margin {margin:.3g}"
+    if missing := requirement.get("missing"):
+        text += f"; not in the recording: {_safe(', '.join(missing))}"
     if time_s is None:
         return text
     values = (

@@ -15,10 +15,11 @@ from typing import Any
 from specc_runtime.forms import Element, Layout, Misshapen, NotRecorded
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import UsageError
+from specc_runtime.recording.messages import NOTHING, Shelved, about, step_of, steps_of, within
 from specc_runtime.recording.reading import Unusable
-from specc_runtime.recording.replay import NOTHING, Shelved, about, step_of, steps_of, within
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import dumped
+from specc_runtime.sampling import PLANT
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
@@ -47,7 +48,7 @@ class Past:
             last_s = 0.0
             for topic, time_s, text in steps_of(file, self._shelf, images=False):
                 last_s = max(last_s, time_s)
-                if time_s < until_s - _EARLIER_S:
+                if time_s < until_s - _EARLIER_S and topic != topic_of(PLANT):
                     self._texts.setdefault(topic, []).append(text)
         except (Unusable, Misshapen) as error:
             raise UsageError(str(error)) from error

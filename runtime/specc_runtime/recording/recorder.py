@@ -14,10 +14,11 @@ from specc_runtime.options import Options
 from specc_runtime.plant import Posed
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.scene import PERIOD_S, Scene
-from specc_runtime.recording.steps import Shelf, Steps
+from specc_runtime.recording.steps import Shelf, Steps, Truth
 from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, versions
+from specc_runtime.sampling import PLANT
 from specc_runtime.system import System
 
 FORMAT = "1"
@@ -40,13 +41,17 @@ class Recorder:
             s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self._log)
             for s in system.subsystems
         }
+        self._truth = Truth(layouts[PLANT], shelf, self._log) if PLANT in layouts else None
         posed = plant is not None and not shortcomings(plant, Posed)
         self._scene = Scene(self._log, plant) if posed else None
         self.period_s = max(PERIOD_S, system.tick_s)
         self.report: Callable[[], Report] | None = None
 
     def __call__(self, record: StepRecord) -> None:
-        """Write a step that was committed."""
+        """Write a step that was committed, or what is really so in the plant."""
+        if self._truth is not None and record.subsystem == PLANT:
+            self._log.add(self._truth.channel, record.time_s, self._truth.message(record))
+            return
         steps = self._steps[record.subsystem]
         self._log.add(steps.channel, record.time_s, steps.message(record))
 

@@ -7,8 +7,6 @@ layouts of the generated package say.
 from __future__ import annotations
 
 import re
-from base64 import b64decode
-from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
@@ -17,36 +15,24 @@ from typing import Any
 
 from specc_runtime.buffers import FRESH
 from specc_runtime.faults import Fault
-from specc_runtime.forms import Element, Layout, Misshapen, NotRecorded
+from specc_runtime.forms import Layout, Misshapen, NotRecorded
 from specc_runtime.loading import load_layouts, load_system
-from specc_runtime.recording.pictures import RAW, read_raw
-from specc_runtime.recording.reading import (
-    Channel,
-    Message,
-    Metadata,
-    Reading,
-    Schema,
-    Unusable,
+from specc_runtime.recording.messages import (
+    NOTHING,
+    Shelved,
+    about,
+    step_of,
+    steps_of,
+    within,
 )
-from specc_runtime.recording.recorder import FORMAT
-from specc_runtime.recording.steps import (
-    STEP_SCHEMA,
-    VALUE_SCHEMA,
-    WINDOW,
-    Cells,
-    Shelf,
-    digest_of,
-    passage_of,
-    remembered,
-    topic_of,
-)
+from specc_runtime.recording.reading import Unusable
+from specc_runtime.recording.required import Watch
+from specc_runtime.recording.steps import Cells, Shelf, passage_of, remembered, topic_of
 from specc_runtime.recording.text import dumped, loaded
+from specc_runtime.sampling import PLANT
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.track import outcome_of
-
-NOTHING = b"nothing"
-"""Stands for an element without a value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,53 +68,6 @@ class Outcome:
     """Why it cannot be compared any further."""
     left_out: set[str] = field(default_factory=set)
     """Outputs and memory of which the file has no more than the type, so that none can differ."""
-
-
-class Shelved:
-    """What stands aside in the file, as it was read last; see `Fetch`."""
-
-    def __init__(self, most: float = 2 * WINDOW) -> None:
-        """Keeps so many values."""
-        self._most = most
-        self._kept: OrderedDict[str, Any] = OrderedDict()
-
-    def put(self, digest: str, value: Any) -> None:
-        """Keep a value."""
-        self._kept[digest] = value
-        self._kept.move_to_end(digest)
-        if len(self._kept) > self._most:
-            self._kept.popitem(last=False)
-
-    def image(self, data: Any) -> Any:
-        """See `Fetch`."""
-        return self._found(_part(data, "image"), "an image, without --record-exact")
-
-    def packed(self, kind: str, data: Any) -> bytes:
-        """See `Fetch`."""
-        if isinstance(data, dict) and data.keys() == {"type"}:
-            raise NotRecorded(f"a value of {kind}, without a codec or --record-exact")
-        if isinstance(data, dict) and "bytes" in data:
-            return unpacked(data)
-        return bytes(self._found(_part(data, "digest"), f"a value of {kind}"))
-
-    def _found(self, digest: str, what: str) -> Any:
-        if digest not in self._kept:
-            raise NotRecorded(what)
-        return self._kept[digest]
-
-
-def _part(data: Any, name: str) -> str:
-    if not isinstance(data, dict) or not isinstance(data.get(name), str):
-        raise Misshapen(f"a value without its {name}")
-    return str(data[name])
-
-
-def unpacked(data: Any) -> bytes:
-    """The bytes of a message of `VALUES`, or of a value in a message; raises Misshapen."""
-    try:
-        return b64decode(_part(data, "bytes"), validate=True)
-    except ValueError as error:
-        raise Misshapen(f"no bytes: {error}") from None
 
 
 class _Replayed:
@@ -232,38 +171,10 @@ class _Replayed:
 
 _LEFT_OUT = re.compile(rb'\{(?:"type":"[^"]*")?\}')
 """What stands for an opaque value or an image that is not in the file."""
-_STEP: dict[str, tuple[type, ...]] = {
-    "stamp": (int,),
-    "time": (float, int),
-    "state": (str,),
-    "transition": (str,),
-    "conditions": (dict,),
-    "x": (dict,),
-    "fresh": (dict,),
-}
-
-
-def step_of(text: bytes) -> dict[str, Any]:
-    """What a message says of a step; raises Misshapen."""
-    told = loaded(text)
-    if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
-        raise Misshapen("a message without what every step has")
-    if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
-        raise Misshapen("a message with values of other types than a step has")
-    return told
 
 
 def _sent(buffer: Any, attributes: tuple[str, ...]) -> tuple[tuple[str, ...], Any]:
     return attributes, [getattr(buffer, name) for name in attributes]
-
-
-def within(data: Any, element: Element) -> Any:
-    """The data of an element in that of a buffer or of memory; `NOTHING` if it is not there."""
-    for name in element.name:
-        if not isinstance(data, dict) or name not in data:
-            return NOTHING
-        data = data[name]
-    return data
 
 
 def _pairs(
@@ -280,23 +191,12 @@ def _pairs(
         yield ".".join(element.name), then, now.get(element, NOTHING)
 
 
-def about(file: Path) -> Mapping[str, str]:
-    """What a recording says of the run: spec, seed, set, exact. Raises Unusable."""
-    for record in Reading(file):
-        if isinstance(record, Metadata) and record.name == "specc":
-            told: Mapping[str, str] = record.metadata
-            if told.get("format") != FORMAT:
-                raise Unusable(f"{file} was recorded by another version of specc")
-            return told
-        if isinstance(record, Message):
-            break
-    raise Unusable(f"{file} is no recording of specc")
-
-
 def replay(
     package: Path, base: Path, file: Path, only: str = "", until_s: float = inf
-) -> list[Outcome]:
+) -> tuple[list[Outcome], Watch | None]:
     """What comes of giving the inputs of a recording to a generated package, by subsystem.
+
+    What becomes of its requirements follows, unless it has none, or there is one subsystem `only`.
 
     Raises Unusable for the file, and what `load_system` and `load_layouts` raise.
     """
@@ -311,10 +211,16 @@ def replay(
         if only in ("", s.subsystem.name)
     }
     outcomes = [one.outcome for one in replayed.values()]
+    watch = None if only or system.requirements is None else Watch(system, layouts, shelf)
     gone: set[str] = set()
     for topic, time_s, text in steps_of(file, shelf):
         one = replayed.get(topic)
-        if one is None and not only and topic not in gone:
+        if watch is not None and time_s <= until_s:
+            try:
+                watch.take(topic, text)
+            except Misshapen as error:
+                raise Unusable(f"{file}: {topic} at {time_s:g} s: {error}") from None
+        if one is None and not only and topic not in (*gone, topic_of(PLANT)):
             gone.add(topic)
             outcomes.append(Outcome(topic[1:], unknown="the specification does not have it"))
         if one is not None and not one.is_over and time_s <= until_s:
@@ -325,38 +231,6 @@ def replay(
     for outcome in outcomes:
         if not outcome.steps and not outcome.difference and not outcome.unknown:
             outcome.unknown = "no step of it was recorded"
-    return outcomes
-
-
-def steps_of(
-    file: Path, shelf: Shelved, *, images: bool = True
-) -> Iterator[tuple[str, float, bytes]]:
-    """Topic, time and text of every step, in the order of the file; `shelf` gets what is aside.
-
-    Raises Unusable.
-    """
-    schemas: dict[int, str] = {}
-    channels: dict[int, tuple[str, str]] = {}
-    for record in Reading(file):
-        if isinstance(record, Schema):
-            schemas[record.id] = record.name
-        elif isinstance(record, Channel):
-            channels[record.id] = record.topic, schemas.get(record.schema_id, "")
-        elif isinstance(record, Message):
-            topic, schema = channels.get(record.channel_id, ("", ""))
-            if schema.startswith(STEP_SCHEMA):
-                yield topic, record.log_time / 1e9, record.data
-            elif schema == VALUE_SCHEMA or (schema == RAW and images):
-                try:
-                    _shelve(loaded(record.data), schema, shelf)
-                except Misshapen as error:
-                    raise Unusable(f"{file}: {topic}: {error}") from None
-
-
-def _shelve(message: Any, schema: str, shelf: Shelved) -> None:
-    if schema == RAW:
-        image = read_raw(message)
-        shelf.put(digest_of(image.tobytes()), image)
-    else:
-        data = unpacked(message)
-        shelf.put(digest_of(data), data)
+    if watch is not None:
+        watch.finish(until_s)
+    return outcomes, watch

@@ -18,9 +18,11 @@ from specc_runtime.recording.log import Log
 from specc_runtime.recording.pictures import compressed, raw
 from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
+from specc_runtime.sampling import PLANT
 from specc_runtime.subsystem import Subsystem, Transition
 
 VALUES, VALUE_SCHEMA, STEP_SCHEMA = "/values", "specc.Value", "specc.Step."
+TRUTH_SCHEMA = "specc.Truth"
 SMALL_BYTES = 2048
 """A codec's bytes up to this size stand in the message itself."""
 WINDOW = 32
@@ -243,6 +245,24 @@ class Steps:
         self._shelf.subsystem = self.subsystem.name
         x = self._x.text(*inputs, self._shelf, time_s)
         return b'{"stamp":%d,"time":%b,%b,"x":%b' % (stamp, dumped(time_s), known, x)
+
+
+class Truth:
+    """What is written of the plant as it really is."""
+
+    def __init__(self, layout: Layout, shelf: Shelf, log: Log) -> None:
+        self._shelf = shelf
+        self._y = Cells("y", layout.y)
+        number, counted = {"type": "number"}, {"type": "integer"}
+        form = {"stamp": counted, "time": number, "y": _of_elements(layout.y)}
+        self.channel = log.channel(topic_of(PLANT), TRUTH_SCHEMA, object_schema(form))
+
+    def message(self, record: StepRecord) -> bytes:
+        """The text about a tick."""
+        self._shelf.subsystem = PLANT
+        attributes, values = zip(*record.sent, strict=True)
+        y = self._y.text(attributes, values, self._shelf, record.time_s)
+        return b'{"stamp":%d,"time":%b,"y":%b}' % (record.stamp, dumped(record.time_s), y)
 
 
 def remembered(layout: Layout, exact: bool) -> Sequence[Element]:

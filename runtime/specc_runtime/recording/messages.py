@@ -1,0 +1,165 @@
+"""What the messages of a recording say, and the values that stand aside in it.
+
+Files come from strangers: what a message says is checked before it is used.
+"""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.forms import Element, Misshapen, NotRecorded
+from specc_runtime.recording.pictures import RAW, read_raw
+from specc_runtime.recording.reading import (
+    Channel,
+    Message,
+    Metadata,
+    Reading,
+    Schema,
+    Unusable,
+)
+from specc_runtime.recording.recorder import FORMAT
+from specc_runtime.recording.steps import (
+    STEP_SCHEMA,
+    TRUTH_SCHEMA,
+    VALUE_SCHEMA,
+    WINDOW,
+    digest_of,
+)
+from specc_runtime.recording.text import loaded
+
+NOTHING = b"nothing"
+"""Stands for an element without a value."""
+
+
+class Shelved:
+    """What stands aside in the file, as it was read last; see `Fetch`."""
+
+    def __init__(self, most: float = 2 * WINDOW) -> None:
+        """Keeps so many values."""
+        self.report: Mapping[str, str] = {}
+        """What the file says of the run as a whole, if it is whole."""
+        self._most = most
+        self._kept: OrderedDict[str, Any] = OrderedDict()
+
+    def put(self, digest: str, value: Any) -> None:
+        """Keep a value."""
+        self._kept[digest] = value
+        self._kept.move_to_end(digest)
+        if len(self._kept) > self._most:
+            self._kept.popitem(last=False)
+
+    def image(self, data: Any) -> Any:
+        """See `Fetch`."""
+        return self._found(_part(data, "image"), "an image, without --record-exact")
+
+    def packed(self, kind: str, data: Any) -> bytes:
+        """See `Fetch`."""
+        if isinstance(data, dict) and data.keys() == {"type"}:
+            raise NotRecorded(f"a value of {kind}, without a codec or --record-exact")
+        if isinstance(data, dict) and "bytes" in data:
+            return unpacked(data)
+        return bytes(self._found(_part(data, "digest"), f"a value of {kind}"))
+
+    def _found(self, digest: str, what: str) -> Any:
+        if digest not in self._kept:
+            raise NotRecorded(what)
+        return self._kept[digest]
+
+
+def _part(data: Any, name: str) -> str:
+    if not isinstance(data, dict) or not isinstance(data.get(name), str):
+        raise Misshapen(f"a value without its {name}")
+    return str(data[name])
+
+
+def unpacked(data: Any) -> bytes:
+    """The bytes of a message of `VALUES`, or of a value in a message; raises Misshapen."""
+    try:
+        return b64decode(_part(data, "bytes"), validate=True)
+    except ValueError as error:
+        raise Misshapen(f"no bytes: {error}") from None
+
+
+_STEP: dict[str, tuple[type, ...]] = {
+    "stamp": (int,),
+    "time": (float, int),
+    "state": (str,),
+    "transition": (str,),
+    "conditions": (dict,),
+    "x": (dict,),
+    "fresh": (dict,),
+}
+
+
+def step_of(text: bytes) -> dict[str, Any]:
+    """What a message says of a step; raises Misshapen."""
+    told = loaded(text)
+    if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
+        raise Misshapen("a message without what every step has")
+    if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
+        raise Misshapen("a message with values of other types than a step has")
+    return told
+
+
+def within(data: Any, element: Element) -> Any:
+    """The data of an element in that of a buffer or of memory; `NOTHING` if it is not there."""
+    for name in element.name:
+        if not isinstance(data, dict) or name not in data:
+            return NOTHING
+        data = data[name]
+    return data
+
+
+def about(file: Path) -> Mapping[str, str]:
+    """What a recording says of the run: spec, seed, set, exact. Raises Unusable."""
+    for record in Reading(file):
+        if isinstance(record, Metadata) and record.name == "specc":
+            told: Mapping[str, str] = record.metadata
+            if told.get("format") != FORMAT:
+                raise Unusable(f"{file} was recorded by another version of specc")
+            return told
+        if isinstance(record, Message):
+            break
+    raise Unusable(f"{file} is no recording of specc")
+
+
+def steps_of(
+    file: Path, shelf: Shelved, *, images: bool = True
+) -> Iterator[tuple[str, float, bytes]]:
+    """Topic, time and text of every step, in the order of the file; `shelf` gets what is aside.
+
+    What is really so in the plant is among them.
+
+    Raises Unusable.
+    """
+    schemas: dict[int, str] = {}
+    channels: dict[int, tuple[str, str]] = {}
+    for record in Reading(file):
+        if isinstance(record, Schema):
+            schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            channels[record.id] = record.topic, schemas.get(record.schema_id, "")
+        elif isinstance(record, Metadata) and record.name == "report":
+            shelf.report = record.metadata
+        elif isinstance(record, Message):
+            topic, schema = channels.get(record.channel_id, ("", ""))
+            if schema.startswith(STEP_SCHEMA) or schema == TRUTH_SCHEMA:
+                yield topic, record.log_time / 1e9, record.data
+            elif schema == VALUE_SCHEMA or (schema == RAW and images):
+                try:
+                    _shelve(loaded(record.data), schema, shelf)
+                except Misshapen as error:
+                    raise Unusable(f"{file}: {topic}: {error}") from None
+
+
+def _shelve(message: Any, schema: str, shelf: Shelved) -> None:
+    if schema == RAW:
+        image = read_raw(message)
+        shelf.put(digest_of(image.tobytes()), image)
+    else:
+        data = unpacked(message)
+        shelf.put(digest_of(data), data)

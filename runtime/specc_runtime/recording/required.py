@@ -1,0 +1,174 @@
+"""Requirements on a recorded run: the monitors of runs follow what was recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
+from types import SimpleNamespace
+from typing import Any
+
+from specc_runtime.buffers import slots
+from specc_runtime.forms import Element, Layout, Misshapen, NotRecorded
+from specc_runtime.recording.messages import NOTHING, Shelved, step_of, within
+from specc_runtime.recording.steps import topic_of
+from specc_runtime.recording.text import loaded
+from specc_runtime.records import StepRecord
+from specc_runtime.requirements import Reading, Requirements
+from specc_runtime.sampling import PLANT
+from specc_runtime.system import System
+
+_PART = {"memory": "memory", "reported": "x", "sent": "y", "observed": "y"}
+"""The part of a message that has what a reading asks for."""
+
+
+class Watch:
+    """What becomes of the requirements of a system in a recorded run.
+
+    What the file does not have is unknown. Of arrays it may have single precision only.
+    """
+
+    def __init__(self, system: System, layouts: Mapping[str, Layout], shelf: Shelved) -> None:
+        """The system, which has requirements, is at its beginning."""
+        assert system.requirements is not None
+        self._requirements: Requirements = system.requirements
+        self._tick_s = system.tick_s
+        self._shelf = shelf
+        read: dict[str, list[Reading]] = {}
+        for reading in self._requirements.readings:
+            read.setdefault(reading.subsystem, []).append(reading)
+        owners = {s.subsystem.name: (_copy(s.subsystem.x), s.ticks) for s in system.subsystems}
+        owners[PLANT] = SimpleNamespace(), 1
+        self._told = {
+            topic_of(name): _Told(name, ticks, x, _elements(read.get(name, ()), layouts), shelf)
+            for name, (x, ticks) in owners.items()
+        }
+        followed = {told.name: (told, told.ticks) for told in self._told.values()}
+        self._requirements.follow(followed, system.tick_s)
+
+    def take(self, topic: str, text: bytes) -> None:
+        """Take note of a message; raises Misshapen."""
+        told = self._told.get(topic)
+        if told is None or told.is_over:
+            return
+        record = told.record(text, self._tick_s)
+        if record is not None:
+            self._requirements(record)
+            self._requirements.advance(record.stamp * told.ticks)
+
+    def finish(self, until_s: float) -> None:
+        """The recording is over."""
+        begun = max((told.begun for told in self._told.values()), default=0)
+        settled = max((told.settled for told in self._told.values()), default=0)
+        end = _ticks(self._shelf.report, self._tick_s, begun)
+        if isfinite(until_s):
+            end = min(end, int(until_s / self._tick_s + 1e-6) + 1)
+        self._requirements.finish(min(end, settled))
+
+    @property
+    def violated(self) -> bool:
+        """Whether one of them is."""
+        return self._requirements.violated
+
+    def as_data(self) -> list[dict[str, Any]]:
+        """What the report of a run would say, and under `missing` what is not in the file."""
+        found = self._requirements.as_data()
+        known = {item for told in self._told.values() for item in told.known}
+        absent = {r.attribute for r in self._requirements.readings} - known
+        for data, requirement in zip(found, self._requirements.requirements, strict=True):
+            data["missing"] = [
+                n for n, attribute in requirement.reads.items() if attribute in absent
+            ]
+        return found
+
+
+def _copy(buffer: Any) -> SimpleNamespace:
+    there = (name for name in slots(buffer) if hasattr(buffer, name))
+    return SimpleNamespace(**{name: getattr(buffer, name) for name in there})
+
+
+def _ticks(report: Mapping[str, str], tick_s: float, begun: int) -> int:
+    """How many ticks a run had: as its report says or, without one, as steps were begun."""
+    try:
+        return round(float(loaded(report["report"].encode())["simulated_s"]) / tick_s)
+    except (KeyError, TypeError, ValueError, OverflowError, Misshapen):
+        return begun + 1
+
+
+def _elements(
+    readings: Sequence[Reading], layouts: Mapping[str, Layout]
+) -> Iterator[tuple[Reading, str, Element | None]]:
+    """Each with the part of a message that has it, and its element there; a state has none."""
+    for reading in readings:
+        part, layout = _PART.get(reading.kind, ""), layouts.get(reading.subsystem)
+        members = getattr(layout, part) if part and layout else ()
+        found = (element for element in members if element.attribute == reading.element)
+        yield reading, part, next(found, None)
+
+
+class _Told:
+    """A subsystem, or the plant, as it was recorded: its `x` and `memory` after its last step."""
+
+    def __init__(
+        self,
+        name: str,
+        ticks: int,
+        x: SimpleNamespace,
+        readings: Iterator[tuple[Reading, str, Element | None]],
+        shelf: Shelved,
+    ) -> None:
+        """`x` has the values that there are before the first step."""
+        self.name, self.ticks, self.x = name, ticks, x
+        self.memory = SimpleNamespace()
+        self.known: set[str] = set()
+        self.is_over = False
+        self._readings = tuple(readings)
+        self._shelf = shelf
+        self._stamp = 0
+        self._last: dict[Element, tuple[Any, Any]] = {}
+
+    @property
+    def begun(self) -> int:
+        """The tick of its last step."""
+        return max(0, self._stamp - 1) * self.ticks
+
+    @property
+    def settled(self) -> int:
+        """The tick until which its values are known."""
+        return self._stamp * self.ticks
+
+    def record(self, text: bytes, tick_s: float) -> StepRecord | None:
+        """The record of its next step; None from the first one on that is not there as a whole."""
+        told = loaded(text) if self.name == PLANT else step_of(text)
+        if not isinstance(told, dict) or not {"y", "stamp"} <= told.keys():
+            self.is_over = True  # the step failed
+        elif told["stamp"] != self._stamp:
+            self.is_over = True  # others before it are missing
+        if self.is_over:
+            return None
+        sent = {}
+        for reading, part, element in self._readings:
+            value = self._value(told.get(part), element) if element else NOTHING
+            if value is not NOTHING:
+                if part == "y":
+                    sent[reading.element] = value
+                else:
+                    setattr(getattr(self, part), reading.element, value)
+            if value is not NOTHING or reading.kind == "state":
+                self.known.add(reading.attribute)
+        time_s = self._stamp * self.ticks * tick_s
+        state = told.get("state", "")
+        record = StepRecord(self.name, self._stamp, time_s, state, -1, tuple(sent.items()))
+        self._stamp += 1
+        return record
+
+    def _value(self, data: Any, element: Element) -> Any:
+        found = within(data, element)
+        last = self._last.get(element)
+        if found is NOTHING or (last is not None and last[0] == found):
+            return last[1] if last is not None and found is not NOTHING else NOTHING
+        try:
+            value = element.form.value(found, self._shelf)
+        except NotRecorded:
+            value = NOTHING
+        self._last[element] = found, value
+        return value
