@@ -17,7 +17,7 @@ from specc_runtime.values import Rgb
 
 MOST_PICTURES = 240
 """Of an animation: all of them are in memory until it is written."""
-_QUALITY = 40
+_QUALITY = 50
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,10 +17,11 @@ EACH = pytest.mark.parametrize("each", ARCHITECTURES, ids=lambda each: each.name
 
 
 def explored(
-    spec: Path, budget: int, capsys: pytest.CaptureFixture[str]
-) -> list[dict[str, object]]:
-    main(["explore", str(spec), "--budget", str(budget), "--format", "json"])
-    findings: list[dict[str, object]] = json.loads(capsys.readouterr().out)["findings"]
+    spec: Path, budget: int, capsys: pytest.CaptureFixture[str], *options: str
+) -> list[dict[str, Any]]:
+    """The findings of `specc explore`."""
+    main(["explore", str(spec), "--budget", str(budget), "--format", "json", *options])
+    findings: list[dict[str, Any]] = json.loads(capsys.readouterr().out)["findings"]
     return findings
 
 
@@ -58,18 +60,25 @@ def test_nine_of_ten_runs_meet_them(each: Architecture) -> None:
 
 
 @EACH
-def test_a_seeded_fault_is_found(
-    each: Architecture, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_seeded_fault_is_found_with_a_run_that_replays(
+    each: Architecture,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    (tmp_path / "pyproject.toml").touch()  # the project whose files they are
+    monkeypatch.chdir(tmp_path)
+    Path("pyproject.toml").touch()  # the project whose files they are
     copy_companions(tmp_path)
-    shutil.copytree(FOLDER, tmp_path / "architectures")
-    spec = tmp_path / "architectures" / each.path.name
+    shutil.copytree(FOLDER, "architectures")
+    spec = Path("architectures") / each.path.name
     text = spec.read_text(encoding="utf-8")
     for old, new in each.fault:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
     spec.write_text(text, encoding="utf-8")
-    found = [f for f in explored(spec, each.budget, capsys) if f["code"] == each.finds]
+    findings = explored(spec, each.budget, capsys, "--traces", "traces")
+    found = [finding for finding in findings if finding["code"] == each.finds]
     assert found
-    assert all(each["trace"] for each in found)
+    for finding in found:
+        assert finding["recording"], finding["lacks"]
+        assert main(["replay", finding["recording"], "--spec", str(spec)]) == 0
