@@ -10,7 +10,7 @@ import ast
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import TypeGuard
+from typing import Literal, TypeGuard
 
 from specc.lang.errors import ExprError, listed
 from specc.lang.parse import span
@@ -19,30 +19,39 @@ from specc.limits import MAX_SPREAD_PARTS
 Members = Mapping[tuple[int, ...], str]
 """Indices of each member of a group -> the peer that it is."""
 
-_USES = "write e.g. `x.{0}[1].e`, `len(x.{0})` or `all(fresh(r.e) for r in x.{0})`"
+Root = Literal["x", "plant", ""]
+"""What the name of a group stands below: inputs, what is observed, or nothing for agents."""
+_ARE = {"x": "peers", "plant": "values", "": "agents"}
+_USES = {
+    "x": "write e.g. `x.{0}[1].e`, `len(x.{0})` or `all(fresh(r.e) for r in x.{0})`",
+    "plant": "write e.g. `plant.{0}[1]`, `len(plant.{0})` or `all(v > 0 for v in plant.{0})`",
+    "": "write e.g. `{0}[1].c.n`, `len({0})` or `all(state(r.c) == S0 for r in {0})`",
+}
 
 
-def spread(tree: ast.expr, groups: Mapping[str, Members]) -> ast.expr:
-    """The expression without groups of peers; raises `ExprError` where one is used otherwise."""
-    if not any(isinstance(n, ast.Attribute) and n.attr in groups for n in ast.walk(tree)):
+def spread(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> ast.expr:
+    """The expression without groups; raises `ExprError` where one is used otherwise."""
+    spreading = _Spreading(groups, root)
+    if not any(isinstance(n, ast.expr) and spreading.group(n) for n in ast.walk(tree)):
         return tree
-    found: ast.expr = _Spreading(groups).visit(deepcopy(tree))
+    found: ast.expr = spreading.visit(deepcopy(tree))
     return found
 
 
 @dataclass
 class _Spreading(ast.NodeTransformer):
     groups: Mapping[str, Members]
+    root: Root
     parts: int = 0
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         """`all`, `any`, `argmin` and `argmax` over a group, and its `len`."""
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         match node.args:
-            case [ast.Attribute() as over] if name == "len" and self._group(over) is not None:
-                return ast.copy_location(ast.Constant(len(self._group(over) or ())), node)
+            case [over] if name == "len" and (group := self.group(over)) is not None:
+                return ast.copy_location(ast.Constant(len(group)), node)
             case [ast.GeneratorExp(elt=body, generators=[each])] if name in _WRITTEN_OUT:
-                group = self._group(each.iter)
+                group = self.group(each.iter)
                 if group is not None and isinstance(each.target, ast.Name) and not each.ifs:
                     said = self._each(body, each.target.id, group, node)
                     return ast.copy_location(_WRITTEN_OUT[name](said, group, node), node)
@@ -55,7 +64,7 @@ class _Spreading(ast.NodeTransformer):
         while isinstance(over, ast.Subscript):
             numbers.insert(0, over.slice)
             over = over.value
-        group = self._group(over)
+        group = self.group(over)
         if group is None:
             return self.generic_visit(node)
         at = tuple(n.value for n in numbers if isinstance(n, ast.Constant) and _is_whole(n.value))
@@ -64,18 +73,29 @@ class _Spreading(ast.NodeTransformer):
             shown = listed(f"[{one}]" for one in known) + (", ..." if len(group) > _SHOWN else "")
             message = f"`{ast.unparse(over)}` has no such member"
             raise ExprError(message, *span(node), f"there are {shown}", "E0238")
-        return _peer(group[at], node)
+        return _peer(self.root, group[at], node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         """A group where a value or one peer has to stand."""
-        if self._group(node) is not None:
-            message = f"`x.{node.attr}` are {len(self.groups[node.attr])} peers and no value"
-            raise ExprError(message, *span(node), _USES.format(node.attr), "E0238")
+        self._refuse(node, node.attr)
         return self.generic_visit(node)
 
-    def _group(self, node: ast.expr) -> Members | None:
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        """Likewise, for agents."""
+        self._refuse(node, node.id)
+        return node
+
+    def _refuse(self, node: ast.expr, name: str) -> None:
+        if (group := self.group(node)) is not None:
+            message = f"`{ast.unparse(node)}` are {len(group)} {_ARE[self.root]} and no value"
+            raise ExprError(message, *span(node), _USES[self.root].format(name), "E0238")
+
+    def group(self, node: ast.expr) -> Members | None:
+        """The group that a node names."""
         match node:
-            case ast.Attribute(value=ast.Name(id="x"), attr=name):
+            case ast.Attribute(value=ast.Name(id=self.root), attr=name):
+                return self.groups.get(name)
+            case ast.Name(id=name) if not self.root:
                 return self.groups.get(name)
         return None
 
@@ -87,8 +107,8 @@ class _Spreading(ast.NodeTransformer):
         if self.parts > MAX_SPREAD_PARTS:
             message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
             raise ExprError(message, *span(whole), "say it of fewer peers, or of less", "E0017")
-        said = (_Member(variable, at, peer).visit(deepcopy(body)) for at, peer in group.items())
-        return [self.visit(one) for one in said]
+        members = (_Member(variable, at, peer, self.root) for at, peer in group.items())
+        return [self.visit(member.visit(deepcopy(body))) for member in members]
 
 
 _SHOWN = 8
@@ -100,16 +120,20 @@ def _is_whole(value: object) -> TypeGuard[int]:
 
 @dataclass
 class _Member(ast.NodeTransformer):
-    """Puts one member in the place of the variable: a peer, or its number where it stands alone."""
+    """Puts one member in the place of the variable: a peer, or its number where it stands alone.
+
+    What is observed is a value where it stands alone.
+    """
 
     variable: str
     at: tuple[int, ...]
     peer: str
+    root: Root
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         match node.value:
             case ast.Name(id=self.variable) as name:
-                node.value = _peer(self.peer, name)
+                node.value = _peer(self.root, self.peer, name)
                 return node
         return self.generic_visit(node)
 
@@ -122,12 +146,17 @@ class _Member(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
-        return _number(self.at, node) if node.id == self.variable else node
+        if node.id != self.variable:
+            return node
+        is_value = self.root == "plant"
+        return _peer(self.root, self.peer, node) if is_value else _number(self.at, node)
 
 
-def _peer(name: str, at: ast.expr) -> ast.expr:
-    inputs = ast.copy_location(ast.Name("x", ast.Load()), at)
-    return ast.copy_location(ast.Attribute(inputs, name, ast.Load()), at)
+def _peer(root: Root, name: str, at: ast.expr) -> ast.expr:
+    if not root:
+        return ast.copy_location(ast.Name(name, ast.Load()), at)
+    above = ast.copy_location(ast.Name(root, ast.Load()), at)
+    return ast.copy_location(ast.Attribute(above, name, ast.Load()), at)
 
 
 def _number(indices: tuple[int, ...], at: ast.expr) -> ast.expr:

@@ -16,7 +16,7 @@ USAGE = MappingProxyType(
     | {"always": "always(p)", "since": "since(p, q)", "implies": "p implies q"}
 )
 """The operators of formulas and how each is written."""
-_TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\bimplies\b|[()\[\]{},]")
+_TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\b(?:implies|for)\b|[()\[\]{},]")
 
 
 def parse_formula(text: str) -> ast.expr:
@@ -65,7 +65,7 @@ def _with_calls(text: str) -> tuple[str, list[int]]:
             left_open[-1] += 1
             begun[-1] = len(out)
             continue
-        if word in ")]},":
+        if word in (")", "]", "}", ",", "for"):  # of a quantifier: what it says is over
             close(place)
         out += [(char, place + i) for i, char in enumerate(word)]
         if word in "([{":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal
+from typing import Final, Literal
 
 from specc.frozen import frozen
 from specc.model.expr import Expr
@@ -288,7 +288,7 @@ class Binding:
     max_gap_s: Fraction | None = None
 
 
-PLANT = "plant"
+PLANT: Final = "plant"
 """Stands for the device in bindings of what requirements see of the plant."""
 
 

@@ -22,7 +22,7 @@ from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.plant import resolve_plant, resolve_task
-from specc.resolve.requirements import requirement_of, resolve_requirements
+from specc.resolve.requirements import World, requirement_of, resolve_requirements
 from specc.resolve.reuse import Setting
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
@@ -97,13 +97,13 @@ def resolve(
     )
     resolved = [agent.name for agent in agents]
     uncertain = frozenset({*resolver.broken, *resolver.faulty, *spec.agents} - set(resolved))
-    required = resolve_requirements(
-        spec.require, top["require"], agents, plant, expressions, uncertain
-    )
+    seen = groups_of(spec.plant.observe) if spec.plant else {}
+    world = World(agents, plant, {"": library.groups, PLANT: seen}, uncertain)
+    required = resolve_requirements(spec.require, top["require"], world, expressions)
     if spec.task is not None and task is not None:
 
         def condition(text: str, at: Where) -> Requirement | None:
-            return requirement_of(text, "", at, agents, plant, expressions, uncertain)
+            return requirement_of(text, "", at, world, expressions)
 
         at = top["task"]["disturb"]
         disturbed = disturbances_of(spec.task.disturb, at, condition, findings, definitions)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, cast
 
+from specc.frozen import frozen
 from specc.lang import (
     Declared,
     ExprError,
@@ -15,7 +16,9 @@ from specc.lang import (
     Scope,
     check,
     members_of,
+    spread,
 )
+from specc.lang.many import Root
 from specc.lang.parse import span
 from specc.lang.temporal import TIMED, USAGE, parse_formula
 from specc.limits import MAX_SPAN_S
@@ -26,42 +29,41 @@ from specc.model.types import Bool, Enum, Real
 from specc.model.units import SECOND
 from specc.resolve.context import FOLLOW_UP, Where, suggestion
 from specc.resolve.expressions import Expressions, known_number
+from specc.resolve.groups import Groups
 from specc.resolve.library import constant_scope
 from specc.schema.files import RequirementDef
 
 
-def resolve_requirements(
-    definitions: Sequence[RequirementDef],
-    where: Where,
-    agents: Sequence[Agent],
-    plant: Plant | None,
-    expressions: Expressions,
-    uncertain: frozenset[str],
-) -> tuple[Requirement, ...]:
-    """The requirements without errors; what is wrong with others is reported.
+@frozen
+class World:
+    """What formulas speak of.
 
-    What is missing in an `uncertain` subsystem may be so because of its errors.
+    `many` are the groups that one `for` stands for: those of agents by "", those of what is
+    observed by "plant". What is missing in an `uncertain` subsystem may be so by its errors.
     """
+
+    agents: Sequence[Agent]
+    plant: Plant | None
+    many: Mapping[Root, Groups]
+    uncertain: frozenset[str]
+
+
+def resolve_requirements(
+    definitions: Sequence[RequirementDef], where: Where, world: World, expressions: Expressions
+) -> tuple[Requirement, ...]:
+    """The requirements without errors; what is wrong with others is reported."""
     found = (
-        requirement_of(
-            item.that, item.because, where[i]["that"], agents, plant, expressions, uncertain
-        )
+        requirement_of(item.that, item.because, where[i]["that"], world, expressions)
         for i, item in enumerate(definitions)
     )
     return tuple(each for each in found if each is not None)
 
 
 def requirement_of(
-    text: str,
-    because: str,
-    at: Where,
-    agents: Sequence[Agent],
-    plant: Plant | None,
-    expressions: Expressions,
-    uncertain: frozenset[str],
+    text: str, because: str, at: Where, world: World, expressions: Expressions
 ) -> Requirement | None:
     """What a formula says of runs; None after reporting."""
-    reader = _Reader(text, agents, plant, expressions, uncertain)
+    reader = _Reader(text, world, expressions)
     try:
         formula, lasts = reader.requirement()
     except ExprErrors as failure:
@@ -78,16 +80,15 @@ class _Reader:
     def __init__(
         self,
         text: str,
-        agents: Sequence[Agent],
-        plant: Plant | None,
+        world: World,
         expressions: Expressions,
-        uncertain: frozenset[str],
     ) -> None:
         self.readings: dict[str, Reading] = {}
         self._text = text
+        self._many = world.many
         self._definitions = expressions.definitions
         self._scope = constant_scope(expressions.definitions)
-        self._names = _Names(text, agents, plant, self.readings, uncertain, self._scope.names())
+        self._names = _Names(text, world, self.readings, self._scope.names())
 
     def requirement(self) -> tuple[Formula, bool]:
         """The formula inside `always(...)`, if it is there, and whether it is.
@@ -96,6 +97,8 @@ class _Reader:
             ExprErrors: what is wrong with the text.
         """
         tree = parse_formula(self._text)
+        for root, groups in self._many.items():
+            tree = spread(tree, groups, root)
         if _operator(tree) != "always":
             return self._formula(tree), False
         (inner,) = self._arguments(tree, 1)
@@ -191,13 +194,12 @@ class _Names(ast.NodeTransformer):
     def __init__(
         self,
         text: str,
-        agents: Sequence[Agent],
-        plant: Plant | None,
+        world: World,
         readings: dict[str, Reading],
-        uncertain: frozenset[str],
         others: Sequence[str],
     ) -> None:
         """`others` are names that no value of an agent begins with."""
+        agents, plant = world.agents, world.plant
         self._text = text
         self._others = set(others)
         self._agents = {agent.name for agent in agents}
@@ -206,7 +208,7 @@ class _Names(ast.NodeTransformer):
         self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
         self._devices = {d.qualified_name: d for a in agents for d in a.devices}
         self._readings = readings
-        self._uncertain = uncertain
+        self._uncertain = world.uncertain
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """`state(agent.subsystem)` and `present(value)` are values themselves."""

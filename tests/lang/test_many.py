@@ -5,6 +5,7 @@ import ast
 import pytest
 
 from specc.lang import ExprError, parse, spread
+from specc.lang.many import Root
 
 ROBOTS = {"robots": {(1,): "robots_1", (2,): "robots_2", (4,): "robots_4"}}
 GRID = {"cells": {(0, 0): "cells_0_0", (0, 1): "cells_0_1"}}
@@ -46,6 +47,29 @@ def test_each_member_is_written_out(text: str, expected: str | None) -> None:
         assert ast.dump(ast.parse(written(text))) == ast.dump(ast.parse(expected))
     else:
         assert "robots_4.e" in written(text)
+
+
+AGENTS = {"robots": {(1,): "robots_1", (2,): "robots_2"}}
+
+
+@pytest.mark.parametrize(
+    ("text", "root", "expected"),
+    [
+        ("any(r.c.n > r for r in robots)", "", "robots_1.c.n > 1 or robots_2.c.n > 2"),
+        ("robots[2].c.n < len(robots)", "", "robots_2.c.n < 2"),
+        ("all(state(r.c) == S0 for r in robots)", "",
+         "state(robots_1.c) == S0 and state(robots_2.c) == S0"),
+        ("all(v < plant.robots[1] for v in plant.robots)", "plant",
+         "plant.robots_1 < plant.robots_1 and plant.robots_2 < plant.robots_1"),
+        ("all(v.x > 0 for v in plant.robots)", "plant",
+         "plant.robots_1.x > 0 and plant.robots_2.x > 0"),
+    ],
+)  # fmt: skip
+def test_agents_and_what_is_observed_are_written_out_likewise(
+    text: str, root: Root, expected: str
+) -> None:
+    found = ast.unparse(spread(parse(text), AGENTS, root))
+    assert ast.dump(ast.parse(found)) == ast.dump(ast.parse(expected))
 
 
 def test_members_of_a_grid_have_two_numbers() -> None:
