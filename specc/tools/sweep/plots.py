@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from specc.tools.sweep.running import STEPS
 from specc.tools.sweep.summary import Cell
 
 _STYLE: Any = {
@@ -52,7 +53,7 @@ def _differing(cells: Sequence[Cell]) -> Iterator[str]:
     """The columns whose estimates differ."""
     for column in dict.fromkeys(name for cell in cells for name in cell.estimates):
         values = {e.value for cell in cells if (e := cell.estimates.get(column))}
-        if len(values) > 1 or column == "success":
+        if column == "success" or (len(values) > 1 and not column.startswith(STEPS)):
             yield column
 
 

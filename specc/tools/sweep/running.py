@@ -24,6 +24,8 @@ from typing import Any
 TRIES = 3
 """Of a run whose process dies."""
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+STEPS = "steps of "
+"""Columns that say how long a subsystem was in a state."""
 _LONGEST_REASON = 300
 
 Figures = dict[str, Any]
@@ -217,6 +219,10 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
     }
     for name in dict.fromkeys(name for cycle in cycles for name in cycle):
         row[f"cycle.{name}"] = _of_cycles([cycle.get(name) for cycle in cycles])
+    row |= {f"scene.{name}": value for name, value in report.get("scene", {}).items()}
+    for name, subsystem in report["subsystems"].items():
+        for state, steps in subsystem["states_visited"].items():
+            row[f"{STEPS}{name} in {state}"] = steps
     for requirement in report.get("requirements", ()):
         row[f"verdict of {requirement['that']}"] = requirement["verdict"]
         row[f"margin of {requirement['that']}"] = requirement["margin"]

@@ -1,0 +1,86 @@
+"""How near a sweep comes to what its runs take, and what it adds to each.
+
+The ideal is what the same runs take one after another in one process, divided by the number of
+processes. Both are measured in turns, so that what else the machine does touches both; a machine
+that does nothing else says the most.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from bench.harness.tables import table
+from specc.tools.sweep.running import Job, Place, enter, leave, perform
+
+ROOT = Path(__file__).resolve().parents[1]
+SPEC = ROOT / "specs" / "conveyor_gate.yaml"
+RUNS, TURNS = 200, 4
+DURATION_S = 90
+_EXTENT = {
+    "cycles": None,
+    "duration_s": DURATION_S,
+    "cycle_limit_s": None,
+    "renderer": "auto",
+    "check_operators": False,
+}
+
+
+def alone(folder: Path, seeds: range) -> float:
+    """Wall time of runs one after another, without what comes before the first (s)."""
+    from specc import output, pipeline
+
+    built = pipeline.build(str(SPEC))
+    output.write(folder / "packages" / built.system, built.files)
+    enter("alone", Place(folder, SPEC.parent))
+    jobs = [Job("alone", built.system, {}, seed, _EXTENT, 600.0) for seed in seeds]
+    perform(jobs[0])
+    begun_s = time.perf_counter()
+    for job in jobs:
+        perform(job)
+    took_s = time.perf_counter() - begun_s
+    leave("alone")
+    return took_s
+
+
+def swept(folder: Path, seeds: range, workers: int) -> float:
+    """Wall time of the whole command, from the shell to the last plot (s)."""
+    command = [sys.executable, "-m", "specc", "sweep", str(SPEC), "--out", str(folder / "out")]
+    command += ["--seeds", f"{seeds.start}:{seeds.stop}", "--duration", str(DURATION_S)]
+    command += ["--workers", str(workers)]
+    begun_s = time.perf_counter()
+    subprocess.run(command, check=True, capture_output=True)
+    took_s = time.perf_counter() - begun_s
+    with (folder / "out" / "runs.csv").open(encoding="utf-8") as file:
+        assert sum(1 for _ in csv.reader(file)) == 1 + len(seeds)
+    return took_s
+
+
+def main() -> None:
+    """Measure in turns: a quarter of the runs alone, then all of them as one sweep."""
+    workers = len(os.sched_getaffinity(0))
+    lone_s = 0.0
+    with TemporaryDirectory() as scratch:
+        for turn in range(TURNS):
+            if turn == TURNS // 2:
+                swept_s = swept(Path(scratch), range(RUNS), workers)
+            part = RUNS // TURNS
+            lone_s += alone(Path(scratch, f"turn{turn}"), range(turn * part, (turn + 1) * part))
+    ideal_s = lone_s / workers
+    rows = [
+        ["one after another", f"{lone_s:.1f} s", ""],
+        [f"ideal of {workers} processes", f"{ideal_s:.1f} s", ""],
+        ["specc sweep, all of the command", f"{swept_s:.1f} s", f"{100 * ideal_s / swept_s:.1f} %"],
+    ]
+    print(table(f"{RUNS} runs of {DURATION_S} s", ["", "wall time", "of the ideal"], rows))
+
+
+if __name__ == "__main__":
+    main()
