@@ -56,4 +56,15 @@ ARCHITECTURES = (
         ),
         finds="W1002",
     ),
+    Architecture(
+        "two_tier",
+        60,
+        fault=(
+            (
+                "[putting_off, terminal, always,     routing]",
+                "[putting_off, terminal, always, putting_off]",
+            ),
+        ),
+        finds="W1005",
+    ),
 )
