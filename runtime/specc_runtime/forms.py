@@ -61,10 +61,12 @@ class Form:
     """How values of a type look; those of a plain form are their own data.
 
     `schema` is in the part of JSON Schema that viewers understand, empty where that has no word.
+    Values of which something goes aside are `is_aside`.
     """
 
     is_plain = True
     is_opaque = False
+    is_aside = False
 
     def __init__(self, schema: Schema) -> None:
         self.schema = schema
@@ -146,7 +148,7 @@ class _Items(Form):
         nested = inside.get("type", "array") == "array"
         super().__init__({} if nested else {"type": "array", "items": inside})
         self._form = form
-        self.is_plain = form.is_plain
+        self.is_plain, self.is_aside = form.is_plain, form.is_aside
 
     def data(self, value: Any, aside: Aside) -> Any:
         return [self._form.data(item, aside) for item in value]
@@ -166,7 +168,7 @@ class _Optional(Form):
     def __init__(self, form: Form) -> None:
         super().__init__(form.schema)
         self._form = form
-        self.is_plain = form.is_plain
+        self.is_plain, self.is_aside = form.is_plain, form.is_aside
 
     def data(self, value: Any, aside: Aside) -> Any:
         return None if value is None else self._form.data(value, aside)
@@ -186,6 +188,7 @@ class _Record(Form):
     def __init__(self, kind: type, parts: Mapping[str, Form]) -> None:
         super().__init__(object_schema({name: form.schema for name, form in parts.items()}))
         self._parts = dict(parts)
+        self.is_aside = any(form.is_aside for form in parts.values())
         self._build = builder(kind, self._parts.keys())
 
     def data(self, value: Any, aside: Aside) -> Any:
@@ -210,7 +213,7 @@ def record(kind: type, /, **parts: Form) -> Form:
 
 
 class _Image(Form):
-    is_plain = False
+    is_plain, is_aside = False, True
 
     def __init__(self, shape: tuple[int, ...], dtype: type) -> None:
         super().__init__({"type": "object"})
@@ -237,7 +240,7 @@ def image(height: int, width: int, channels: int) -> Form:
 class _Opaque(Form):
     """Values that only operators look into, in the bytes that their codec gives."""
 
-    is_plain = False
+    is_plain, is_aside = False, True
     is_opaque = True
 
     def __init__(self, kind: str, encode: Encode | None, decode: Decode | None) -> None:

@@ -211,14 +211,27 @@ def test_messages_that_a_few_bytes_stand_for_are_not_all_read(tmp_path: Path) ->
 
 def test_chunks_stay_small(tmp_path: Path) -> None:
     log = Log(tmp_path / "large.mcap", WallClock())
-    number = log.channel("/a", "a", {})
+    channel = log.channel("/a", "a", {})
     for each in range(5):
-        log.add(number, each, b"\0" * (1 << 24))
+        channel.add(each, b"\0" * (1 << 24))
     log.close()
     with (tmp_path / "large.mcap").open("rb") as opened:
         summary = make_reader(opened).get_summary()
     assert summary and len(summary.chunk_indexes) >= 2
     assert all(each.uncompressed_size < 1 << 26 for each in summary.chunk_indexes)
+
+
+def test_what_waits_to_be_written_is_bounded_in_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("specc_runtime.recording.log.MOST_BYTES", 1 << 18)
+    monkeypatch.setattr(Log, "_work", lambda log: None)  # as slow as it can be
+    log = Log(tmp_path / "large.mcap", WallClock())
+    channel, chance = log.channel("/a", "a", {}), random.Random(0)
+    for count in range(1, 65):
+        channel.add(0.0, chance.randbytes(1 << 16))
+        assert log.path.stat().st_size > (count << 16) - (3 << 19)
+    log.close()
 
 
 @pytest.mark.parametrize("out", ["/", ".", "{}"])

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import repeat
+from operator import itemgetter
 from pathlib import Path
-from threading import Event, Lock, Thread
+from threading import Event, RLock, Thread
 from typing import Any
+
+import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import OutputLost
@@ -19,12 +22,19 @@ from specc_runtime.recording.text import dumped
 LIBRARY = "specc"
 INTERVAL_S = 0.4
 """Wall time between two moments at which all that there is goes to the file."""
-_MOST_WAITING = 20_000
+MOST_BYTES = 1 << 26
+"""Of what waits to be written; with more, the run waits."""
 _CHUNK_BYTES = 1 << 20
-"""With so much a chunk is written: it need not wait for the rest, nor readers unpack more."""
+"""With so much a chunk is written: it need not wait for more, nor readers unpack more."""
+_BATCH, _LATE = 128, 8
+"""Messages of a channel whose texts are made together, if they are not large; so many times that
+where a chunk is just written."""
 
 Content = bytes | Callable[[], bytes]
 """The bytes of a message, or what makes them in the thread that writes."""
+Texts = Callable[[Sequence[Any], Sequence[float], Sequence[int]], Iterable[bytes]]
+"""Makes the texts of messages, in turn, of their contents, simulated times in s and dates in ns."""
+_date = itemgetter(2)
 
 
 class Log:
@@ -39,14 +49,16 @@ class Log:
             self._file = path.open("wb")
         except OSError as error:
             raise UsageError(f"cannot write {path}: {error.strerror}") from error
-        self._path = path
-        self._now_ns = clock.date_ns
-        self._waiting: deque[tuple[int, int, int, Content]] = deque()
+        self.path = path
+        self._clock = clock
+        self._batch: list[tuple[int, int, int, Content]] = []
+        self._size = 0
         self._error = ""
-        self._lock = Lock()
-        self._over = Event()
+        self._lock = RLock()
+        self._wake = Event()
+        self._over = False
         self._schemas: dict[str, int] = {}
-        self._channels: dict[str, int] = {}
+        self._channels: dict[str, Channel] = {}
         self._container: Container
         self._guarded(self._begin)
         self._thread = Thread(target=self._work, name="specc-recording", daemon=True)
@@ -63,63 +75,129 @@ class Log:
         """A file."""
         self._guarded(lambda: self._container.attachment(name, media_type, data))
 
-    def channel(self, topic: str, schema: str, form: Schema) -> int:
-        """The number of the channel of a topic, whose messages have a schema of that name."""
+    def channel(
+        self, topic: str, schema: str, form: Schema, texts: Texts = lambda contents, *_: contents
+    ) -> Channel:
+        """The channel of a topic, whose messages have a schema of that name."""
         if topic not in self._channels:
-            self._guarded(lambda: self._register(topic, schema, form))
-        return self._channels.get(topic, 0)
+            channel = self._channels[topic] = Channel(self, texts, self._clock)
+            self._guarded(lambda: self._register(channel, topic, schema, form))
+        return self._channels[topic]
 
-    def _register(self, topic: str, schema: str, form: Schema) -> None:
+    def _register(self, channel: Channel, topic: str, schema: str, form: Schema) -> None:
         if schema not in self._schemas:
             text = dumped({"title": schema} | form)
             self._schemas[schema] = self._container.schema(schema, text)
-        self._channels[topic] = self._container.channel(topic, self._schemas[schema])
+        channel.number = self._container.channel(topic, self._schemas[schema])
 
-    def add(self, channel: int, time_s: float, content: Content) -> None:
-        """A message of simulated time `time_s`; it has the wall time of now."""
-        self._waiting.append((channel, round(time_s * 1e9), self._now_ns(), content))
-        if len(self._waiting) > _MOST_WAITING:
-            self._guarded(self._drain)
+    def precede(self, message: tuple[int, int, int, Content], size: int) -> None:
+        """Write a message of about so many bytes before the one whose text is being made."""
+        self._batch.append(message)
+        self._size += size
+
+    def take(self, channel: Channel, *, is_late: bool) -> None:
+        """Have texts made of what was added to a channel; later if a chunk is just written, unless
+        it is late.
+        """
+        if self._lock.acquire(blocking=is_late):
+            try:
+                self._guarded(lambda: self._take(channel))
+                if self._size > MOST_BYTES:
+                    self._guarded(self._drain)
+            finally:
+                self._lock.release()
+
+    def _take(self, channel: Channel) -> None:
+        messages, size = channel.messages()
+        self._batch += messages
+        self._size += size
+        if self._size > _CHUNK_BYTES:
+            self._wake.set()
+
+    def flush(self) -> None:
+        """Write all that there is now."""
+        self._guarded(self._drain)
 
     def close(self) -> None:
         """Finish the file with its index. Raises OutputLost if something could not be written."""
-        self._over.set()
+        self._over = True
+        self._wake.set()
         self._thread.join()
-        self._guarded(self._drain)
+        self.flush()
         self._guarded(self._container.finish)
         try:
             self._file.close()
         except OSError as error:
             self._error = self._error or said(error)
         if self._error:
-            raise OutputLost(f"the recording {self._path} is not complete: {self._error}")
+            raise OutputLost(f"the recording {self.path} is not complete: {self._error}")
 
     def _work(self) -> None:
-        while not self._over.wait(INTERVAL_S):
-            self._guarded(self._drain)
+        while not self._over:
+            self._wake.wait(INTERVAL_S)
+            self._wake.clear()
+            self.flush()
 
     def _drain(self) -> None:
+        for channel in list(self._channels.values()):
+            self._take(channel)
+        self._batch.sort(key=_date)
         messages, size = list[Message](), 0
-        for _ in range(len(self._waiting)):  # more may come meanwhile
-            channel, time_ns, now_ns, content = self._waiting.popleft()
+        for channel_, time_ns, date_ns, content in self._batch:
             data = content if isinstance(content, bytes) else content()
-            messages.append((channel, time_ns, now_ns, data))
+            messages.append((channel_, time_ns, date_ns, data))
             size += len(data)
             if size > _CHUNK_BYTES:
                 self._container.chunk(messages)
-                self._file.flush()
                 messages, size = [], 0
         self._container.chunk(messages)
+        self._batch.clear()
+        self._size = 0
         self._file.flush()
 
     def _guarded(self, write: Callable[[], Any]) -> None:
         """Write, unless something could not be written before."""
         with self._lock:
             if self._error:
-                self._waiting.clear()
+                self._batch.clear()
                 return
             try:
                 write()
             except Exception as error:  # noqa: BLE001  # a full disk, an image that has no JPEG
                 strerror = getattr(error, "strerror", None)
                 self._error = strerror or said(error)
+
+
+class Channel:
+    """A channel of messages that are much alike, so that their texts are made together."""
+
+    def __init__(self, log: Log, texts: Texts, clock: WallClock) -> None:
+        self.number = 0
+        self._log = log
+        self._texts = texts
+        self._date_ns = clock.date_ns
+        self._waiting: list[tuple[float, int, Any]] = []
+        self._most = 1
+
+    def add(self, time_s: float, content: Any) -> None:
+        """A message of simulated time `time_s`, which has the wall time of now.
+
+        The content must not change any more.
+        """
+        waiting = self._waiting
+        waiting.append((time_s, self._date_ns(), content))
+        if len(waiting) >= self._most:
+            self._log.take(self, is_late=len(waiting) >= _LATE * self._most)
+
+    def messages(self) -> tuple[list[tuple[int, int, int, bytes]], int]:
+        """What was added, with its texts, and how many bytes these are."""
+        waiting = self._waiting[:]
+        if not waiting:
+            return [], 0
+        del self._waiting[: len(waiting)]  # more may have come meanwhile
+        times, dates, contents = zip(*waiting, strict=True)
+        times_ns = np.rint(np.array(times) * 1e9).astype(np.int64).tolist()
+        texts = list(self._texts(contents, times, dates))
+        size = sum(map(len, texts))
+        self._most = max(1, min(_BATCH, _CHUNK_BYTES * len(texts) // (size + 1)))
+        return list(zip(repeat(self.number), times_ns, dates, texts)), size

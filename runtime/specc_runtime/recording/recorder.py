@@ -32,28 +32,27 @@ class Recorder:
         """Has the steps noted from now on. Raises UsageError if the file cannot be written."""
         assert options.record is not None
         layouts = load_layouts(system)
-        self._log = Log(options.record, clock)
-        self._log.note("specc", _about(options, system))
+        self.log = Log(options.record, clock)
+        self.log.note("specc", _about(options, system))
         for name, text in options.texts.items():
-            self._log.attach(name, "application/yaml", text.encode())
-        shelf = Shelf(self._log, options.record_exact or not _has_pictures())
+            self.log.attach(name, "application/yaml", text.encode())
+        shelf = Shelf(self.log, options.record_exact or not _has_pictures())
         self._steps = {
-            s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self._log)
+            s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self.log)
             for s in system.subsystems
         }
-        self._truth = Truth(layouts[PLANT], shelf, self._log) if PLANT in layouts else None
+        self._truth = Truth(layouts[PLANT], shelf, self.log) if PLANT in layouts else None
         posed = plant is not None and not shortcomings(plant, Posed)
-        self._scene = Scene(self._log, plant) if posed else None
+        self._scene = Scene(self.log, plant) if posed else None
         self.period_s = max(PERIOD_S, system.tick_s)
         self.report: Callable[[], Report] | None = None
 
     def __call__(self, record: StepRecord) -> None:
         """Write a step that was committed, or what is really so in the plant."""
         if self._truth is not None and record.subsystem == PLANT:
-            self._log.add(self._truth.channel, record.time_s, self._truth.message(record))
-            return
-        steps = self._steps[record.subsystem]
-        self._log.add(steps.channel, record.time_s, steps.message(record))
+            self._truth.add(record)
+        else:
+            self._steps[record.subsystem].add(record)
 
     def tick(self, view: View) -> None:
         """See `Companion`."""
@@ -65,16 +64,11 @@ class Recorder:
         if self.report is not None:
             report = self.report().as_data()
             for fault in report["faults"]:
-                self._failed(fault)
-            self._log.note("report", {"report": dumped(report).decode()})
-        self._log.close()
-
-    def _failed(self, fault: dict[str, Any]) -> None:
-        """Write the step that a fault ended."""
-        steps = self._steps.get(fault["subsystem"])
-        if steps is not None and steps.taken is not None and fault["stamp"] >= 0:
-            told = steps.failed(fault["stamp"], fault["time_s"], fault["message"])
-            self._log.add(steps.channel, fault["time_s"], told)
+                if fault["subsystem"] in self._steps:
+                    told = fault["stamp"], fault["time_s"], fault["message"]
+                    self._steps[fault["subsystem"]].failed(*told)
+            self.log.note("report", {"report": dumped(report).decode()})
+        self.log.close()
 
 
 def _has_pictures() -> bool:

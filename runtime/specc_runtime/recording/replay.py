@@ -80,8 +80,8 @@ class _Replayed:
         self._layout = layout
         self._fetch = shelf
         self._aside = Shelf(None, exact)
-        self._y = Cells("y", layout.y, brief=not exact)
-        self._memory = Cells("memory", remembered(layout, exact), brief=not exact)
+        self._y = Cells("", layout.y, brief=not exact)
+        self._memory = Cells("", remembered(layout, exact), brief=not exact)
         self._fed: dict[str, tuple[Any, Any]] = {}
         self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
 
@@ -182,13 +182,13 @@ def _pairs(
 ) -> Iterator[tuple[str, bytes, bytes]]:
     """Names of elements with the texts of both values; of one that is not there, `nothing`."""
     now = {  # read again: single and double precision are not spelled alike
-        cells.element(attribute): dumped(loaded(text))
-        for attribute, text in zip(held[0], cells.texts(*held, aside, 0.0), strict=True)
+        attribute: dumped(loaded(cells.cells[attribute].text(value, aside)))
+        for attribute, value in zip(*held, strict=True)
     }
-    for element in cells.elements:
+    for attribute, element in cells.elements.items():
         data = within(recorded, element)
         then = NOTHING if data is NOTHING else dumped(data)
-        yield ".".join(element.name), then, now.get(element, NOTHING)
+        yield ".".join(element.name), then, now.get(attribute, NOTHING)
 
 
 def replay(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 from specc_runtime.forms import Schema, object_schema
 from specc_runtime.plant import Posed, Shape
 from specc_runtime.recording.log import Log
-from specc_runtime.recording.text import dumped
+from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.recording.times import TIME, stamped
 
 PERIOD_S = 0.04
-WORLD = "world"
 _DECIMALS = 5
+_PLACE = b'"translation":{"x":%%b,"y":%%b,"z":%%b},"rotation":{"w":%%b,"x":%%b,"y":%%b,"z":%%b}}'
 _TEXT: Schema = {"type": "string"}
 
 
@@ -51,11 +53,13 @@ class Scene:
 
     def __init__(self, log: Log, plant: Posed) -> None:
         """Writes their shapes."""
-        self._log = log
         self._plant = plant
         self._names = tuple(plant.body_names())
         transforms = object_schema({"transforms": {"type": "array", "items": _TRANSFORM}})
-        self._poses = log.channel("/tf", "foxglove.FrameTransforms", transforms)
+        self._poses = log.channel("/tf", "foxglove.FrameTransforms", transforms, self._texts)
+        body = b'{"timestamp":%%b,"parent_frame_id":"world","child_frame_id":%b,' + _PLACE
+        each = b",".join(body % dumped(name).replace(b"%", b"%%") for name in self._names)
+        self._template = b'{"transforms":[%b]}' % each
         entities = object_schema(
             {
                 "deletions": {"type": "array", "items": {"type": "object"}},
@@ -63,25 +67,20 @@ class Scene:
             }
         )
         shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
-        log.add(shapes, 0.0, dumped({"deletions": [], "entities": self._entities()}))
+        shapes.add(0.0, dumped({"deletions": [], "entities": self._entities()}))
 
     def note(self, time_s: float) -> None:
         """Write where all bodies are."""
-        stamp = stamped(time_s)
-        told = []
-        for name, (x, y, z, w, i, j, k) in zip(
-            self._names, self._plant.body_poses().round(_DECIMALS).tolist(), strict=True
-        ):
-            told.append(
-                stamp
-                | {
-                    "parent_frame_id": WORLD,
-                    "child_frame_id": name,
-                    "translation": {"x": x, "y": y, "z": z},
-                    "rotation": {"x": i, "y": j, "z": k, "w": w},
-                }
-            )
-        self._log.add(self._poses, time_s, dumped({"transforms": told}))
+        self._poses.add(time_s, self._plant.body_poses().round(_DECIMALS))
+
+    def _texts(
+        self, moments: Sequence[Any], times: Sequence[float], dates: Sequence[int]
+    ) -> Iterator[bytes]:
+        for time_s, poses in zip(times, moments, strict=True):
+            stamp = dumped(stamped(time_s)["timestamp"])
+            rows = dumped_each(poses.ravel().tolist())
+            told = [(stamp, *rows[i : i + 7]) for i in range(0, len(rows), 7)]
+            yield self._template % tuple(chain.from_iterable(told))
 
     def _entities(self) -> list[dict[str, Any]]:
         found: dict[str, dict[str, Any]] = {}

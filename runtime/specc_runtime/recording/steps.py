@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections import deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from hashlib import sha256
-from operator import attrgetter
+from itertools import groupby, repeat
+from operator import attrgetter, itemgetter
 from typing import Any
 
 import numpy as np
 
 from specc_runtime.buffers import FRESH
 from specc_runtime.forms import Element, Layout, Schema, object_schema
-from specc_runtime.recording.log import Log
+from specc_runtime.recording.log import Channel, Log
 from specc_runtime.recording.pictures import compressed, raw
-from specc_runtime.recording.text import dumped
+from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import PLANT
 from specc_runtime.subsystem import Subsystem, Transition
@@ -29,12 +30,15 @@ WINDOW = 32
 """What is aside is written again unless it is among so many that were written last."""
 Held = tuple[tuple[str, ...], Any]
 """Attributes and their values."""
+Times = tuple[Sequence[float], Sequence[int]]
+"""Simulated times in s and dates in ns."""
+_NONE = object()
 _BOOLEANS = {"type": "object", "additionalProperties": {"type": "boolean"}}
 
 
-def topic_of(subsystem: str, *parts: str) -> str:
-    """The topic of a subsystem, or of one of its elements: `/irp.k/x/R/I_rgb`."""
-    return "/".join(("", subsystem, *parts))
+def topic_of(subsystem: str) -> str:
+    """The topic of a subsystem; those of its images are below: `/irp.k/x/R/I_rgb`."""
+    return f"/{subsystem}"
 
 
 class Shelf:
@@ -51,14 +55,14 @@ class Shelf:
         self.log = log
         self.exact = exact
         self.is_brief = False
-        self.subsystem = ""
-        self.time_s = 0.0
         self._written: deque[str] = deque(maxlen=WINDOW)
         self._topic = ""
+        self._time_s, self._date_ns = 0.0, 0
 
-    def of(self, topic: str, time_s: float, brief: bool) -> Shelf:
-        """The same for values of an element at a time."""
-        self._topic, self.time_s, self.is_brief = topic, time_s, brief
+    def of(self, topic: str, brief: bool, time_s: float, date_ns: int) -> Shelf:
+        """The same for values of an element in a message of that time."""
+        self._topic, self.is_brief = topic, brief
+        self._time_s, self._date_ns = time_s, date_ns
         return self
 
     def image(self, value: Any) -> Any:
@@ -67,7 +71,8 @@ class Shelf:
         if self.log is not None and self._is_new(digest):
             kind, schema, make = (raw if self.exact else compressed)(value)
             channel = self.log.channel(self._topic, kind, schema)
-            self.log.add(channel, self.time_s, partial(make, value, self.time_s, self._topic))
+            make = partial(make, value, self._time_s, self._topic)
+            self._precede(self.log, channel, make, value.nbytes)
         return {"image": digest}
 
     def packed(self, kind: str, data: bytes) -> Any:
@@ -78,8 +83,11 @@ class Shelf:
         if self.log is not None and self._is_new(digest):
             form = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
             channel = self.log.channel(VALUES, VALUE_SCHEMA, form)
-            self.log.add(channel, self.time_s, partial(_value, kind, data))
+            self._precede(self.log, channel, partial(_value, kind, data), len(data))
         return {"type": kind, "digest": digest}
+
+    def _precede(self, log: Log, channel: Channel, make: Callable[[], bytes], size: int) -> None:
+        log.precede((channel.number, round(self._time_s * 1e9), self._date_ns, make), size)
 
     def _is_new(self, digest: str) -> bool:
         if digest in self._written:
@@ -97,20 +105,65 @@ def _value(kind: str, data: bytes) -> bytes:
     return dumped({"type": kind, "bytes": b64encode(data).decode()})
 
 
-class Cells:
-    """The texts of the elements of buffers and memory; a value that stays keeps its text.
+class Cell:
+    """The texts of an element; a value that stays keeps its text.
 
     What is `brief` has arrays in single precision, and nothing of images and opaque values.
     """
 
-    def __init__(self, name: str, elements: Sequence[Element], *, brief: bool = False) -> None:
-        self.name = name
+    def __init__(self, element: Element, topic: str, brief: bool) -> None:
+        self._form = element.form
+        self._topic = "/".join((topic, *element.name))
         self._brief = brief
-        self._elements = {element.attribute: element for element in elements}
-        self._absent = tuple(self._elements)
+        self._last: tuple[Any, bytes] = _NONE, b""
+
+    def text(self, value: Any, shelf: Shelf, time_s: float = 0.0, date_ns: int = 0) -> bytes:
+        """The text of a value in a message of that time."""
+        last, text = self._last
+        if value is last:
+            return text
+        data = value
+        if not self._form.is_plain:
+            data = self._form.data(value, shelf.of(self._topic, self._brief, time_s, date_ns))
+        if self._brief and type(data) is np.ndarray:
+            data = data.astype(np.float32)
+        self._last = value, dumped(data)
+        return self._last[1]
+
+    def texts(self, values: Sequence[Any], shelf: Shelf, times: Times) -> Iterable[bytes]:
+        """The texts of values at these times; those of which something goes aside come in turn."""
+        if self._form.is_aside:
+            return map(self.text, values, repeat(shelf), *times)
+        distinct = len(set(map(id, values)))
+        if distinct == 1:
+            return repeat(self.text(values[0], shelf), len(values))
+        new, places = (values, None) if distinct == len(values) else _changes(values)
+        data = new if self._form.is_plain else [self._form.data(value, shelf) for value in new]
+        texts = dumped_each(data, brief=self._brief)
+        self._last = values[-1], texts[-1]
+        return texts if places is None else map(texts.__getitem__, places)
+
+
+def _changes(values: Sequence[Any]) -> tuple[list[Any], list[int]]:
+    """The values that are not the one before, and for each value which of them it is."""
+    last, new, places = _NONE, list[Any](), list[int]()
+    for value in values:
+        if value is not last:
+            new.append(value)
+            last = value
+        places.append(len(new) - 1)
+    return new, places
+
+
+class Cells:
+    """The texts of the elements of a buffer or of memory; images have topics below `topic`."""
+
+    def __init__(self, topic: str, elements: Sequence[Element], *, brief: bool = False) -> None:
+        self.elements = {element.attribute: element for element in elements}
+        self.cells = {e.attribute: Cell(e, topic, brief) for e in elements}
+        self._absent = tuple(self.elements)
         self._there: tuple[str, ...] = ()
         self._get: Callable[[Any], Any] = lambda buffer: ()
-        self._last: dict[str, tuple[Any, bytes]] = {}
         self._templates: dict[tuple[str, ...], bytes] = {}
 
     def held(self, buffer: Any) -> Held:
@@ -124,57 +177,35 @@ class Cells:
             return self._held_first(buffer)
 
     def _held_first(self, buffer: Any) -> Held:
-        there = self._there = tuple([name for name in self._elements if hasattr(buffer, name)])
-        self._absent = tuple([name for name in self._elements if name not in there])
-        if len(there) > 1:
-            self._get = attrgetter(*there)
-        else:  # attrgetter makes no tuple of one
-            self._get = lambda buffer: tuple([getattr(buffer, name) for name in there])
+        there = self._there = tuple([name for name in self.elements if hasattr(buffer, name)])
+        self._absent = tuple([name for name in self.elements if name not in there])
+        self._get = getter(there)
         return there, self._get(buffer)
 
-    @property
-    def elements(self) -> Collection[Element]:
-        """All elements."""
-        return self._elements.values()
-
-    def element(self, attribute: str) -> Element:
-        """The element of an attribute."""
-        return self._elements[attribute]
-
-    def text(self, attributes: tuple[str, ...], values: Any, shelf: Shelf, time_s: float) -> bytes:
-        """The text of these elements, nested by their names."""
-        template = self._templates.get(attributes)
-        if template is None:
-            template = self._templates[attributes] = self._template(attributes)
-        return template % tuple(self.texts(attributes, values, shelf, time_s))
-
     def texts(
-        self, attributes: tuple[str, ...], values: Any, shelf: Shelf, time_s: float
-    ) -> list[bytes]:
-        """The text of each of these elements."""
-        last, parts = self._last, []
-        for attribute, value in zip(attributes, values, strict=True):
-            known = last.get(attribute)
-            if known is None or known[0] is not value:
-                known = last[attribute] = value, self._dumped(attribute, value, shelf, time_s)
-            parts.append(known[1])
-        return parts
+        self, names: Sequence[str], columns: Iterable[Sequence[Any]], shelf: Shelf, times: Times
+    ) -> list[Iterable[bytes]]:
+        """For each of these elements the texts of its values at these times."""
+        cells = [self.cells[name] for name in names]
+        return [cell.texts(v, shelf, times) for cell, v in zip(cells, columns, strict=True)]
 
-    def _dumped(self, attribute: str, value: Any, shelf: Shelf, time_s: float) -> bytes:
-        element = self._elements[attribute]
-        if not element.form.is_plain:
-            topic = topic_of(shelf.subsystem, self.name, *element.name)
-            value = element.form.data(value, shelf.of(topic, time_s, self._brief))
-        if self._brief and type(value) is np.ndarray:
-            value = value.astype(np.float32)
-        return dumped(value)
+    def template(self, attributes: tuple[str, ...]) -> bytes:
+        """The text of these elements, nested by their names, with gaps for those of the values."""
+        if attributes not in self._templates:
+            nested: dict[str, Any] = {}
+            for attribute in attributes:
+                *outer, name = self.elements[attribute].name
+                (nested.setdefault(outer[0], {}) if outer else nested)[name] = 0
+            self._templates[attributes] = _with_gaps(nested)
+        return self._templates[attributes]
 
-    def _template(self, attributes: tuple[str, ...]) -> bytes:
-        nested: dict[str, Any] = {}
-        for attribute in attributes:
-            *outer, name = self._elements[attribute].name
-            (nested.setdefault(outer[0], {}) if outer else nested)[name] = 0
-        return _with_gaps(nested)
+
+def getter(names: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:
+    """What gives these attributes of an object."""
+    if len(names) > 1:
+        return attrgetter(*names)
+    # attrgetter makes no tuple of one
+    return lambda buffer: tuple([getattr(buffer, name) for name in names])
 
 
 def _with_gaps(nested: dict[str, Any]) -> bytes:
@@ -185,27 +216,44 @@ def _with_gaps(nested: dict[str, Any]) -> bytes:
     return b"{" + b",".join(inner) + b"}"
 
 
+class _Passages(dict[tuple[Any, ...], bytes]):
+    """The text of states, row and what is fresh; those that differ are few."""
+
+    def __init__(self, table: Sequence[Transition], layout: Layout, flags: Sequence[str]) -> None:
+        super().__init__()
+        self._table = table
+        self._ends = layout.ends
+        self._flags = flags
+
+    def __missing__(self, passage: tuple[Any, ...]) -> bytes:
+        before, row, state, fresh = passage
+        told = passage_of(self._table, self._ends, before, row, state)
+        told["fresh"] = dict(zip(self._flags, fresh, strict=True))
+        text = self[passage] = dumped(told)[1:-1]
+        return text
+
+
 class Steps:
     """What is written of the steps of one subsystem; hears of each step before it is made."""
 
     def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Log) -> None:
         """Has the steps of the subsystem noted from now on."""
         self.subsystem = subsystem
-        self.taken: tuple[str, Held, tuple[bool, ...]] | None = None
+        self._taken: tuple[str, Held, tuple[bool, ...]] | None = None
         """The state and the inputs of the step that is not committed yet, and what is fresh."""
         self._shelf = shelf
         brief = not shelf.exact
-        self._x = Cells("x", layout.x)
-        self._y = Cells("y", layout.y, brief=brief)
-        self._memory = Cells("memory", remembered(layout, shelf.exact), brief=brief)
+        topic = topic_of(subsystem.name)
+        kept = remembered(layout, shelf.exact)
+        self._x = Cells(f"{topic}/x", layout.x)
+        self._y = Cells(f"{topic}/y", layout.y, brief=brief)
+        self._memory = Cells(f"{topic}/memory", kept, brief=brief)
         flagged = [e for e in layout.x if hasattr(type(subsystem.x), FRESH + e.attribute)]
-        self._flags = tuple(FRESH + e.attribute for e in flagged)
-        self._flag_names = tuple(".".join(e.name) for e in flagged)
-        self._ends = layout.ends
-        self._passages: dict[tuple[str, int, str, tuple[bool, ...]], bytes] = {}
-        self.channel = log.channel(
-            topic_of(subsystem.name), STEP_SCHEMA + subsystem.name, _schema(layout)
-        )
+        self._flags = getter([FRESH + e.attribute for e in flagged])
+        names = [".".join(e.name) for e in flagged]
+        self._passages = _Passages(subsystem.transitions, layout, names)
+        form = STEP_SCHEMA + subsystem.name, _schema(layout)
+        self._channel = log.channel(topic, *form, self._texts)
         self._step = subsystem.step
         vars(subsystem)["step"] = self._noted
 
@@ -213,56 +261,97 @@ class Steps:
         """In the place of the subsystem's own step; may be called in a worker thread."""
         subsystem = self.subsystem
         x = subsystem.x
-        fresh = tuple([getattr(x, name) for name in self._flags])
-        self.taken = subsystem.state, self._x.held(x), fresh
+        self._taken = subsystem.state, self._x.held(x), self._flags(x)
         return self._step()
 
-    def message(self, record: StepRecord) -> bytes:
-        """The text about a step that was committed; raises TypeError for a value without one."""
-        time_s, shelf = record.time_s, self._shelf
-        begin = self._told(record.stamp, time_s, record.transition, record.state)
-        attributes, values = zip(*record.sent, strict=True) if record.sent else ((), ())
-        held = self._memory.held(self.subsystem.memory)
-        self.taken = None
-        y = self._y.text(attributes, values, shelf, time_s)
-        return b'%b,"y":%b,"memory":%b}' % (begin, y, self._memory.text(*held, shelf, time_s))
-
-    def failed(self, stamp: int, time_s: float, message: str) -> bytes:
-        """The text about a step that ended in a fault."""
-        begin = self._told(stamp, time_s, -1, self.subsystem.state)
-        return b'%b,"fault":%b}' % (begin, dumped(message))
-
-    def _told(self, stamp: int, time_s: float, row: int, state: str) -> bytes:
-        assert self.taken is not None
-        before, inputs, fresh = self.taken
+    def add(self, record: StepRecord) -> None:
+        """Write a step that was committed."""
+        assert self._taken is not None
+        before, (x, inputs), fresh = self._taken
+        _, stamp, time_s, state, row, sent, _ = record
+        memory, values = self._memory.held(self.subsystem.memory)
+        self._taken = None
         passage = before, row, state, fresh
-        known = self._passages.get(passage)
-        if known is None:
-            table = self.subsystem.transitions
-            told = passage_of(table, self._ends, before, row, state)
-            told["fresh"] = dict(zip(self._flag_names, fresh, strict=True))
-            known = self._passages[passage] = dumped(told)[1:-1]
-        self._shelf.subsystem = self.subsystem.name
-        x = self._x.text(*inputs, self._shelf, time_s)
-        return b'{"stamp":%d,"time":%b,%b,"x":%b' % (stamp, dumped(time_s), known, x)
+        self._channel.add(time_s, ((x, state, memory, ""), stamp, passage, inputs, sent, values))
+
+    def failed(self, stamp: int, time_s: float, message: str) -> None:
+        """Write the step that ended in a fault, if there is one."""
+        if self._taken is not None and stamp >= 0:
+            before, (x, inputs), fresh = self._taken
+            state = self.subsystem.state
+            passage = before, -1, state, fresh
+            self._channel.add(time_s, ((x, state, (), message), stamp, passage, inputs, (), ()))
+
+    def _texts(
+        self, steps: Sequence[Any], times: Sequence[float], dates: Sequence[int]
+    ) -> Iterator[bytes]:
+        for kind, (alike, at) in _runs(steps, times, dates):
+            yield from self._texts_alike(kind, alike, at)
+
+    def _texts_alike(
+        self, kind: tuple[Any, ...], rows: Sequence[Any], times: Times
+    ) -> Iterator[bytes]:
+        """The texts of steps that have values for the same elements: column by column."""
+        x, state, memory, fault = kind
+        shelf, names = self._shelf, self.subsystem.sends[state] if not fault else ()
+        _, stamps, passages, inputs, sent, held = zip(*rows, strict=True)
+        columns = [
+            stamps,
+            dumped_each(times[0]),
+            map(self._passages.__getitem__, passages),
+            *self._x.texts(x, zip(*inputs, strict=True), shelf, times),
+        ]
+        template = b'{"stamp":%%d,"time":%%b,%%b,"x":%b' % self._x.template(x)
+        if fault:
+            template += b',"fault":%b}' % dumped(fault).replace(b"%", b"%%")
+        else:
+            values = [list(map(itemgetter(1), column)) for column in zip(*sent, strict=True)]
+            columns += self._y.texts(names, values, shelf, times)
+            columns += self._memory.texts(memory, zip(*held, strict=True), shelf, times)
+            template += b',"y":%b,"memory":%b}' % (
+                self._y.template(names),
+                self._memory.template(memory),
+            )
+        return map(template.__mod__, zip(*columns, strict=True))
 
 
 class Truth:
     """What is written of the plant as it really is."""
 
     def __init__(self, layout: Layout, shelf: Shelf, log: Log) -> None:
+        topic = topic_of(PLANT)
         self._shelf = shelf
-        self._y = Cells("y", layout.y)
+        self._y = Cells(f"{topic}/y", layout.y)
         number, counted = {"type": "number"}, {"type": "integer"}
         form = {"stamp": counted, "time": number, "y": _of_elements(layout.y)}
-        self.channel = log.channel(topic_of(PLANT), TRUTH_SCHEMA, object_schema(form))
+        self._channel = log.channel(topic, TRUTH_SCHEMA, object_schema(form), self._texts)
 
-    def message(self, record: StepRecord) -> bytes:
-        """The text about a tick."""
-        self._shelf.subsystem = PLANT
-        attributes, values = zip(*record.sent, strict=True)
-        y = self._y.text(attributes, values, self._shelf, record.time_s)
-        return b'{"stamp":%d,"time":%b,"y":%b}' % (record.stamp, dumped(record.time_s), y)
+    def add(self, record: StepRecord) -> None:
+        """Write what is so at a tick."""
+        names, values = zip(*record.sent, strict=True)
+        self._channel.add(record.time_s, (names, record.stamp, values))
+
+    def _texts(
+        self, ticks: Sequence[Any], times: Sequence[float], dates: Sequence[int]
+    ) -> Iterator[bytes]:
+        for names, (alike, at) in _runs(ticks, times, dates):
+            _, stamps, values = zip(*alike, strict=True)
+            y = self._y.texts(names, zip(*values, strict=True), self._shelf, at)
+            template = b'{"stamp":%%d,"time":%%b,"y":%b}' % self._y.template(names)
+            columns = stamps, dumped_each(at[0]), *y
+            yield from map(template.__mod__, zip(*columns, strict=True))
+
+
+def _runs(
+    contents: Sequence[Any], times: Sequence[float], dates: Sequence[int]
+) -> Iterator[tuple[Any, tuple[list[Any], Times]]]:
+    """Contents that follow one another and begin with the same, that, and their times."""
+    begin = 0
+    for kind, alike in groupby(contents, itemgetter(0)):
+        rows = list(alike)
+        end = begin + len(rows)
+        yield kind, (rows, (times[begin:end], dates[begin:end]))
+        begin = end
 
 
 def remembered(layout: Layout, exact: bool) -> Sequence[Element]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,25 @@ import orjson
 
 from specc_runtime.forms import Misshapen
 
+_NUMBERS = {float, bool, int}
 _OPTIONS = orjson.OPT_SERIALIZE_NUMPY
 
 
 def dumped(data: Any) -> bytes:
     """The text of plain data; raises TypeError for anything else."""
     return orjson.dumps(data, _other, _OPTIONS)
+
+
+def dumped_each(values: Sequence[Any], *, brief: bool = False) -> list[bytes]:
+    """The text of each; numbers, or arrays of one shape, in one go. Brief arrays are rounded."""
+    kinds = set(map(type, values))
+    if kinds == {np.ndarray}:
+        rows = np.concatenate(values).reshape(len(values), -1)
+        text = dumped(rows.astype(np.float32) if brief else rows)
+        return text[1:-1].replace(b"],[", b"]\n[").split(b"\n")
+    if kinds and kinds <= _NUMBERS:
+        return dumped(values)[1:-1].split(b",")
+    return [dumped(value) for value in values]
 
 
 def loaded(text: bytes) -> Any:
