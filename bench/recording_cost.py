@@ -23,8 +23,8 @@ from specc_runtime.cycle import Executor
 from specc_runtime.loading import load_system
 from specc_runtime.options import Options
 from specc_runtime.recording import log
+from specc_runtime.recording.cells import Shelf
 from specc_runtime.recording.recorder import Recorder
-from specc_runtime.recording.steps import Shelf
 from specc_runtime.records import Observer, RecordDigest
 from specc_runtime.report import Statistics
 from specc_runtime.task import Cycles

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from specc_runtime import forms
+from specc_runtime.operators.dynamics import decode_arm, encode_arm
 from specc_runtime.operators.packing import (
     decode_cloud,
     decode_feature_cloud,
@@ -181,7 +182,9 @@ IRP_M = forms.Layout(
         forms.Element(
             "T_g", ("T_g",), forms.array(4, 4), "pose[B, E], pose at the end of a motion"
         ),
-        forms.Element("arm", ("arm",), forms.opaque("Arm"), "Arm, masses of the arm"),
+        forms.Element(
+            "arm", ("arm",), forms.opaque("Arm", encode_arm, decode_arm), "Arm, masses of the arm"
+        ),
     ),
     ends={
         "S0": ("idle.terminal", "idle.error", "_in_s0"),

@@ -101,7 +101,8 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
         if outcome.left_out:
             words += f"; not recorded: {', '.join(sorted(outcome.left_out))}"
         streams.show(f"{outcome.subsystem}: {words}\n")
-    return DIFFERS if found or (options.check and unknown) else SAME
+    missing = unknown or any(outcome.left_out for outcome in same)
+    return DIFFERS if found or (options.check and missing) else SAME
 
 
 def _lines(difference: Any, result: Result) -> Iterator[str]:

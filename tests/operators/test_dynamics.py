@@ -1,10 +1,16 @@
 """GF: against the potential energy of the published chain, and what load_arm refuses."""
 
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
-from specc_runtime.operators.dynamics import gravity_feedforward, load_arm
+from specc_runtime.operators.dynamics import (
+    decode_arm,
+    encode_arm,
+    gravity_feedforward,
+    load_arm,
+)
 from specc_runtime.operators.motors import motor_ratio
 
 from tests.operators.irp6_chain import FRONT, LOWER, UPPER, link_poses
@@ -43,6 +49,21 @@ def test_arm_can_hold_itself_at_the_front_pose(arm):
 
     assert (np.abs(currents) < [20.0, 15.0, 18.0, 15.0, 8.0, 1.0]).all()
     assert abs(currents[2]) > 2.0  # the upper arm is horizontal
+
+
+def test_an_arm_comes_back_from_its_bytes(arm):
+    data = encode_arm(arm)
+    again = decode_arm(data)
+
+    assert encode_arm(again) == data
+    for q in np.random.default_rng(2).uniform(LOWER, UPPER, (50, 6)):
+        assert gravity_feedforward(q, again).tobytes() == gravity_feedforward(q, arm).tobytes()
+
+
+@pytest.mark.parametrize("size", [0, 8, 24, 800])
+def test_bytes_that_are_no_arm(size):
+    with pytest.raises(struct.error):
+        decode_arm(bytes(size))
 
 
 LINK = """<body name="link_{0}" pos="0 0 0.1"><joint name="{0}" type="hinge" axis="0 1 0"/>

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from specc_runtime.forms import Element, Misshapen, NotRecorded
+from specc_runtime.recording.cells import VALUE_SCHEMA, WINDOW, digest_of
 from specc_runtime.recording.pictures import RAW, read_raw
 from specc_runtime.recording.reading import (
     Channel,
@@ -22,13 +23,7 @@ from specc_runtime.recording.reading import (
     Unusable,
 )
 from specc_runtime.recording.recorder import FORMAT
-from specc_runtime.recording.steps import (
-    STEP_SCHEMA,
-    TRUTH_SCHEMA,
-    VALUE_SCHEMA,
-    WINDOW,
-    digest_of,
-)
+from specc_runtime.recording.steps import STEP_SCHEMA, TRUTH_SCHEMA
 from specc_runtime.recording.text import loaded
 
 NOTHING = b"nothing"

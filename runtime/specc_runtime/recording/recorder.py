@@ -12,9 +12,10 @@ from specc_runtime.examination import shortcomings
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options
 from specc_runtime.plant import Posed
+from specc_runtime.recording.cells import Shelf
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.scene import PERIOD_S, Scene
-from specc_runtime.recording.steps import Shelf, Steps, Truth
+from specc_runtime.recording.steps import Steps, Truth
 from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, versions

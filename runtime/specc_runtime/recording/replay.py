@@ -17,6 +17,7 @@ from specc_runtime.buffers import FRESH
 from specc_runtime.faults import Fault
 from specc_runtime.forms import Layout, Misshapen, NotRecorded
 from specc_runtime.loading import load_layouts, load_system
+from specc_runtime.recording.cells import Cells, Shelf
 from specc_runtime.recording.messages import (
     NOTHING,
     Shelved,
@@ -27,7 +28,7 @@ from specc_runtime.recording.messages import (
 )
 from specc_runtime.recording.reading import Unusable
 from specc_runtime.recording.required import Watch
-from specc_runtime.recording.steps import Cells, Shelf, passage_of, remembered, topic_of
+from specc_runtime.recording.steps import passage_of, remembered, topic_of
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.sampling import PLANT
 from specc_runtime.stepping import Stepper
@@ -81,7 +82,9 @@ class _Replayed:
         self._fetch = shelf
         self._aside = Shelf(None, exact)
         self._y = Cells("", layout.y, brief=not exact)
-        self._memory = Cells("", remembered(layout, exact), brief=not exact)
+        kept = remembered(layout, exact)
+        self._memory = Cells("", kept, brief=not exact)
+        self.outcome.left_out.update(m.name[0] for m in layout.memory if m not in kept)
         self._fed: dict[str, tuple[Any, Any]] = {}
         self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
 

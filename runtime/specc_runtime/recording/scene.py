@@ -36,6 +36,10 @@ _TRANSFORM = object_schema(
     }
 )
 _SIZED = object_schema({"pose": _POSE, "size": _numbers("x", "y", "z"), "color": _COLOUR})
+_CYLINDER = object_schema(
+    _SIZED["properties"] | _numbers("bottom_scale", "top_scale")["properties"]
+)
+_DELETION = object_schema({"timestamp": TIME, "type": {"type": "integer"}, "id": _TEXT})
 _ENTITY = object_schema(
     {
         "timestamp": TIME,
@@ -43,7 +47,8 @@ _ENTITY = object_schema(
         "id": _TEXT,
         "lifetime": TIME,
         "frame_locked": {"type": "boolean"},
-        **{kind: {"type": "array", "items": _SIZED} for kind in ("cubes", "spheres", "cylinders")},
+        **{kind: {"type": "array", "items": _SIZED} for kind in ("cubes", "spheres")},
+        "cylinders": {"type": "array", "items": _CYLINDER},
     }
 )
 
@@ -62,7 +67,7 @@ class Scene:
         self._template = b'{"transforms":[%b]}' % each
         entities = object_schema(
             {
-                "deletions": {"type": "array", "items": {"type": "object"}},
+                "deletions": {"type": "array", "items": _DELETION},
                 "entities": {"type": "array", "items": _ENTITY},
             }
         )

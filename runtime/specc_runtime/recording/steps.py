@@ -1,219 +1,28 @@
-"""The messages of a recording about the steps of one subsystem, and the values beside them."""
+"""The messages of a recording about the steps of subsystems, and about what is really so."""
 
 from __future__ import annotations
 
-from base64 import b64encode
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
-from hashlib import sha256
-from itertools import groupby, repeat
-from operator import attrgetter, itemgetter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
-
-import numpy as np
 
 from specc_runtime.buffers import FRESH
 from specc_runtime.forms import Element, Layout, Schema, object_schema
-from specc_runtime.recording.log import Channel, Log
-from specc_runtime.recording.pictures import compressed, raw
+from specc_runtime.recording.cells import Cells, Held, Shelf, Times, getter
+from specc_runtime.recording.log import Log
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import PLANT
 from specc_runtime.subsystem import Subsystem, Transition
 
-VALUES, VALUE_SCHEMA, STEP_SCHEMA = "/values", "specc.Value", "specc.Step."
-TRUTH_SCHEMA = "specc.Truth"
-SMALL_BYTES = 2048
-"""A codec's bytes up to this size stand in the message itself."""
-WINDOW = 32
-"""What is aside is written again unless it is among so many that were written last."""
-Held = tuple[tuple[str, ...], Any]
-"""Attributes and their values."""
-Times = tuple[Sequence[float], Sequence[int]]
-"""Simulated times in s and dates in ns."""
-_NONE = object()
+STEP_SCHEMA, TRUTH_SCHEMA = "specc.Step.", "specc.Truth"
 _BOOLEANS = {"type": "object", "additionalProperties": {"type": "boolean"}}
 
 
 def topic_of(subsystem: str) -> str:
     """The topic of a subsystem; those of its images are below: `/irp.k/x/R/I_rgb`."""
     return f"/{subsystem}"
-
-
-class Shelf:
-    """Values that are no plain data: images and what codecs give. `Aside` of one element.
-
-    Opaque values are written in an exact recording only.
-
-    Each goes by the digest of its bytes. An image has a topic of its own, where it is compressed
-    for viewing unless the recording is exact.
-    """
-
-    def __init__(self, log: Log | None, exact: bool) -> None:
-        """Without a log nothing is written."""
-        self.log = log
-        self.exact = exact
-        self.is_brief = False
-        self._written: deque[str] = deque(maxlen=WINDOW)
-        self._topic = ""
-        self._time_s, self._date_ns = 0.0, 0
-
-    def of(self, topic: str, brief: bool, time_s: float, date_ns: int) -> Shelf:
-        """The same for values of an element in a message of that time."""
-        self._topic, self.is_brief = topic, brief
-        self._time_s, self._date_ns = time_s, date_ns
-        return self
-
-    def image(self, value: Any) -> Any:
-        """See `Aside`."""
-        digest = digest_of(value.tobytes())
-        if self.log is not None and self._is_new(digest):
-            kind, schema, make = (raw if self.exact else compressed)(value)
-            channel = self.log.channel(self._topic, kind, schema)
-            make = partial(make, value, self._time_s, self._topic)
-            self._precede(self.log, channel, make, value.nbytes)
-        return {"image": digest}
-
-    def packed(self, kind: str, data: bytes) -> Any:
-        """See `Aside`."""
-        if len(data) <= SMALL_BYTES:
-            return {"type": kind, "bytes": b64encode(data).decode()}
-        digest = digest_of(data)
-        if self.log is not None and self._is_new(digest):
-            form = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
-            channel = self.log.channel(VALUES, VALUE_SCHEMA, form)
-            self._precede(self.log, channel, partial(_value, kind, data), len(data))
-        return {"type": kind, "digest": digest}
-
-    def _precede(self, log: Log, channel: Channel, make: Callable[[], bytes], size: int) -> None:
-        log.precede((channel.number, round(self._time_s * 1e9), self._date_ns, make), size)
-
-    def _is_new(self, digest: str) -> bool:
-        if digest in self._written:
-            return False
-        self._written.append(digest)
-        return True
-
-
-def digest_of(data: bytes) -> str:
-    """What stands for bytes that are aside: the first 16 digits of their SHA-256."""
-    return sha256(data).hexdigest()[:16]
-
-
-def _value(kind: str, data: bytes) -> bytes:
-    return dumped({"type": kind, "bytes": b64encode(data).decode()})
-
-
-class Cell:
-    """The texts of an element; a value that stays keeps its text.
-
-    What is `brief` has arrays in single precision, and nothing of images and opaque values.
-    """
-
-    def __init__(self, element: Element, topic: str, brief: bool) -> None:
-        self._form = element.form
-        self._topic = "/".join((topic, *element.name))
-        self._brief = brief
-        self._last: tuple[Any, bytes] = _NONE, b""
-
-    def text(self, value: Any, shelf: Shelf, time_s: float = 0.0, date_ns: int = 0) -> bytes:
-        """The text of a value in a message of that time."""
-        last, text = self._last
-        if value is last:
-            return text
-        data = value
-        if not self._form.is_plain:
-            data = self._form.data(value, shelf.of(self._topic, self._brief, time_s, date_ns))
-        if self._brief and type(data) is np.ndarray:
-            data = data.astype(np.float32)
-        self._last = value, dumped(data)
-        return self._last[1]
-
-    def texts(self, values: Sequence[Any], shelf: Shelf, times: Times) -> Iterable[bytes]:
-        """The texts of values at these times; those of which something goes aside come in turn."""
-        if self._form.is_aside:
-            return map(self.text, values, repeat(shelf), *times)
-        distinct = len(set(map(id, values)))
-        if distinct == 1:
-            return repeat(self.text(values[0], shelf), len(values))
-        new, places = (values, None) if distinct == len(values) else _changes(values)
-        data = new if self._form.is_plain else [self._form.data(value, shelf) for value in new]
-        texts = dumped_each(data, brief=self._brief)
-        self._last = values[-1], texts[-1]
-        return texts if places is None else map(texts.__getitem__, places)
-
-
-def _changes(values: Sequence[Any]) -> tuple[list[Any], list[int]]:
-    """The values that are not the one before, and for each value which of them it is."""
-    last, new, places = _NONE, list[Any](), list[int]()
-    for value in values:
-        if value is not last:
-            new.append(value)
-            last = value
-        places.append(len(new) - 1)
-    return new, places
-
-
-class Cells:
-    """The texts of the elements of a buffer or of memory; images have topics below `topic`."""
-
-    def __init__(self, topic: str, elements: Sequence[Element], *, brief: bool = False) -> None:
-        self.elements = {element.attribute: element for element in elements}
-        self.cells = {e.attribute: Cell(e, topic, brief) for e in elements}
-        self._absent = tuple(self.elements)
-        self._there: tuple[str, ...] = ()
-        self._get: Callable[[Any], Any] = lambda buffer: ()
-        self._templates: dict[tuple[str, ...], bytes] = {}
-
-    def held(self, buffer: Any) -> Held:
-        """The attributes that have a value now, and the values."""
-        for name in self._absent:
-            if hasattr(buffer, name):
-                return self._held_first(buffer)
-        try:
-            return self._there, self._get(buffer)
-        except AttributeError:  # an element lost its value
-            return self._held_first(buffer)
-
-    def _held_first(self, buffer: Any) -> Held:
-        there = self._there = tuple([name for name in self.elements if hasattr(buffer, name)])
-        self._absent = tuple([name for name in self.elements if name not in there])
-        self._get = getter(there)
-        return there, self._get(buffer)
-
-    def texts(
-        self, names: Sequence[str], columns: Iterable[Sequence[Any]], shelf: Shelf, times: Times
-    ) -> list[Iterable[bytes]]:
-        """For each of these elements the texts of its values at these times."""
-        cells = [self.cells[name] for name in names]
-        return [cell.texts(v, shelf, times) for cell, v in zip(cells, columns, strict=True)]
-
-    def template(self, attributes: tuple[str, ...]) -> bytes:
-        """The text of these elements, nested by their names, with gaps for those of the values."""
-        if attributes not in self._templates:
-            nested: dict[str, Any] = {}
-            for attribute in attributes:
-                *outer, name = self.elements[attribute].name
-                (nested.setdefault(outer[0], {}) if outer else nested)[name] = 0
-            self._templates[attributes] = _with_gaps(nested)
-        return self._templates[attributes]
-
-
-def getter(names: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:
-    """What gives these attributes of an object."""
-    if len(names) > 1:
-        return attrgetter(*names)
-    # attrgetter makes no tuple of one
-    return lambda buffer: tuple([getattr(buffer, name) for name in names])
-
-
-def _with_gaps(nested: dict[str, Any]) -> bytes:
-    inner = (
-        dumped(name).replace(b"%", b"%%") + b":" + (_with_gaps(part) if part else b"%b")
-        for name, part in nested.items()
-    )
-    return b"{" + b",".join(inner) + b"}"
 
 
 class _Passages(dict[tuple[Any, ...], bytes]):
