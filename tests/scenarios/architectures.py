@@ -40,6 +40,12 @@ ARCHITECTURES = (
         finds="W1002",
     ),
     Architecture(
+        "subsumption",
+        60,
+        fault=(("[resting, terminal, always, roaming]", "[resting, terminal, always, resting]"),),
+        finds="W1004",
+    ),
+    Architecture(
         "syndicate",
         57,
         fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
