@@ -249,9 +249,9 @@ def _of_sweep(command: argparse.ArgumentParser) -> None:
     words = "address of a Dask cluster (default: processes of this machine)"
     command.add_argument("--scheduler", metavar="HOST:PORT", help=words)
     words = "runs at once on this machine (default: one for each core)"
-    command.add_argument("--workers", metavar="N", type=_steps, help=words)
-    words = "wall time after which a run is ended (default: %(default)s s)"
-    command.add_argument("--limit", metavar="S", type=_until, default=600.0, help=words)
+    command.add_argument("--workers", metavar="N", type=_workers, help=words)
+    words = "wall time after which a run is ended (default: %(default)g s)"
+    command.add_argument("--limit", metavar="S", type=_limit, default=600.0, help=words)
     words = "folder for the table, to which later runs are added (default: sweeps/SPEC)"
     command.add_argument("--out", metavar="DIR", help=words)
     _add_from_runtime(command, "add_extent")
@@ -318,6 +318,19 @@ def _steps(text: str) -> int:
     if not (text.isascii() and text.isdigit() and int(text[:9]) > 0 and len(text) < 9):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of steps")
     return int(text)
+
+
+def _workers(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 5 and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes, 1 or more")
+    return int(text)
+
+
+def _limit(text: str) -> float:
+    limit_s = _until(text)
+    if not 0 < limit_s <= 1e7:
+        raise argparse.ArgumentTypeError(f"{text!r} s are too few or too many")
+    return limit_s
 
 
 def _until(text: str) -> float:

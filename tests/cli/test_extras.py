@@ -82,6 +82,21 @@ def test_a_witness_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert done.stderr == "specc: numpy is not installed: `pip install 'specc[run]'` brings it\n"
 
 
+def test_a_sweep_of_this_machine_needs_its_extra_for_plots_alone(tmp_path: Path) -> None:
+    path = str(ROOT / "specs/conveyor_gate.yaml")
+    options = ("--seeds", "0", "--duration", "0.1", "--set", "cruise=0.4,0.5")
+    lacking = ("matplotlib", "distributed", "dask")
+    done = specc("sweep", path, *options, without=lacking, folder=tmp_path)
+    assert (done.returncode, done.stderr.count("Traceback")) == (0, 0), done.stderr
+    assert "no plots: matplotlib is not installed; `pip install 'specc[sweep]'`" in done.stderr
+    done = specc("sweep", path, *options, "--scheduler", "h:1", without=lacking, folder=tmp_path)
+    assert done.returncode == 0  # all runs are there already
+    (tmp_path / "sweeps/conveyor_gate/runs.jsonl").unlink()
+    done = specc("sweep", path, *options, "--scheduler", "h:1", without=lacking, folder=tmp_path)
+    assert done.returncode == 2
+    assert "distributed is not installed; `pip install 'specc[sweep]'`" in done.stderr
+
+
 def test_a_run_without_images_needs_no_vision(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     done = specc("run", path, "--duration", "0.1", without=("cv2", "pinocchio"), folder=tmp_path)

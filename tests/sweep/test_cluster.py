@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.sweep.runs import GATE, command, environment, swept, table
+from tests.sweep.runs import GATE, command, environment, hazards, swept, table
 
 OPTIONS = ("--set", "cruise=0.4,0.5", "--seeds", "0:8", "--duration", "20")
 
@@ -69,6 +70,18 @@ def test_a_cluster_makes_the_same_table_although_a_worker_dies(
     assert sweep.returncode == 0, told
     assert table(together) == table(alone)
     assert not list(tmp_path.glob("*/dask-scratch-space/*/specc-*"))
+
+
+@pytest.mark.long
+def test_a_run_that_kills_whatever_worker_makes_it_is_a_row(cluster: str, tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    for name in ("left", "right"):  # the folders where workers find their modules
+        shutil.copy(tmp_path / "hazards.py", tmp_path / name)
+    options = ("--set", "mode=4,0", "--seeds", "0:2", "--duration", "1")
+    done = swept(tmp_path, spec, "--scheduler", cluster, *options)
+    assert done.returncode == 0, done.stderr
+    reasons = [row["reason"] for row in table(tmp_path)]
+    assert reasons == ["its worker died, again and again"] * 2 + [""] * 2
 
 
 def worker_in(folder: Path) -> int:

@@ -153,6 +153,9 @@ def test_runs_of_something_else_are_not_mixed(what: str, tmp_path: Path) -> None
         (["--seeds", "3:1"], 2, "write FROM:TO"),
         (["--seeds", "x"], 2, "whole numbers"),
         (["--seeds", "0:9999999"], 2, "more than 1000000 runs"),
+        (["--limit", "0"], 2, "too few"),
+        (["--limit", "inf"], 2, "too many"),
+        (["--workers", "0"], 2, "not a number of processes"),
         (["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there"),
     ],
 )

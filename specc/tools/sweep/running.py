@@ -26,6 +26,8 @@ TRIES = 3
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 STEPS = "steps of "
 """Columns that say how long a subsystem was in a state."""
+_GROWN = 2.0
+"""Times the memory of its first run, after which a process is replaced: libraries keep some."""
 _LONGEST_REASON = 300
 
 Figures = dict[str, Any]
@@ -84,6 +86,7 @@ class _Process:
     def __init__(self, folder: Path) -> None:
         self._scratch = tempfile.mkdtemp(dir=folder)
         self._said = Path(self._scratch, "said")
+        self._first_mb = 0.0
         path = os.pathsep.join(filter(None, sys.path))
         with self._said.open("ab") as said:
             self._process = subprocess.Popen(
@@ -113,6 +116,10 @@ class _Process:
         answer = json.loads(line)
         if answer["report"] is None:
             return failed(self._last_words() or f"exit code {answer['code']}")
+        peak_mb = answer["report"]["peak_memory_mb"]
+        self._first_mb = self._first_mb or peak_mb
+        if peak_mb > _GROWN * self._first_mb:
+            self.end()
         return figures_of(answer["report"], answer["code"])
 
     def kill(self) -> None:

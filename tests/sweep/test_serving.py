@@ -1,0 +1,67 @@
+"""Runs one after another in one process: none leaves anything to the next one."""
+
+from __future__ import annotations
+
+import gc
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.main import run
+from specc_runtime.options import Options
+from specc_runtime.session import Session
+
+from specc import output, pipeline
+from tests.sweep.runs import GATE
+
+
+def package(folder: Path) -> Path:
+    built = pipeline.build(str(GATE))
+    directory = folder / built.system
+    output.write(directory, built.files)
+    return directory
+
+
+def test_a_run_is_forgotten_when_it_is_over(tmp_path: Path) -> None:
+    directory = package(tmp_path)
+    for seed in range(3):
+        run(Options(directory, GATE.parent, seed=seed, duration_s=0.2, inline=True, quiet=True))
+    gc.collect()
+    assert not [each for each in gc.get_objects() if type(each) is Session]
+
+
+def test_every_job_has_its_answer_and_what_runs_print_is_none(tmp_path: Path) -> None:
+    job: dict[str, Any] = {
+        "directory": str(package(tmp_path)),
+        "base": str(GATE.parent),
+        "duration_s": 0.2,
+        "limit_s": 60,
+    }
+    jobs = [
+        {**job, "seed": 0},
+        {**job, "directory": "none"},
+        {**job, "seed": 1},
+        {**job, "seed": 0},
+    ]
+    done = subprocess.Popen(
+        [sys.executable, "-m", "specc_runtime.serving", str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert done.stdin and done.stdout
+    answers = []
+    for one in jobs:
+        done.stdin.write(json.dumps(one) + "\n")
+        done.stdin.flush()
+        answers.append(json.loads(done.stdout.readline()))
+    _, told = done.communicate(timeout=60)
+    assert done.returncode == 0
+    assert [answer["code"] for answer in answers] == [0, 2, 0, 0]
+    first, nothing, second, again = (answer["report"] for answer in answers)
+    assert nothing is None
+    assert "none is not a generated system" in told
+    assert first["records_sha256"] == again["records_sha256"] != second["records_sha256"]
