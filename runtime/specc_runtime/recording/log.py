@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import repeat
 from operator import itemgetter
 from pathlib import Path
@@ -76,11 +76,20 @@ class Log:
         self._guarded(lambda: self._container.attachment(name, media_type, data))
 
     def channel(
-        self, topic: str, schema: str, form: Schema, texts: Texts = lambda contents, *_: contents
+        self,
+        topic: str,
+        schema: str,
+        form: Schema,
+        texts: Texts = lambda contents, *_: contents,
+        *,
+        is_preceded: bool = False,
     ) -> Channel:
-        """The channel of a topic, whose messages have a schema of that name."""
+        """The channel of a topic, whose messages have a schema of that name.
+
+        The texts of those that may be preceded by others are made in the order of their dates.
+        """
         if topic not in self._channels:
-            channel = self._channels[topic] = Channel(self, texts, self._clock)
+            channel = self._channels[topic] = Channel(self, texts, self._clock, is_preceded)
             self._guarded(lambda: self._register(channel, topic, schema, form))
         return self._channels[topic]
 
@@ -108,9 +117,20 @@ class Log:
                 self._lock.release()
 
     def _take(self, channel: Channel) -> None:
-        messages, size = channel.messages()
+        before = self._size
+        group = [channel]
+        if channel.is_preceded:
+            group = [each for each in list(self._channels.values()) if each.is_preceded]
+        taken = [each.taken() for each in group]
+        if len(taken) == 1:
+            messages = list(taken[0][1])
+        else:
+            order = sorted((date, i) for i, (dates, _) in enumerate(taken) for date in dates)
+            messages = [next(taken[i][1]) for _, i in order]
         self._batch += messages
-        self._size += size
+        self._size += sum([len(text) for *_, text in messages])
+        for each in group if messages else ():
+            each.adapt((self._size - before) // len(messages))
         if self._size > _CHUNK_BYTES:
             self._wake.set()
 
@@ -171,8 +191,9 @@ class Log:
 class Channel:
     """A channel of messages that are much alike, so that their texts are made together."""
 
-    def __init__(self, log: Log, texts: Texts, clock: WallClock) -> None:
+    def __init__(self, log: Log, texts: Texts, clock: WallClock, is_preceded: bool) -> None:
         self.number = 0
+        self.is_preceded = is_preceded
         self._log = log
         self._texts = texts
         self._date_ns = clock.date_ns
@@ -189,15 +210,17 @@ class Channel:
         if len(waiting) >= self._most:
             self._log.take(self, is_late=len(waiting) >= _LATE * self._most)
 
-    def messages(self) -> tuple[list[tuple[int, int, int, bytes]], int]:
-        """What was added, with its texts, and how many bytes these are."""
+    def adapt(self, size: int) -> None:
+        """Let so many messages wait as are not too large, if each has so many bytes."""
+        self._most = max(1, min(_BATCH, _CHUNK_BYTES // (size + 1)))
+
+    def taken(self) -> tuple[Sequence[int], Iterator[tuple[int, int, int, bytes]]]:
+        """What was added: its dates, and its messages, whose texts are made in turn."""
         waiting = self._waiting[:]
         if not waiting:
-            return [], 0
+            return (), iter(())
         del self._waiting[: len(waiting)]  # more may have come meanwhile
         times, dates, contents = zip(*waiting, strict=True)
         times_ns = np.rint(np.array(times) * 1e9).astype(np.int64).tolist()
-        texts = list(self._texts(contents, times, dates))
-        size = sum(map(len, texts))
-        self._most = max(1, min(_BATCH, _CHUNK_BYTES * len(texts) // (size + 1)))
-        return list(zip(repeat(self.number), times_ns, dates, texts)), size
+        texts = self._texts(contents, times, dates)
+        return dates, zip(repeat(self.number), times_ns, dates, texts, strict=False)

@@ -62,7 +62,9 @@ class Steps:
         names = [".".join(e.name) for e in flagged]
         self._passages = _Passages(subsystem.transitions, layout, names)
         form = STEP_SCHEMA + subsystem.name, _schema(layout)
-        self._channel = log.channel(topic, *form, self._texts)
+        every = (*layout.x, *layout.y, *kept)
+        is_preceded = any(element.form.is_aside for element in every)
+        self._channel = log.channel(topic, *form, self._texts, is_preceded=is_preceded)
         self._step = subsystem.step
         vars(subsystem)["step"] = self._noted
 
