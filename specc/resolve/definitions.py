@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from specc.diagnostics import Related
 from specc.frozen import frozen
-from specc.lang import ExprError, TypeNames
+from specc.lang import Declared, ExprError, Scope, TypeNames
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, Operator, Outside
@@ -77,12 +77,18 @@ class Interface:
     definitions: Definitions
 
 
-def indices_of(each: Mapping[str, str], where: Where) -> tuple[Constant, ...]:
+def indices_of(each: Mapping[str, str], where: Where) -> dict[str, Constant]:
     """The indices of the `for` of a part at `where`, each with its one value."""
-    return tuple(
-        Constant(name, Number(int(text), type=Int()), "", where["for"][name].key)
+    return {
+        name: Constant(name, Number(int(text), type=Int()), "", where["for"][name].key)
         for name, text in each.items()
-    )
+    }
+
+
+def scope_with(indices: Mapping[str, Constant], scope: Scope) -> Scope:
+    """The scope of an expression of a part with `for`."""
+    known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
+    return replace(scope, constants={**scope.constants, **known}) if known else scope
 
 
 # What the expressions of one file may name: frames, types, constants, files and operators.

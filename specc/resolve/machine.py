@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from specc.lang import Declared, Scope
+from specc.lang import Scope
 from specc.model.expr import (
     FALSE,
     TRUE,
@@ -30,7 +30,7 @@ from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
 from specc.resolve.context import Where, nobody_knows, trace_of
-from specc.resolve.definitions import indices_of, inlined
+from specc.resolve.definitions import indices_of, inlined, scope_with
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import targets_of
 from specc.schema.subsystem import (
@@ -151,11 +151,8 @@ class MachineResolver:
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
         peer, name, found = self._target(target, at)
-        here, scope = at.scalar("is"), self.scope
-        indices = {index.name: index for index in indices_of(item.each, at)}
-        if indices:
-            known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
-            scope = replace(scope, constants={**scope.constants, **known})
+        here, indices = at.scalar("is"), indices_of(item.each, at)
+        scope = scope_with(indices, self.scope)
         if found is None:
             self.expressions.inside(here, item.value, scope)
             return None

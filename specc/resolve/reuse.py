@@ -72,7 +72,7 @@ def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findin
     """A setting with the indices of the `for` of a part at `where`, each with its one value."""
     if not each:
         return at
-    indices = indices_of(each, where)
+    indices = tuple(indices_of(each, where).values())
     definitions = at.definitions.indexed(indices, findings)
     return replace(at, definitions=definitions, given=(*at.given, *indices))
 

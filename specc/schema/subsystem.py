@@ -94,16 +94,18 @@ class CommandBufferDef(BufferDef, first="for is"):
     )
 
 
-class MemoryDef(Traced):
+class MemoryDef(Traced, first="for type"):
     """A value that a subsystem keeps from period to period."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     type: TypeText
     init: InitialText | None = key(None, "Value in the first period.")
 
 
-class LetDef(Traced, short="is"):
+class LetDef(Traced, short="is", first="for type is"):
     """A named subexpression, computed at most once a period."""
 
+    each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
     type: TypeText | None = key(None, "What the expression must be a value of.")
     value: ExprText = key(about="The expression that the name stands for.", spelled="is")
 

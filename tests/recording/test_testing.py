@@ -75,3 +75,12 @@ def test_wrong_names_and_specifications_are_told(gate: Stepped, tmp_path: Path) 
     (tmp_path / "x.yaml").write_text("specc: 1\nsystem: x\nagents: {a: {}}\nfoo: 1\n")
     with pytest.raises(ValueError, match="has errors"):
         Stepped(tmp_path / "x.yaml", "a.c")
+
+
+def test_lets_and_memory_of_many_have_the_value_of_their_index() -> None:
+    many = ROOT / "tests/cases/structure/ok-lets-and-memory-of-many.yaml"
+    counter = Stepped(many, "counter.c")
+    for total in (66, 69):  # the sum of 10 i + i for i from 1 to 3, and one more for each
+        counter.step()
+        assert counter["y.listener.n"] == total
+    assert [counter[f"k_{i}"] for i in (1, 2, 3)] == [12, 22, 32]

@@ -50,6 +50,14 @@ ARCHITECTURES = (
         57,
         fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
         finds="W1002",
+        budget=1_800_000,
+    ),
+    Architecture(
+        "blackboard",
+        52,
+        fault=(("title: Blackboard\n      rate: 20 Hz", "title: Blackboard\n      rate: 2 Hz"),),
+        finds="W1005",
+        budget=1_200_000,
     ),
     Architecture(
         "three_tier",
