@@ -26,8 +26,8 @@ from specc_runtime.system import System
 
 Reports = Mapping[str, Sequence[tuple[int, Any]]]
 """Of each sensor what it reports from which base tick on, first from 0; `...` is nothing new."""
-Hear = Callable[[str, int, str, int], bool]
-"""Told of each step: subsystem, stamp, state and row; the run ends where it says no."""
+Hear = Callable[[str, int, str, int], None]
+"""Told of each step: subsystem, stamp, state and row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,20 +64,16 @@ class Rehearsal:
 
     def run(self, reports: Reports, ticks: int, hear: Hear) -> Failure | None:
         """A run of so many base ticks, and what ended it earlier. Raises what `plant` raises."""
-        system, goes_on = self.again(), True
 
         def observe(record: StepRecord) -> None:
-            nonlocal goes_on
-            goes_on = goes_on and hear(
-                record.subsystem, record.stamp, record.state, record.transition
-            )
+            hear(record.subsystem, record.stamp, record.state, record.transition)
 
         with np.errstate(all="ignore"):
-            executor = Executor(system, self.plant(reports), [observe], inline=True)
-            while goes_on and executor.tick < ticks and executor.advance():
+            executor = Executor(self.again(), self.plant(reports), [observe], inline=True)
+            while executor.tick < ticks and executor.advance():
                 pass
             executor.finish()
-        return _failure(executor.faults[0]) if executor.faults and goes_on else None
+        return _failure(executor.faults[0]) if executor.faults else None
 
     def again(self) -> System:
         """The system at its beginning."""

@@ -80,6 +80,7 @@ def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
     slices = [
         {
             "machines": list(each.names),
+            "alike": list(each.alike),
             "complete": each.complete,
             "states": each.configurations,
             "steps": each.steps,

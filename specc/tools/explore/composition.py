@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 from math import lcm
 from typing import NamedTuple
@@ -17,6 +18,7 @@ from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.partial import Numbers, Values
+from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
 from specc.tools.explore.walker import Move, Outcome, Walker
 from specc.tools.explore.watch import Visible, Watch
 
@@ -46,13 +48,15 @@ class Configuration(NamedTuple):
 class Edge(NamedTuple):
     """A step to another configuration; `overtaken` are values that were replaced unseen.
 
-    `violated` are requirements, by their index.
+    `violated` are requirements, by their index. `turn` says which machine each one was before
+    copies were put in order; nothing where they were.
     """
 
     target: int
     moves: Moves
     overtaken: tuple[tuple[int, InputName], ...] = ()
     violated: tuple[int, ...] = ()
+    turn: Frame = ()
 
 
 class Composition:
@@ -65,26 +69,55 @@ class Composition:
         *,
         exact: bool,
         watched: Sequence[Requirement] = (),
+        symmetric: bool = True,
     ) -> None:
-        """`exact` says whether time in states is counted; `watched` is what is required."""
+        """`exact` says whether time in states is counted; `watched` is what is required.
+
+        Copies of an agent are put into one order if it is `symmetric` and nothing is required.
+        """
         self.values = Values()
         self.names = names
         self.exact = exact
         self.walkers = tuple(
             Walker(abstraction.kept[name], abstraction, self.values, exact=exact) for name in names
         )
+        of_kinds = symmetric and not watched
+        self.copies = Symmetry(names, abstraction).copies() if of_kinds else []
+        self._views: dict[tuple[int, int, Part], tuple[tuple[int, ...], ...]] = {}
+        self._exchanges: dict[tuple[int, int, Part, tuple[int, ...]], Part] = {}
+        for first, index in self._alike():
+            self.walkers[index].join(self.walkers[first])
         periods = [1 / walker.subsystem.rate_hz for walker in self.walkers]
         self.tick_s = base_tick(periods)
         self.ticks = [int(period / self.tick_s) for period in periods]
         self.hyperperiod = lcm(*self.ticks)
         self._receivers = self._connected(abstraction)
-        self._parts = tuple(Numbers() for _ in names)
+        self._parts = [Numbers() for _ in names]
+        for first, index in self._alike():
+            self._parts[index] = self._parts[first]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._next = [self.next_phase(phase) for phase in range(self.hyperperiod)]
         every = abstraction.facts.system.subsystems
         whole_s = base_tick(1 / subsystem.rate_hz for subsystem in every)
         self._lasts = [int(self.passed_s(p, n) / whole_s) for p, n in enumerate(self._next)]
         self.watch = Watch(watched, self.walkers, self.values, whole_s) if watched else None
+
+    def _alike(self) -> Iterator[tuple[int, int]]:
+        """Machines that are the same, the first of them in front of each other one."""
+        for copies in self.copies:
+            for copy in copies.machines[1:]:
+                yield from zip(copies.machines[0], copy, strict=True)
+
+    @cached_property
+    def widened(self) -> set[str]:
+        """The targets with too many values, once everything was explored."""
+        said = self.values.widened
+        return {
+            f"{walker.name}.{target.removeprefix(f'{walker.kind}.')}"
+            for walker in self.walkers
+            for target in said
+            if target.startswith(f"{walker.kind}.")
+        }
 
     def _connected(self, abstraction: Abstraction) -> dict[tuple[int, InputName], tuple[int, int]]:
         """Sender and output -> reader and slot of its buffer."""
@@ -162,8 +195,85 @@ class Composition:
                 continue
             for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
                 parts[i] = _after(outcome, buffers)
-            made, violated = self._made(phase, parts, here.watched, visible)
-            yield made, edge._replace(violated=violated) if violated else edge
+            ordered, turn = self._ordered(parts) if self.copies else (parts, ())
+            made, violated = self._made(phase, ordered, here.watched, visible)
+            yield made, edge._replace(violated=violated, turn=turn) if violated or turn else edge
+
+    def _ordered(self, parts: list[Part]) -> tuple[list[Part], Frame]:
+        """The machines with copies in order, and which machine each one was before."""
+        turn = list(range(len(parts)))
+        for number, copies in enumerate(self.copies):
+            seen = self._seen(number, parts)
+            order = sorted(range(len(seen)), key=seen.__getitem__)
+            if order == list(range(len(seen))):
+                continue
+            before, parts = parts, list(parts)
+            for place, copy in enumerate(order):
+                pairs = zip(copies.machines[place], copies.machines[copy], strict=True)
+                for index, was in pairs:
+                    parts[index], turn[index] = before[was], was
+            for index in copies.others:
+                key = number, index, parts[index], tuple(order)
+                if key not in self._exchanges:
+                    self._exchanges[key] = self._exchanged(index, parts[index], copies, order)
+                parts[index] = self._exchanges[key]
+        return parts, () if turn == list(range(len(parts))) else tuple(turn)
+
+    def _seen(self, number: int, parts: list[Part]) -> list[tuple[object, ...]]:
+        """What there is of each copy: its machines, and what others have and send of it."""
+        copies = self.copies[number]
+        own = [tuple([parts[index] for index in copy]) for copy in copies.machines]
+        views = (self._view(number, index, parts[index]) for index in copies.others)
+        return list(zip(own, *views, strict=True))
+
+    def _view(self, number: int, index: int, part: Part) -> tuple[tuple[int, ...], ...]:
+        """What another machine has and sends of each copy."""
+        key = number, index, part
+        if key not in self._views:
+            copies = self.copies[number]
+            slots, pending = self.walkers[index].slots, dict(part.pending)
+            nothing: Links = ((),) * len(copies.machines)
+            links = (copies.inputs.get(index, nothing), copies.outputs.get(index, nothing))
+            self._views[key] = tuple(
+                (
+                    *(part.buffers[slots[name]] for name in inputs if name in slots),
+                    *(pending.get(name, -1) for name in outputs),
+                )
+                for inputs, outputs in zip(*links, strict=True)
+            )
+        return self._views[key]
+
+    def _exchanged(self, index: int, part: Part, copies: Copies, order: list[int]) -> Part:
+        """A machine that sees copies in another order."""
+        walker = self.walkers[index]
+        inputs = copies.renamed(copies.inputs.get(index, ()), order)
+        outputs = copies.renamed(copies.outputs.get(index, ()), order)
+        buffers = list(part.buffers)
+        for old, new in inputs.items():
+            if old in walker.slots:
+                buffers[walker.slots[new]] = part.buffers[walker.slots[old]]
+        pending = tuple(sorted((outputs.get(key, key), number) for key, number in part.pending))
+        return Part(walker.renamed(part.local, inputs), tuple(buffers), pending)
+
+    def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
+        """What an element is called in a run in which machines stand for others."""
+        for copies in self.copies:
+            key = copies.real(frame, index, key, is_sent=is_sent)
+        return key
+
+    def real_move(self, frame: Frame, index: int, move: Move) -> tuple[int, Move]:
+        """What a machine does in such a run."""
+        if not self.copies:
+            return index, move
+        sent = tuple((self.real(frame, index, k, is_sent=True), n) for k, n in move.sent)
+        lost = tuple(self.real(frame, index, key, is_sent=False) for key in move.lost)
+        return frame[index], move._replace(sent=sent, lost=lost)
+
+    def real_overtaken(self, frame: Frame, edge: Edge) -> tuple[tuple[int, InputName], ...]:
+        """The values that were replaced unseen in such a run."""
+        if not self.copies:
+            return edge.overtaken
+        return tuple((frame[i], self.real(frame, i, k, is_sent=False)) for i, k in edge.overtaken)
 
     def _deliver(
         self, due: tuple[int, ...], parts: list[Part]
@@ -212,6 +322,8 @@ class Graph:
         self.steps = 0
         self.interrupted = False
         self._known = {first: 0}
+        self.frames = [tuple(range(len(composition.names)))]
+        """Which machine each one stands for on the way on which a configuration was found."""
         try:
             self._explore(budget)
         except KeyboardInterrupt:  # what was found so far is told
@@ -255,4 +367,10 @@ class Graph:
             number = self._known[there] = len(self.configurations)
             self.configurations.append(there)
             self.parents.append((here, edge))
+            self.frames.append(turned(self.frames[here], edge.turn))
         return number
+
+
+def turned(frame: Frame, turn: Frame) -> Frame:
+    """Which machine each one stands for after copies were put in order."""
+    return tuple(frame[was] for was in turn) if turn else frame

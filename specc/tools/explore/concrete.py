@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from typing import Any, Protocol
 
@@ -61,16 +61,25 @@ class Rehearsal(Protocol):
         """The sensors that a subsystem gets values of, the nearest first."""
 
     def run(self, reports: Reports, ticks: int, hear: Any) -> Failure | None:
-        """A run of so many base ticks, unless `hear` says no; the fault that ended it."""
+        """A run of so many base ticks, and what ended it earlier; `hear` is told of each step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """Where a run does something else than a trace: base tick, subsystem, in words."""
+    """Where a run first does something else than a trace: base tick, subsystem, in words.
+
+    `others` are the subsystems that stray at the same tick.
+    """
 
     tick: int
     subsystem: str
     words: str
+    others: int = 0
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """How far the run goes with the trace."""
+        return self.tick, -self.others
 
 
 class NotConcreteError(Exception):
@@ -98,7 +107,7 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
             other = expected.stray(changed)
             if other is None:
                 return changed
-            if other.tick > (best[0].tick if best else stray.tick):
+            if other.reach > (best[0] if best else stray).reach:
                 best = other, changed
         if best is None:
             raise NotConcreteError(_why(stray, rehearsal))
@@ -132,20 +141,22 @@ class _Expected:
         found: list[Stray] = []
         ticks = self._rehearsal.ticks
 
-        def hear(name: str, stamp: int, state: str, row: int) -> bool:
+        def hear(name: str, stamp: int, state: str, row: int) -> None:
             step = self._steps.get((name, stamp))
             if step is not None and (state, row) != (step.move.target, step.move.row):
                 words = f"at {stamp * ticks[name] * self._rehearsal.tick_s:g} s `{name}` "
                 words += f"is in `{state}`, not in `{step.move.target}`"
                 found.append(Stray(stamp * ticks[name], name, words))
-            return not found
 
         failure = self._rehearsal.run(known, self._end, hear)
         if failure is not None and not self._is_meant(failure):
             tick = max(failure.stamp, 0) * ticks.get(failure.subsystem, 0)
             found.append(Stray(tick, failure.subsystem, f"the run fails: {failure.message}"))
-        found += self._unlost(known) if not found else ()
-        return min(found, key=lambda stray: stray.tick, default=None)
+        found += self._unlost(known)
+        if not found:
+            return None
+        first = min(found, key=lambda stray: stray.tick)
+        return replace(first, others=sum(stray.tick == first.tick for stray in found) - 1)
 
     def _is_meant(self, failure: Failure) -> bool:
         step = self._steps.get((failure.subsystem, failure.stamp))

@@ -7,7 +7,7 @@ looked for again with time counted in periods, since it may rest on timing that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from specc.analysis import Facts
@@ -17,7 +17,10 @@ from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
 from specc.tools.explore.findings import Finding, findings
 from specc.tools.explore.required import Group, Judged, groups, judged
+from specc.tools.explore.symmetry import likewise
 
+MOST_ALIKE = 4
+"""Machines that are named."""
 Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
@@ -35,6 +38,8 @@ class Explored:
     """Whether time in a state matters at all."""
     interrupted: bool
     widened: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
+    """Machines of slices for which this one stands."""
 
     def words(self) -> str:
         """How far it came, and what was abstracted."""
@@ -48,6 +53,9 @@ class Explored:
         if self.timed:
             time = "counted in periods" if self.exact else "taken to pass in any way"
             what += f"; time in states {time}"
+        if self.alike:
+            shown = (*self.alike[:MOST_ALIKE], "...")[: len(self.alike)]
+            what += f"; so for {', '.join(shown)}"
         if self.widened:
             what += f"; values taken for unknown: {', '.join(self.widened)}"
         return what
@@ -82,22 +90,24 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     result = Exploration()
     found: dict[tuple[object, ...], Finding] = {}
     verdicts: dict[tuple[str, int], set[Verdict]] = {}
-    slices, required = abstraction.slices(), groups(facts)
-    for index, names in enumerate(slices):
+    slices, required = likewise(abstraction.slices(), abstraction), groups(facts)
+    for index, (names, others) in enumerate(slices):
         if result.interrupted:
             result.left.append(names)
             continue
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - spent) // (len(slices) + len(required) - index)
         graph = _explored(names, abstraction, facts, share, found)
-        result.slices.append(_summary(graph))
+        alike = tuple(new for same in others for old, new in same.items() if new != old)
+        result.slices.append(replace(_summary(graph), alike=alike))
         result.interrupted = graph.interrupted
         for walker in graph.composition.walkers:
             for number in range(len(walker.subsystem.axioms)):
                 answers = walker.assumed.get(number, set())
                 failing = found.get(("W1006", walker.name, number))
                 said = _verdict(answers, failing, complete=graph.complete)
-                verdicts.setdefault((walker.name, number), set()).add(said)
+                for same in (walker.name, *(each[walker.name] for each in others)):
+                    verdicts.setdefault((same, number), set()).add(said)
     result.findings = [f for f in found.values() if not _is_proved(f, verdicts)]
     result.assumptions = [
         (name, kept.subsystem.axioms[index], _best(said))
@@ -105,6 +115,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         for kept in (abstraction.kept[name],)
     ]
     explored = [*(each.names for each in result.slices), *result.left]
+    explored += [each.alike for each in result.slices]
     inside = {name for names in explored for name in names}
     _require(result, required, facts, budget)
     result.alone = tuple(name for name in abstraction.kept if name not in inside)
@@ -175,7 +186,7 @@ def _summary(graph: Graph) -> Explored:
         composition.exact,
         composition.is_timed,
         graph.interrupted,
-        composition.values.widened_names,
+        tuple(sorted(composition.widened)),
     )
 
 

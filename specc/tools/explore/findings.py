@@ -83,7 +83,7 @@ class Found:
     @cached_property
     def _blurred(self) -> set[str]:
         """The memory and inputs that are computed from those of too many values."""
-        found, before = set(self.graph.composition.values.widened), -1
+        found, before = set(self.graph.composition.widened), -1
         while before < len(found):
             before = len(found)
             for walker in self.graph.composition.walkers:
@@ -265,16 +265,19 @@ def _event(
 
 def _events(graph: Graph) -> Iterator[Finding]:
     """What is declared to be an event is looked at, or ignored, wherever it comes."""
-    walkers, told = graph.composition.walkers, set[tuple[int, InputName, str]]()
+    composition, told = graph.composition, set[tuple[int, InputName, str]]()
+    walkers = composition.walkers
     for number, out in enumerate(graph.edges):
+        frame = graph.frames[number]
         for edge in out:
             lost = [
                 (i, key, move.source)
-                for i, move in edge.moves
+                for i, move in (composition.real_move(frame, *each) for each in edge.moves)
                 for key in move.lost
                 if key in walkers[i].events
             ]
-            lost += [(i, key, "") for i, key in edge.overtaken if key in walkers[i].events]
+            overtaken = composition.real_overtaken(frame, edge)
+            lost += [(i, key, "") for i, key in overtaken if key in walkers[i].events]
             for each in lost:
                 if each not in told:
                     told.add(each)

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from specc.lang.evaluate import Environment, evaluate
 from specc.model import expr as m
+from specc.model.system import Subsystem, System
 from specc.model.types import (
     Enum,
     Int,
@@ -48,6 +49,16 @@ class Known:
     periods: int | None = None
     """Since the state was entered; only comparisons of `elapsed` with constants know of it."""
     _lets: dict[str, m.Expr] = field(default_factory=dict)
+
+
+def static(subsystem: Subsystem, system: System) -> Known:
+    """What is known of a subsystem at all times."""
+    constants = (*system.constants, *subsystem.constants)
+    return Known(
+        {item.name: item.value for item in subsystem.lets},
+        {constant.name: constant.value for constant in constants},
+        1 / subsystem.rate_hz,
+    )
 
 
 def is_literal(expr: m.Expr) -> bool:
@@ -314,11 +325,6 @@ class Values:
             self._numbers.of(reserved)
         self._seen: dict[str, set[int]] = {}
         self.widened: set[str] = set()
-
-    @property
-    def widened_names(self) -> tuple[str, ...]:
-        """The targets with too many values: subsystem and memory, output or input."""
-        return tuple(sorted(str(target) for target in self.widened))
 
     def of(self, target: str, expr: m.Expr, known: Known) -> int:
         """The number of what is assigned to a target."""

@@ -16,7 +16,8 @@ from specc.model.fsm import State
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
 from specc.tools.explore.abstraction import Abstraction, conditions_of
-from specc.tools.explore.composition import Graph
+from specc.tools.explore.composition import Graph, turned
+from specc.tools.explore.symmetry import Frame
 from specc.tools.explore.walker import Walker
 
 
@@ -55,13 +56,59 @@ class Lasting:
 
     def __post_init__(self) -> None:
         self.states = {index: set() for index in range(len(self.graph.composition.walkers))}
-        for number in self.members:
+        composition, frames = self.graph.composition, self._frames()
+        for number, frame in frames.items():
             for edge in self.graph.edges[number]:
-                for index, move in edge.moves:
+                for index, move in (composition.real_move(frame, *each) for each in edge.moves):
                     self.states[index] |= {move.source, move.target}
                     self.sent |= {(index, key) for key, _ in move.sent}
                     if move.row >= 0:
                         self.rows.add((index, move.row))
+        self._spread(self._exchanges(frames))
+
+    # Where copies are put in order, a way back to a configuration may have exchanged them. Then
+    # each does what the others do.
+
+    def _frames(self) -> dict[int, Frame]:
+        """Which machine each one stands for in each configuration, on ways from the entry."""
+        found = {self.entry: self.graph.frames[self.entry]}
+        if not self.graph.composition.copies:
+            return dict.fromkeys(self.members, found[self.entry])
+        waiting = [self.entry]
+        for number in waiting:
+            for edge in self.graph.edges[number]:
+                if edge.target not in found:
+                    found[edge.target] = turned(found[number], edge.turn)
+                    waiting.append(edge.target)
+        return found
+
+    def _exchanges(self, frames: dict[int, Frame]) -> set[Frame]:
+        """Which machine each one has become on some way back."""
+        if not self.graph.composition.copies:
+            return set()
+        found = set()
+        for number, frame in frames.items():
+            for edge in self.graph.edges[number]:
+                there = frames[edge.target]
+                became = dict(zip(there, turned(frame, edge.turn), strict=True))
+                found.add(tuple(became[index] for index in range(len(there))))
+        return found - {tuple(range(len(self.walkers)))}
+
+    def _spread(self, exchanges: set[Frame]) -> None:
+        """What a machine does, those do as well that it is exchanged with."""
+        composition, before = self.graph.composition, -1
+        while exchanges and before != (before := self._size()):
+            for frame in exchanges:
+                for index, became in enumerate(frame):
+                    self.states[became] |= self.states[index]
+                self.rows |= {(frame[index], row) for index, row in self.rows}
+                self.sent |= {
+                    (frame[i], composition.real(frame, i, key, is_sent=True))
+                    for i, key in self.sent
+                }
+
+    def _size(self) -> int:
+        return sum(map(len, self.states.values())) + len(self.rows) + len(self.sent)
 
     @property
     def entry(self) -> int:

@@ -85,19 +85,22 @@ class Trace:
 
 def trace(graph: Graph, number: int, *last: Edge) -> Trace:
     """The way on which a configuration was found, and what was done after it."""
-    way: list[Edge] = []
+    way = [(number, edge) for edge in last]
     found = graph.parents[number]
     while found is not None:
-        way.append(found[1])
+        way.append(found)
         found = graph.parents[found[0]]
-    edges = [*reversed(way), *last]
-    walkers = graph.composition.walkers
+    composition = graph.composition
+    walkers = composition.walkers
     time_s, phase = Fraction(0), 0
     steps = [Step(time_s, i, walkers[i], move) for i, move in graph.begin]
-    for edge in edges:
-        after = graph.composition.next_phase(phase)
-        time_s, phase = time_s + graph.composition.passed_s(phase, after), after
-        steps += [Step(time_s, i, walkers[i], move) for i, move in edge.moves]
+    overtaken: list[tuple[int, InputName]] = []
+    for here, edge in sorted(way, key=lambda each: each[0]):
+        after = composition.next_phase(phase)
+        time_s, phase = time_s + composition.passed_s(phase, after), after
+        frame = graph.frames[here]
+        for i, move in (composition.real_move(frame, *each) for each in edge.moves):
+            steps.append(Step(time_s, i, walkers[i], move))
+        overtaken += composition.real_overtaken(frame, edge)
     free = [f"{f} in `{s.walker.name}`" for s in steps for f in s.move.free]
-    overtaken = tuple(each for edge in edges for each in edge.overtaken)
-    return Trace(tuple(steps), overtaken, tuple(dict.fromkeys(free)), time_s)
+    return Trace(tuple(steps), tuple(overtaken), tuple(dict.fromkeys(free)), time_s)

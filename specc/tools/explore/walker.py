@@ -6,7 +6,7 @@ the answer stays while the values do: it is remembered until one of them is rene
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -23,8 +23,10 @@ from specc.tools.explore.partial import (
     filled,
     limit_of,
     negated,
+    static,
     turns,
 )
+from specc.tools.explore.symmetry import renamed
 
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
@@ -86,12 +88,7 @@ class Walker:
         self._ignores = {state.name: frozenset(state.ignores) for state in self.subsystem.states}
         self._memory = tuple(i for i in self.subsystem.memory if i.name in kept.memory)
         self.memory_slots = {item.name: slot for slot, item in enumerate(self._memory)}
-        constants = (*abstraction.facts.system.constants, *self.subsystem.constants)
-        self.static = Known(
-            {item.name: item.value for item in self.subsystem.lets},
-            {constant.name: constant.value for constant in constants},
-            1 / self.subsystem.rate_hz,
-        )
+        self.static = static(self.subsystem, abstraction.facts.system)
         others = [key for key in self.subsystem.inputs if key not in kept.inputs]
         self._steady = {key for key in others if abstraction.is_steady(self.name, key)}
         self._measured = {key for key in others if abstraction.sender_of(self.name, key) is None}
@@ -101,6 +98,23 @@ class Walker:
         self._possible: dict[frozenset[int], bool] = {}
         self.assumed: dict[int, set[bool | None]] = {}
         """What assumptions turned out to be, by index; None where that is not known."""
+        self.kind = self.name
+        """The name of the first of the machines that are the same as this one."""
+
+    def join(self, first: Walker) -> None:
+        """Share what was found of a machine that is the same, and its numbers."""
+        self.kind = first.name
+        self.locals, self._formulas, self.assumed = first.locals, first._formulas, first.assumed
+        self._steps, self._possible = first._steps, first._possible
+
+    def renamed(self, local: int, names: Mapping[InputName, InputName]) -> int:
+        """The number of the machine in which the inputs have other names."""
+        now: Local = self.locals.things[local]
+        if not now.answers:
+            return local
+        formulas = (renamed(self._formulas.things[a], names) for a in now.answers)
+        answers = frozenset(map(self._formulas.of, formulas))
+        return self.locals.of(now._replace(answers=answers))
 
     # The first period, and any other.
 
@@ -113,7 +127,7 @@ class Walker:
             number = (
                 ABSENT
                 if value is None
-                else self.values.of(f"{self.name}.x.{key[0]}.{key[1]}", value, self.static)
+                else self.values.of(f"{self.kind}.x.{key[0]}.{key[1]}", value, self.static)
             )
             found.append(number)
         return tuple(found)
@@ -123,7 +137,7 @@ class Walker:
         known = self._known(buffers, {}, first=True)
         known.periods = 0
         memory = {
-            i.name: self.values.of(f"{self.name}.{i.name}", filled(i.init, known), known)
+            i.name: self.values.of(f"{self.kind}.{i.name}", filled(i.init, known), known)
             for i in self._memory
         }
         state = self.subsystem.initial_state
@@ -230,12 +244,12 @@ class Walker:
             if item.peer and (item.peer, item.name) in self.kept.outputs:
                 value = filled(item.value, known)
                 key = item.peer, item.name
-                target = f"{self.name}.y.{item.peer}.{item.name}"
+                target = f"{self.kind}.y.{item.peer}.{item.name}"
                 sent.append((key, self.values.of(target, value, known)))
             elif not item.peer and item.name in memory:
                 value = filled(item.value, known)
                 if not (isinstance(value, m.MemoryRef) and value.name == item.name):
-                    after[item.name] = self.values.of(f"{self.name}.{item.name}", value, known)
+                    after[item.name] = self.values.of(f"{self.kind}.{item.name}", value, known)
                     answers = self._without(answers, item.name)
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()

@@ -1,0 +1,264 @@
+"""Agents that are copies of one another: whatever is found of one order of them holds of all.
+
+Two agents are copies if exchanging them changes nothing that is kept: their machines are the same,
+and so are all others with each name of the one put in the place of the other's. What is not kept
+may differ, such as the speed of a rover that nothing decides on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from specc.lang.show import show
+from specc.model import expr as m
+from specc.proof import InputName
+from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
+from specc.tools.explore.partial import filled, static
+
+Names = Mapping[InputName, InputName]
+Links = tuple[tuple[InputName, ...], ...]
+"""Of each copy the names that a machine has for what goes to it or comes from it, in one order."""
+Frame = tuple[int, ...]
+"""Which machine each one stands for, by their indices."""
+
+
+@dataclass(frozen=True)
+class Copies:
+    """Copies of an agent, by the indices of their machines, and how the other machines see them."""
+
+    machines: tuple[tuple[int, ...], ...]
+    inputs: Mapping[int, Links]
+    outputs: Mapping[int, Links]
+
+    @cached_property
+    def copy_of(self) -> dict[int, int]:
+        """The number of the copy that a machine is a part of."""
+        return {i: number for number, copy in enumerate(self.machines) for i in copy}
+
+    @cached_property
+    def others(self) -> tuple[int, ...]:
+        """The machines that get something of copies, or send it to them."""
+        return tuple(sorted(self.inputs.keys() | self.outputs.keys()))
+
+    def renamed(self, links: Links, order: Sequence[int]) -> dict[InputName, InputName]:
+        """The names with copy `order[n]` in place `n`."""
+        pairs = (zip(links[q], links[p], strict=True) for p, q in enumerate(order))
+        return {old: new for pair in pairs for old, new in pair}
+
+    def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
+        """The name that a machine which stands for another one has for an element of a copy."""
+        links = (self.outputs if is_sent else self.inputs).get(index, ())
+        for number, names in enumerate(links):
+            if key in names:
+                stands_for = self.copy_of[frame[self.machines[number][0]]]
+                return links[stands_for][names.index(key)]
+        return key
+
+
+class Symmetry:
+    """Finds the copies among the machines of a slice."""
+
+    def __init__(self, names: Sequence[str], abstraction: Abstraction) -> None:
+        self._abstraction = abstraction
+        self._index = {name: index for index, name in enumerate(names)}
+        self._kept = {name: abstraction.kept[name] for name in names}
+        self._agents: dict[str, dict[str, str]] = {}
+        for name, kept in abstraction.kept.items():
+            self._agents.setdefault(kept.subsystem.agent, {})[kept.subsystem.name] = name
+        self._agent = {name: kept.subsystem.agent for name, kept in abstraction.kept.items()}
+        self._read = {
+            sent: (name, key)
+            for name, kept in abstraction.kept.items()
+            for key in kept.subsystem.inputs
+            if (sent := abstraction.sender_of(name, key)) is not None
+        }
+        self._signatures: dict[str, tuple[object, ...]] = {}
+
+    def copies(self) -> list[Copies]:
+        """All of them, those of one kind together."""
+        alike: dict[tuple[object, ...], list[str]] = {}
+        for agent in dict.fromkeys(self._agent[name] for name in self._index):
+            roles = {r: n for r, n in self._agents[agent].items() if n in self._index}
+            kind = tuple((role, self._signature(roles[role])) for role in sorted(roles))
+            alike.setdefault(kind, []).append(agent)
+        found = []
+        for agents in alike.values():
+            first, *others = agents
+            same = [first, *(a for a in others if self._are_exchangeable(first, a, agents))]
+            if len(same) > 1:
+                found.append(self._made(same))
+        return found
+
+    def _made(self, agents: Sequence[str]) -> Copies:
+        roles = sorted(r for r, name in self._agents[agents[0]].items() if name in self._index)
+        machines = tuple(tuple(self._index[self._agents[a][r]] for r in roles) for a in agents)
+        inputs, outputs = dict[int, Links](), dict[int, Links]()
+        for name, index in self._index.items():
+            if self._agent[name] in agents:
+                continue
+            renamings = [self._names(name, agents[0], other) for other in agents[1:]]
+            assert all(renamings)  # they are exchangeable
+            for side, links in enumerate((inputs, outputs)):
+                maps = [both[side] for both in renamings if both]
+                own = [key for key in maps[0] if self._is_of(name, key, agents[0], side)]
+                if own:
+                    links[index] = (tuple(own), *(tuple(map(g.__getitem__, own)) for g in maps))
+        return Copies(machines, inputs, outputs)
+
+    def _is_of(self, name: str, key: InputName, agent: str, side: int) -> bool:
+        end = self._read.get((name, key)) if side else self._abstraction.sender_of(name, key)
+        return end is not None and self._agent[end[0]] == agent
+
+    def _are_exchangeable(self, one: str, other: str, agents: Sequence[str]) -> bool:
+        """Whether exchanging two agents, of which each machine has its like, changes nothing."""
+        for role, name in self._agents[one].items():
+            like = self._agents[other].get(role)
+            if like is None or not self._are_connected_alike(name, like, one, other):
+                return False
+        for name in self._index:
+            if self._agent[name] in (one, other):
+                continue
+            names = self._names(name, one, other)
+            if names is None or (self._agent[name] in agents and any(names)):
+                return False
+            if any(names) and self._signature(name) != _signature(
+                self._kept[name], self._abstraction, *names
+            ):
+                return False
+        return True
+
+    def _are_connected_alike(self, name: str, like: str, one: str, other: str) -> bool:
+        for key in self._abstraction.kept[name].subsystem.inputs:
+            sent = self._abstraction.sender_of(name, key)
+            alike = self._abstraction.sender_of(like, key)
+            if sent is None or alike is None:
+                if sent is not alike:
+                    return False
+            elif self._agent[sent[0]] == one:
+                if alike != (self._exchanged(sent[0], one, other), sent[1]):
+                    return False
+            elif self._agent[sent[0]] == other or alike[0] != sent[0]:
+                return False
+        return True
+
+    def _exchanged(self, name: str, one: str, other: str) -> str:
+        """The name of a machine's like if it is of one of two agents."""
+        agent = self._agent[name]
+        if agent not in (one, other):
+            return name
+        return self._agents[other if agent == one else one][
+            self._abstraction.kept[name].subsystem.name
+        ]
+
+    def _names(self, name: str, one: str, other: str) -> tuple[Names, Names] | None:
+        """What a machine's inputs and outputs become if two agents are exchanged; None if nothing.
+
+        Those that have nothing to do with the two are left out.
+        """
+        abstraction, subsystem = self._abstraction, self._abstraction.kept[name].subsystem
+        senders = {abstraction.sender_of(name, key): key for key in subsystem.inputs}
+        inputs, outputs = dict[InputName, InputName](), dict[InputName, InputName]()
+        for sent, key in senders.items():
+            if sent is not None and self._agent[sent[0]] in (one, other):
+                like = senders.get((self._exchanged(sent[0], one, other), sent[1]))
+                if like is None:
+                    return None
+                inputs[key] = like
+        for key in subsystem.outputs:
+            read = self._read.get((name, key))
+            if read is not None and self._agent[read[0]] in (one, other):
+                there = abstraction.sender_of(self._exchanged(read[0], one, other), read[1])
+                if there is None or there[0] != name:
+                    return None
+                outputs[key] = there[1]
+        return inputs, outputs
+
+    def _signature(self, name: str) -> tuple[object, ...]:
+        if name not in self._signatures:
+            self._signatures[name] = _signature(self._kept[name], self._abstraction, {}, {})
+        return self._signatures[name]
+
+
+def likewise(
+    slices: Sequence[tuple[str, ...]], abstraction: Abstraction
+) -> list[tuple[tuple[str, ...], list[dict[str, str]]]]:
+    """Slices, each with those that it stands for, in which machines have other names."""
+    names = tuple(abstraction.kept)
+    every = Symmetry(names, abstraction).copies() if len(slices) > 1 else []
+    found: dict[object, list[tuple[tuple[str, ...], list[str]]]] = {}
+    for each in slices:
+        roles, order = list[object](), list[str]()
+        for copies in every:
+            parts = [
+                (tuple(role for role, _ in used), [names[i] for _, i in used])
+                for copy in copies.machines
+                if (used := [(role, i) for role, i in enumerate(copy) if names[i] in each])
+            ]
+            parts.sort(key=lambda part: part[0])
+            roles.append(tuple(part[0] for part in parts))
+            order += [name for part in parts for name in part[1]]
+        others = tuple(name for name in each if name not in order)
+        found.setdefault((tuple(roles), others), []).append((each, [*order, *others]))
+    return [
+        (first, [dict(zip(order, other, strict=True)) for _, other in more])
+        for (first, order), *more in found.values()
+    ]
+
+
+def _signature(
+    kept: Kept, abstraction: Abstraction, inputs: Names, outputs: Names
+) -> tuple[object, ...]:
+    """All that stepping a machine depends on, with some names changed."""
+    subsystem = kept.subsystem
+    name = subsystem.qualified_name
+    known = static(subsystem, abstraction.facts.system)
+
+    def said(expr: m.Expr) -> m.Expr:
+        return renamed(filled(expr, known), inputs)
+
+    states = []
+    for state in subsystem.states:
+        asked = tuple(
+            (cause, said(end.when), tuple((i, r.target, said(r.condition.when)) for i, r in rows))
+            for cause, end in state.behaviour.endings
+            if (rows := subsystem.rows(state.name, cause))
+        )
+        assigned = frozenset(
+            ((outputs.get(key, key) if item.peer else key), said(item.value))
+            for item in state.behaviour.assignments
+            if (key := (item.peer, item.name)) in kept.outputs
+            or (not item.peer and item.name in kept.memory)
+        )
+        read = kept.reading.all(item.value for item in state.behaviour.assignments).inputs
+        looked = frozenset(inputs.get(key, key) for key in read)
+        ignored = frozenset(inputs.get(key, key) for key in state.ignores)
+        ends = bool(list(conditions_of(subsystem, state.name)))
+        states.append((state.name, asked, assigned, looked, ignored, ends))
+    buffers = frozenset(
+        (
+            inputs.get(key, key),
+            key in kept.inputs,
+            element.event,
+            None if element.init is None else said(element.init),
+            key not in kept.inputs and abstraction.is_steady(name, key),
+            abstraction.sender_of(name, key) is None,
+        )
+        for key, element in subsystem.inputs.items()
+    )
+    memory = tuple((i.name, said(i.init)) for i in subsystem.memory if i.name in kept.memory)
+    axioms = tuple(said(axiom.that) for axiom in subsystem.axioms)
+    return subsystem.rate_hz, subsystem.initial_state, tuple(states), buffers, memory, axioms
+
+
+def renamed(expr: m.Expr, names: Names) -> m.Expr:
+    """An expression with other names of inputs, the parts of `and` and `or` in one order."""
+    match expr:
+        case m.Input(peer=peer, element=element):
+            peer, element = names.get((peer, element), (peer, element))
+            return replace(expr, peer=peer, element=element)
+        case m.Logic(operands=operands):
+            parts = sorted((renamed(part, names) for part in operands), key=show)
+            return replace(expr, operands=tuple(parts))
+    return m.mapped(expr, lambda part: renamed(part, names))
