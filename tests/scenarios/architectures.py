@@ -46,6 +46,12 @@ ARCHITECTURES = (
         finds="W1004",
     ),
     Architecture(
+        "teleoperation",
+        58,
+        fault=(("[halting,  terminal, always, resting]", "[halting,  terminal, always, halting]"),),
+        finds="W1001",
+    ),
+    Architecture(
         "syndicate",
         57,
         fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
