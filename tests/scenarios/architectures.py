@@ -87,4 +87,16 @@ ARCHITECTURES = (
         ),
         finds="W1005",
     ),
+    Architecture(
+        "services",
+        59,
+        fault=(
+            (
+                "hang_up: {y.carriers.call: False, y.scanner.call: False}",
+                "hang_up: {y.scanner.call: False}",
+            ),
+        ),
+        finds="W1005",
+        budget=700_000,
+    ),
 )
