@@ -22,12 +22,20 @@ from specc.lang.many import Root
 from specc.lang.parse import span
 from specc.lang.temporal import TIMED, USAGE, parse_formula
 from specc.limits import MAX_SPAN_S
-from specc.model.expr import Expr, has_unknown
-from specc.model.requirement import Atom, Formula, Junction, Reading, Requirement, Temporal
+from specc.model.expr import Expr, Logic, has_unknown
+from specc.model.requirement import (
+    Atom,
+    Formula,
+    Junction,
+    Reading,
+    Requirement,
+    Temporal,
+)
+from specc.model.requirement import expressions as expressions_in
 from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
 from specc.model.types import Bool, Enum, Real
 from specc.model.units import SECOND
-from specc.resolve.context import FOLLOW_UP, Where, suggestion
+from specc.resolve.context import FOLLOW_UP, Meaning, Where, suggestion
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.groups import Groups
 from specc.resolve.library import constant_scope
@@ -64,18 +72,24 @@ def requirement_of(
 ) -> Requirement | None:
     """What a formula says of runs; None after reporting."""
     reader = _Reader(text, world, expressions)
+    meanings = expressions.findings.meanings
     try:
         formula, lasts = reader.requirement()
     except ExprErrors as failure:
+        meanings.append(Meaning(at, text, reader.scope, None))
         for error in failure.errors:
             expressions.report(at, text, error)
         return None
+    parts = tuple(expressions_in(formula))
+    meanings.append(
+        Meaning(at, text, reader.scope, Logic("and", parts, type=Bool(), span=(0, len(text))))
+    )
     readings = tuple(reader.readings.values())
     return Requirement(" ".join(text.split()), because, formula, lasts, readings, at.place)
 
 
 class _Reader:
-    """Reads the text of one requirement. `readings` are the values that it names."""
+    """Reads one requirement: `readings` are values of agents that it names, `scope` all else."""
 
     def __init__(
         self,
@@ -87,8 +101,8 @@ class _Reader:
         self._text = text
         self._many = world.many
         self._definitions = expressions.definitions
-        self._scope = constant_scope(expressions.definitions)
-        self._names = _Names(text, world, self.readings, self._scope.names())
+        self.scope = constant_scope(expressions.definitions)
+        self._names = _Names(text, world, self.readings, self.scope.names())
 
     def requirement(self) -> tuple[Formula, bool]:
         """The formula inside `always(...)`, if it is there, and whether it is.
@@ -147,10 +161,10 @@ class _Reader:
                 raise _error(inner, message, help)
         named = self._names.visit(node)
         read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
-        known = (enum for enums in self._scope.enums.values() for enum in enums)
+        known = (enum for enums in self.scope.enums.values() for enum in enums)
         states = (r.type for r in self.readings.values() if r.kind == "state")
         enums = members_of([*known, *(t for t in states if isinstance(t, Enum))])
-        return self._typed(named, replace(self._scope, memory=read, enums=enums), Bool())
+        return self._typed(named, replace(self.scope, memory=read, enums=enums), Bool())
 
     def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real) -> Expr:
         expr = check(node, self._text, scope, expected)
@@ -159,7 +173,7 @@ class _Reader:
         return self._definitions.inlined(expr)
 
     def _span(self, node: ast.expr) -> tuple[Fraction, Expr]:
-        expr = self._typed(node, self._scope, Real(SECOND))
+        expr = self._typed(node, self.scope, Real(SECOND))
         value = known_number(expr, self._definitions.constants, "E0335")
         if not 0 <= value <= MAX_SPAN_S:
             message = f"a formula reaches over 0 to {MAX_SPAN_S} s, not over {value:g} s"

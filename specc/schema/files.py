@@ -175,7 +175,7 @@ class DisturbanceDef(Part, first="at when lasts"):
     """What happens to the plant while a run goes on; no agent is told."""
 
     at: StartDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
-    when: str | None = key(
+    when: Annotated[str, Text(Role("formula"))] | None = key(
         None, "A formula like those of `require`; it begins once that first holds."
     )
     lasts: StartDef | None = key(None, "For how long; to the end of the run if left out.")
@@ -206,7 +206,7 @@ class TaskDef(Part):
 class RequirementDef(Part):
     """What every run is watched for."""
 
-    that: Annotated[str, Text(filled=True)] = key(
+    that: Annotated[str, Text(Role("formula"), filled=True)] = key(
         about="A formula of temporal logic over states, memory and buffers."
     )
     because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")

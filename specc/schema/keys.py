@@ -39,8 +39,10 @@ Form = Literal[
     "task",
     "argument",
     "path",
+    "formula",
 ]
-"""Expressions (over constants, over inputs too, over everything), types, and sorts of names."""
+"""Expressions (over constants, over inputs too, over everything), types, sorts of names, and
+formulas of temporal logic."""
 SCALARS = [{"type": name} for name in ("string", "integer", "number", "boolean")]
 """What stands for text in JSON Schema where numbers and truth values are text too."""
 Fault = tuple[str, str]

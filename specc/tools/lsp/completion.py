@@ -25,6 +25,7 @@ from specc.schema.places import defined_by, keys_at, role_of, split, values_at
 from specc.source import Route
 from specc.tools.lsp.cursor import Cursor, cursors
 from specc.tools.lsp.describe import describe_symbol
+from specc.tools.lsp.formulas import WORDS, following
 from specc.tools.lsp.index import Index
 from specc.tools.lsp.symbols import Symbol, beside, node_at
 
@@ -280,6 +281,8 @@ def _values(index: Index, path: str, cursor: Cursor, role: Role) -> Iterator[Ite
         yield from _symbols(index, index.visible(path, owner), (role.kind,))
     elif role.form == "task":
         yield from _task(index, role)
+    elif role.form == "formula":
+        yield from _formula(index, path, cursor.before)
     elif role.form != "path":
         yield from complete_expression(index, path, owner, role.form, cursor.before)
         if role.form == "argument":
@@ -294,6 +297,18 @@ def _task(index: Index, role: Role) -> Iterator[Item]:
     }
     for name in names[role.kind or ""]:
         yield Item(name, role.kind or "")
+
+
+def _formula(index: Index, path: str, before: str) -> Iterator[Item]:
+    """What may follow in a requirement."""
+    paths = index.links.paths
+    if (found := following(before, paths)) is not None:
+        yield from (Item(name, "value", word=found[1]) for name in found[0])
+        return
+    yield from complete_expression(index, path, (), "constant", before)
+    if not _UNIT.search(before):
+        yield from (Item(name, "agent") for name in paths.below(()))
+        yield from (Item(name, "operator") for name in WORDS)
 
 
 def _symbols(

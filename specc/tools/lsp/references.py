@@ -13,6 +13,7 @@ from specc.resolve.context import Meaning
 from specc.schema.keys import Role, SymbolKind
 from specc.schema.places import TRACED, role_of, split
 from specc.source import Node, Place, Route, SourceFile
+from specc.tools.lsp.formulas import Paths, paths_in, paths_of
 from specc.tools.lsp.structure import (
     Mention,
     guesses,
@@ -83,6 +84,8 @@ class Links:
     states: dict[str, Key] = field(default_factory=dict)
     """States of the subsystem that the task counts; so with its memory."""
     memory: dict[str, Key] = field(default_factory=dict)
+    paths: Paths = field(default_factory=Paths)
+    """What requirements name."""
     in_python: dict[str, str] = field(default_factory=dict)
     """Enums whose members Python code knows by their names -> the code."""
 
@@ -104,6 +107,7 @@ def links_of(system: System | None) -> Links:
         _connections(links, subsystem, parts)
     _bindings(links, system, parts)
     _task(links, system)
+    links.paths = paths_of(system, links.named)
     return links
 
 
@@ -150,6 +154,8 @@ def _elements(other: Subsystem | Device, name: str, direction: str) -> Iterator[
 
 
 def _bindings(links: Links, system: System, parts: dict[str, Subsystem | Device]) -> None:
+    for item in system.plant.observed if system.plant else ():
+        links.types[key_of(item.place)] = item.type
     for binding in system.plant.bindings if system.plant else ():
         device = parts.get(binding.device)
         for element in (*device.x, *device.y) if isinstance(device, Device) else ():
@@ -247,6 +253,11 @@ class _Reader:
         owner = split(route)[0]
         if role is None or role.form == "path":
             return
+        if role.form == "formula":
+            for key, begin, end in paths_in(text, self.links.paths):
+                if (symbol := self._at(key)) is not None:
+                    place = Place(self.path, route, "value", begin, end)
+                    yield Reference(place, symbol, type=symbol.type)
         meaning = self.meanings.get((self.path, route))
         if meaning is not None and meaning.expr is not None:
             yield from self._all(route, owner, mentions(meaning.expr, meaning.text))

@@ -1,0 +1,156 @@
+"""Requirements in the editor: what they name is renamed, explained, found and proposed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.rename import apply
+from tests.tools.lsp.test_completion import labels
+from tests.tools.lsp.workspace import place
+
+SYSTEM = """\
+specc: 1.1
+system: fleet
+frames: {W: world}
+types: {Mode: "enum[slow, fast]"}
+constants: {near_by: {is: "0.2[m]", title: how near is near}}
+operators: {gap: {signature: "(p: point[W]) -> real[m]", python: "fleet:gap"}}
+agents:
+  rovers:
+    for: {i: 1..2}
+    real_effectors: {wheel: {x: {v_d: "real[m/s]"}, y: {s: {type: "real[m]", title: the way}}}}
+    virtual_effectors:
+      wheel:
+        rate: 10 Hz
+        x: {E: {s: "real[m]"}}
+        y: {E: {v_d: "real[m/s]"}}
+        functions: {go: {y.E.v_d: "0[m/s]"}}
+        behaviours: {go: {functions: [go], terminal: never}}
+        states: {S0: go}
+        initial_state: S0
+    control:
+      rate: 10 Hz
+      y: {base: {n: int}}
+      memory: {count: {type: int, init: 0, title: of all steps}, mode: {type: Mode, init: slow}}
+      functions: {tell: {y.base.n: count, count: count + 1}}
+      conditions: {terminal: {many: count > 9}}
+      behaviours: {tell: {functions: [tell], terminal: many}, rest: {terminal: never}}
+      states: {telling: tell, resting: rest}
+      initial_state: telling
+      transitions: [[telling, terminal, always, resting]]
+  base:
+    control:
+      rate: 10 Hz
+      x: {rovers: {n: int}}
+      memory: {last: {type: int, init: 0}}
+      functions: {hear: {last: "x.rovers[1].n if present(x.rovers[1].n) else last"}}
+      behaviours: {hear: {functions: [hear], terminal: never}}
+      states: {S0: hear}
+      initial_state: S0
+plant:
+  model: arm.xml
+  bind:
+    rovers_{i}.E.wheel.v_d: {for: {i: 1..2}, actuators: ["m{i}"]}
+    rovers_{i}.E.wheel.s: {for: {i: 1..2}, joints: ["j{i}"]}
+  observe:
+    at: {type: "point[W]", joints: [j1, j2, j3]}
+require:
+  - {that: "always(all(state(r.c) == resting implies r.c.count > 9 for r in rovers))", because: a}
+  - {that: "within(9[s], state(base.c) == S0 and base.c.last > 0 or
+      base.c.x.rovers_1.n > 3)", because: b}
+  - {that: "always(gap(plant.at) > near_by and rovers[1].c.mode != fast)", because: c}
+  - {that: "always(rovers_1.E.wheel.s < 9[m] and present(rovers_2.c.y.base.n))", because: d}
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> tuple[Project, str]:
+    path = tmp_path / "fleet.yaml"
+    path.write_text(SYSTEM)
+    project = Project((str(tmp_path),))
+    project.put(str(path), SYSTEM)
+    project.analyse(str(path))
+    return project, str(path)
+
+
+@pytest.mark.parametrize(
+    ("at", "new", "expected"),
+    [
+        ("|count: {type", "steps", ["r.c.steps > 9"]),
+        ("state(r.c) == |resting", "idle", ["state(r.c) == idle implies", "{telling: tell, idle:"]),
+        ("base.c.|last", "newest", ["base.c.newest > 0", "memory: {newest:"]),
+        ("|base:\n    control", "station", [
+            "state(station.c) == S0 and station.c.last > 0 or", "station.c.x.rovers_1.n >",
+            "present(rovers_2.c.y.station.n)", "y: {station: {n: int}}",
+        ]),
+        ("plant.|at)", "spot", ["spot: {type", "gap(plant.spot)"]),
+        ("|gap(plant", "distance", ["operators: {distance:", "distance(plant.at)"]),
+        ("> |near_by", "close", ["constants: {close:", "> close and"]),
+        ("!= |fast", "quick", ["enum[slow, quick]", "!= quick)"]),
+        ("E.wheel.|s <", "way", ["y: {way: {type", "rovers_1.E.wheel.way < 9[m]", "x: {E: {way:"]),
+        ("rovers_1.E.|wheel", "drive", ["rovers_1.E.drive.s", "real_effectors: {drive:"]),
+    ],
+)  # fmt: skip
+def test_renaming_changes_what_is_required(
+    project: tuple[Project, str], at: str, new: str, expected: list[str]
+) -> None:
+    known, path = project
+    edits = answers.rename_at(known, path, place(SYSTEM, at), new)
+    text = apply(SYSTEM, edits, new)
+    for part in expected:
+        assert part in text
+    known.put(path, text)
+    known.analyse(path)
+    assert known.compare({path: text})[0] == known.compare({path: text})[1]
+
+
+@pytest.mark.parametrize(
+    ("at", "words", "line"),
+    [
+        ("r.c.|count > 9", "of all steps", "memory: {|count"),
+        ("E.wheel.|s <", "the way", "y: {|s: {type"),
+        ("> |near_by", "how near is near", "constants: {|near_by"),
+        ("gap(plant.|at)", "point[W]", "|at: {type"),
+        ("== |resting", "resting", "telling: tell, |resting"),
+    ],
+)
+def test_what_is_named_is_explained_and_found(
+    project: tuple[Project, str], at: str, words: str, line: str
+) -> None:
+    known, path = project
+    offset = place(SYSTEM, at)
+    hover = answers.hover(known, path, offset)
+    assert hover is not None and words in str(hover)
+    assert place(SYSTEM, line) in [s.start for s in answers.definition(known, path, offset)]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "there", "absent"),
+    [
+        (
+            "always(gap(plant.at)",
+            "|",
+            "always within rovers base plant near_by gap state",
+            "telling",
+        ),
+        ("always(gap(plant.at)", "always(gap(plant.|)", "at", "c wheel"),
+        ("base.c.last", "base.|", "c", "last state"),
+        ("base.c.last", "base.c.|", "last x", "state S0"),
+        ("base.c.last", "base.c.x.rovers_1.|", "n", "last"),
+        ("base.c.last", "rovers.|", "c wheel E", "last"),
+        ("state(base.c) == S0", "state(base.|) == S0", "c", "last"),
+        ("state(base.c) == S0", "state(rovers_1.c) == |", "telling resting", "S0"),
+        ("within(9[s],", "within(9[|],", "s m", "base"),
+    ],
+)
+def test_what_may_follow_is_proposed(
+    project: tuple[Project, str], old: str, new: str, there: str, absent: str
+) -> None:
+    known, path = project
+    found = labels(known, path, SYSTEM, old, new)
+    assert set(there.split()) <= found
+    assert not set(absent.split()) & found
