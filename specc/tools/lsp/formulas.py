@@ -31,9 +31,10 @@ class Paths:
 
     def add(self, path: Path, place: Place) -> None:
         """A part; one that has another name than its text is one of many of that name."""
-        self.keys[path] = place.file, place.route
-        if path[-1] != (name := str(place.route[-1])) and len(path) < 3:
-            self.keys.setdefault((*path[:-1], name), (place.file, place.route))
+        key = self.keys[path] = place.file, place.route
+        name = str(place.route[-1]) if place.route else path[-1]
+        if path[-1] != name and len(path) < 3:
+            self.keys.setdefault((*path[:-1], name), key)
             self.members.setdefault((*path[:-1], name), path)
 
     def below(self, path: Path) -> list[str]:
