@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Literal
 
 from specc.analysis import Facts
@@ -12,6 +12,7 @@ from specc.diagnostics import Diagnostic
 from specc.diagnostics.render.visible import visible
 from specc.frozen import frozen
 from specc.lang.show import show
+from specc.model.requirement import Requirement
 from specc.model.system import Agent, Subsystem, System
 from specc.schema.places import along
 from specc.source import Place
@@ -201,9 +202,10 @@ def status(options: Namespace) -> int:
     name, found = result.system.name, progress(result.system, result.diagnostics)
     believed = list(assumptions(result.proofs))
     if options.format == "json":
-        streams.show(as_json(name, found, believed), "json")
+        streams.show(as_json(name, found, believed, result.system.requirements), "json")
     else:
-        streams.show(as_text(name or options.spec, found, believed))
+        required = result.system.requirements
+        streams.show(as_text(name or options.spec, found, believed, required))
     return 0
 
 
@@ -225,8 +227,13 @@ def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
 Believed = list[tuple[str, str, str]]
 
 
-def as_text(name: str, found: list[Progress], believed: Believed) -> str:
-    """Tables of the system, its agents, their subsystems and assumptions, then what comes next."""
+def as_text(
+    name: str, found: list[Progress], believed: Believed, required: Sequence[Requirement]
+) -> str:
+    """Tables of the system, its agents, their subsystems and assumptions, then what comes next.
+
+    Between them stands how much is required of every run.
+    """
     of_system = tuple(step.name for step in found[0].steps)
     groups = (("system", of_system), ("agent", AGENT_STEPS), ("subsystem", SUBSYSTEM_STEPS))
     blocks = []
@@ -237,12 +244,19 @@ def as_text(name: str, found: list[Progress], believed: Believed) -> str:
             blocks.append(streams.table([(kind, *steps), *rows]))
     if believed:
         blocks.append(streams.table([("subsystem", "assumption", "rests on"), *believed]))
+    if required:
+        words = "requirement is" if len(required) == 1 else "requirements are"
+        blocks.append(f"{len(required)} {words} watched in every run\n")
     blocks.append("\n".join(_next(name, found)) + "\n")
     return "\n".join(blocks)
 
 
-def as_json(name: str, found: list[Progress], believed: Believed) -> str:
-    """An object with `version`, `system`, `assumptions`, and `parts` with `of` and `steps`."""
+def as_json(
+    name: str, found: list[Progress], believed: Believed, required: Sequence[Requirement]
+) -> str:
+    """An object with `version`, `system`, `assumptions`, `requirements`, and `parts` with `of` and
+    `steps`.
+    """
     parts = [
         {
             "of": _name(item, name),
@@ -256,7 +270,8 @@ def as_json(name: str, found: list[Progress], believed: Believed) -> str:
         {"subsystem": subsystem, "that": that, "rests_on": grounds}
         for subsystem, that, grounds in believed
     ]
-    return streams.as_json(VERSION, name, parts=parts, assumptions=told)
+    texts = [{"that": item.that, "because": item.because} for item in required]
+    return streams.as_json(VERSION, name, parts=parts, assumptions=told, requirements=texts)
 
 
 def _name(item: Progress, system: str) -> str:

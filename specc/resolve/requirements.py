@@ -335,7 +335,8 @@ class _Names(ast.NodeTransformer):
         device = self._devices.get(".".join(steps[:3]))
         if device is None:
             known = [d.name for d in self._devices.values() if d.agent == steps[0]]
-            raise self._unknown("device", steps[2], known, node, None, "E0220")
+            code = FOLLOW_UP if ".".join(steps[:3]) in self._uncertain else "E0220"
+            raise self._unknown("device", steps[2], known, node, None, code)
         for side, kind in (("x", "sent"), ("y", "reported")):
             item = next((e for e in getattr(device, side) if e.name == steps[3]), None)
             if item is not None:
@@ -343,7 +344,7 @@ class _Names(ast.NodeTransformer):
                 found = _of(owner, peer, item.name)
                 return Reading(name, kind, *found, item.type, item.place)  # type: ignore[arg-type]  # of the tuple above
         known = [e.name for e in (*device.x, *device.y)]
-        raise self._unknown("element", steps[3], known, node, None, "E0203")
+        raise self._unknown("element", steps[3], known, node, device, "E0203")
 
     def _user(
         self, device: Device, side: str, element: str, node: ast.expr
@@ -367,7 +368,7 @@ class _Names(ast.NodeTransformer):
         name: str,
         known: object,
         node: ast.expr,
-        owner: Subsystem | None,
+        owner: Subsystem | Device | None,
         code: str,
     ) -> ExprError:
         doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain

@@ -106,3 +106,14 @@ def test_a_plant_brings_a_step(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert status(path, capsys)["demo"]["simulation"] in {"done", "open"}
     path.write_text("".join(stage[0] for stage in STAGES[:-1]) + OTHER, encoding="utf-8")
     assert "simulation" not in status(path, capsys)["demo"]
+
+
+def test_it_counts_what_is_required(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "demo.yaml"
+    required = 'require: [{that: "always(state(b.c) == S0)", because: it counts}]\n'
+    path.write_text("".join(s[0] for s in STAGES[:-1]) + OTHER + required, encoding="utf-8")
+    assert main(["status", str(path), "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)["requirements"]
+    assert told == [{"that": "always(state(b.c) == S0)", "because": "it counts"}]
+    assert main(["status", str(path)]) == 0
+    assert "1 requirement is watched in every run\n" in capsys.readouterr().out
