@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from types import EllipsisType
@@ -76,9 +76,10 @@ class Rehearsal:
         return _failure(executor.faults[0]) if executor.faults else None
 
     def again(self) -> System:
-        """The system at its beginning."""
+        """The system at its beginning, which nothing disturbs."""
         system: System = import_module(f"{self._module}.system").build(str(self._base))
-        return system
+        task = replace(system.task, disturb=()) if system.task is not None else None
+        return replace(system, task=task, triggers=None)
 
     def plant(self, reports: Reports) -> Scripted | None:
         """What stands behind its devices, if there are any.

@@ -99,4 +99,16 @@ ARCHITECTURES = (
         finds="W1005",
         budget=700_000,
     ),
+    Architecture(
+        "recovering_picking",
+        60,
+        fault=(
+            (
+                "[command_initial_pose, forget_scene, follow]",
+                "[command_initial_pose, command_stop, forget_scene, follow]",
+            ),
+        ),
+        finds="W1006",
+        budget=200_000,
+    ),
 )

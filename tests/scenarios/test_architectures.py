@@ -11,7 +11,7 @@ import pytest
 
 from specc.cli.main import main
 from tests.scenarios.architectures import ARCHITECTURES, FOLDER, Architecture
-from tests.scenarios.runs import copy_companions, run
+from tests.scenarios.runs import FLAGSHIP, copy_companions, run
 from tests.sweep.runs import swept, table
 
 EACH = pytest.mark.parametrize("each", ARCHITECTURES, ids=lambda each: each.name)
@@ -76,6 +76,7 @@ def test_a_seeded_fault_is_found_with_a_run_that_replays(
     monkeypatch.chdir(tmp_path)
     Path("pyproject.toml").touch()  # the project whose files they are
     copy_companions(tmp_path)
+    shutil.copy(FLAGSHIP, tmp_path)  # whose agent some of them use
     shutil.copytree(FOLDER, "architectures")
     spec = Path("architectures") / each.path.name
     text = spec.read_text(encoding="utf-8")
