@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from mcap.records import Attachment
+from mcap.records import Attachment, Channel, Message
 from mcap.writer import Writer
 from specc_runtime.forms import Misshapen
+from specc_runtime.recording.cells import digest_of
 from specc_runtime.recording.messages import unpacked
+from specc_runtime.recording.pictures import read_raw
 from specc_runtime.recording.reading import Reading
 
 from specc.cli.main import main
@@ -47,6 +50,7 @@ def test_the_flagship_replays_with_its_images(exact: bool, code: int, tmp_path: 
     file = tmp_path / "run.mcap"
     more = ["--record-exact"] * exact
     assert specc("run", FLAGSHIP, "--duration", 1.2, "--record", file, *more).returncode == 0
+    assert not exact or list(_named_too_early(file)) == []
     done = specc("replay", file, "--check")
     assert done.returncode == code, done.stdout
     assert "differs" not in done.stdout
@@ -55,6 +59,22 @@ def test_the_flagship_replays_with_its_images(exact: bool, code: int, tmp_path: 
     assert ("irp.k: 6 steps are the same\n" in done.stdout) == exact
     words = "irp.k: 0 steps are the same, then it cannot be compared: stamp 0 reads x.R.I_rgb"
     assert (words in done.stdout) != exact
+
+
+def _named_too_early(file: Path) -> Iterator[str]:
+    """The digests that a message names before what they stand for was written."""
+    written = set()
+    topics = {r.id: r.topic for r in Reading(file) if isinstance(r, Channel)}
+    for record in Reading(file):
+        if isinstance(record, Message):
+            topic = topics[record.channel_id]
+            if topic == "/values":
+                written.add(digest_of(unpacked(json.loads(record.data))))
+            elif "/x/" in topic:
+                written.add(digest_of(read_raw(json.loads(record.data)).tobytes()))
+            else:
+                named = re.findall(r'"(?:digest|image)":"(\w+)"', record.data.decode())
+                yield from (digest for digest in named if digest not in written)
 
 
 # A run of a changed specification does the same as before until its first step that differs. So
