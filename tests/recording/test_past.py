@@ -102,6 +102,12 @@ def test_misuse(moment: str, words: str, recorded: Path) -> None:
     assert words in done.stderr and "Traceback" not in done.stderr
 
 
+def test_a_recording_of_another_system(recorded: Path) -> None:
+    done = specc("run", ROOT / "specs" / "rovers.yaml", "--from", f"{recorded}/run.mcap@1")
+    assert done.returncode == 2
+    assert "is of another system: it has no step of rovers" in done.stderr
+
+
 def test_a_recording_is_not_written_over_while_it_is_read(recorded: Path) -> None:
     file = recorded / "run.mcap"
     size = file.stat().st_size

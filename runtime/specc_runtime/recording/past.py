@@ -73,6 +73,8 @@ class Past:
             raise UsageError(f"the recording cannot be used: {error}") from error
         if self._until_s > last_s + _EARLIER_S:
             raise UsageError(f"{self._file} ends at {last_s:g} s, before {self._until_s:g} s")
+        if others and not any(past.is_known for past in pasts.values()):
+            raise UsageError(f"{self._file} is of another system: it has no step of {system.name}")
         for past in pasts.values():
             self.lost += past.lost()
         self.lost += [f"{topic[1:]}: there is no such subsystem" for topic in others]
@@ -114,6 +116,7 @@ class _Told:
 
     def __init__(self, subsystem: Subsystem, layout: Layout) -> None:
         self.count = 0
+        self.is_known = False
         self._name = subsystem.name
         self._layout = layout
         self._is_over = False
@@ -125,6 +128,7 @@ class _Told:
 
     def take(self, text: bytes, shelf: Shelved) -> _Step | None:
         """The next step, None if it is to be computed; raises Misshapen, UsageError."""
+        self.is_known = True
         if self._is_over:
             return None
         told = step_of(text)
