@@ -19,6 +19,8 @@ from specc.tools.explore.findings import Finding, findings
 from specc.tools.explore.required import Group, Judged, groups, judged
 from specc.tools.explore.symmetry import likewise
 
+FOR_REQUIREMENTS = 8
+"""One part in so many of the budget is for what is required."""
 MOST_ALIKE = 4
 """Machines that are named."""
 Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
@@ -124,7 +126,9 @@ def _explore(facts: Facts, budget: int) -> Exploration:
 
 def _require(result: Exploration, required: Sequence[Group], facts: Facts, budget: int) -> None:
     """Explore what is required with what is left of the budget."""
-    left = budget - sum(each.steps for each in result.slices)
+    spent = sum(each.steps for each in result.slices)
+    # Formulas that look far ahead have as many states as ticks.
+    left = min(budget - spent, budget // FOR_REQUIREMENTS)
     told: dict[int, Judged] = {}
     for index, group in enumerate(required):
         if result.interrupted:
