@@ -170,7 +170,8 @@ def _contact() -> str:
         table = [[f"{_shown(d)} kg/s", *(cell(d, i, figure) for i in inertias)] for d in dampings]
         told += "\n" + _table(head, table)
     whole = [d for d in dampings if all(r["success"] for r in rows if r["D_z [kg/s]"] == d)]
-    return f"{told}\nEvery run succeeded with a damping of {', '.join(map(_shown, whole))} kg/s.\n"
+    values = ", ".join(map(_shown, whole)) or "no"
+    return f"{told}\nEvery run succeeded with a damping of {values} kg/s, whatever the inertia.\n"
 
 
 def _published() -> str:
