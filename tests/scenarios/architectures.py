@@ -75,6 +75,7 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1002",
+        budget=60_000,
     ),
     Architecture(
         "two_tier",
@@ -86,6 +87,7 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1005",
+        budget=60_000,
     ),
     Architecture(
         "services",
