@@ -23,6 +23,9 @@ class Architecture:
     """The code that `specc explore` reports for the fault."""
     budget: int = 1_000_000
     """Steps of exploring; with fewer than it needs it ends at this bound."""
+    replays: bool = True
+    """Whether values of measurements are found that lead to it: not through lists of records,
+    nor through whether a device was silent."""
 
     @property
     def path(self) -> Path:
@@ -64,6 +67,7 @@ ARCHITECTURES = (
         fault=(("title: Blackboard\n      rate: 20 Hz", "title: Blackboard\n      rate: 2 Hz"),),
         finds="W1005",
         budget=1_200_000,
+        replays=False,
     ),
     Architecture(
         "three_tier",
@@ -100,6 +104,7 @@ ARCHITECTURES = (
         ),
         finds="W1005",
         budget=700_000,
+        replays=False,
     ),
     Architecture(
         "recovering_picking",
