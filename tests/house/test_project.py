@@ -122,3 +122,10 @@ def test_version_is_the_same_everywhere() -> None:
     from specc import __version__
 
     assert PROJECT["version"] == __version__
+
+
+def test_every_decision_has_a_number_of_its_own() -> None:
+    decisions = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+    assert [path.name[:4] for path in decisions] == [f"{n + 1:04}" for n in range(len(decisions))]
+    for path in decisions:
+        assert path.read_text(encoding="utf-8").startswith(f"# {path.name[:4]} ")
