@@ -69,7 +69,7 @@ class Disturbances:
                     self._begin(each)
             elif not each.over and time_s >= each.began_s + each.lasts_s:
                 each.over = True
-                self._act(each, begins=False)
+                self._act(each)
 
     def as_data(self) -> list[dict[str, Any]]:
         """What the report says of each; `began_s` is null if it never began."""
@@ -85,15 +85,18 @@ class Disturbances:
             self._plant.put(each.move)
         if each.shift:
             self._plant.shift(each.shift)
-        self._act(each, begins=True)
+        self._act(each)
 
-    def _act(self, each: _Drawn, *, begins: bool) -> None:
-        for body, force in each.push.items():
-            self._plant.push(body, force if begins else (0.0, 0.0, 0.0))
+    def _act(self, each: _Drawn) -> None:
+        """Bring what begins or ends about, with what others do to the same things."""
+        going = [one for one in self._all if one.began_s is not None and not one.over]
+        for body in each.push:
+            forces = [one.push[body] for one in going if body in one.push]
+            self._plant.push(body, tuple(map(sum, zip((0.0, 0.0, 0.0), *forces, strict=True))))
         for joint in each.what.block:
-            self._plant.block(joint, begins)
+            self._plant.block(joint, any(joint in one.what.block for one in going))
         for element in each.what.silent:
-            self._silence(element, begins)
+            self._silence(element, any(element in one.what.silent for one in going))
 
 
 class _Drawn:

@@ -117,6 +117,20 @@ def test_what_is_over_is_over(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("does", "required"),
+    [
+        ("block: [cart]", "always(plant.s < 0.6[m])"),
+        ("push: {box: [0, 0, '200[N]']}", "within(1.9[s], plant.box.z > 3[m])"),
+        ("silent: [cart.E.wheels.s]", "within(1.9[s], cart.c.unheard >= 10)"),
+    ],
+)
+def test_what_ends_leaves_the_same_of_others(tmp_path: Path, does: str, required: str) -> None:
+    long = f"at: '0.5[s]', {does}}}\n    - {{"
+    ran(tmp_path, f"{long}at: '0.6[s]', lasts: '0.1[s]', {does}", required)
+    ran(tmp_path, f"at: '0.5[s]', lasts: '0.2[s]', {does}", required, code=1)
+
+
 def test_a_condition_is_waited_for(tmp_path: Path) -> None:
     (found,) = ran(tmp_path, "when: 'plant.s > 1.2[m]', move: {cart: 0}")["disturbances"]
     assert 1.1 < found["began_s"] < 1.5
