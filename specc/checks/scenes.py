@@ -9,7 +9,7 @@ from specc.analysis import Facts
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
 from specc.diagnostics import Diagnostic, Related, nearest, surely_meant
 from specc.mjcf import Model
-from specc.model.system import Binding
+from specc.model.system import PLANT, Binding
 from specc.model.task import Start
 from specc.model.units import DIMENSIONLESS
 from specc.resolve.context import rename, suggestion
@@ -69,7 +69,7 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
     bindings = {
         f"{b.binding.device}.{b.binding.element}": b.binding
         for b in facts.bindings
-        if not b.commanded
+        if not b.commanded and b.binding.device != PLANT
     }
     for each in task.disturbances if task else ():
         if isinstance(model, Model):

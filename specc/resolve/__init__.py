@@ -92,9 +92,9 @@ def resolve(
             resolver.broken | resolver.faulty,
             definitions,
         )
-    expressions = Expressions(
-        findings, definitions, broken=set(spec.plant.observe if spec.plant else ())
-    )
+    observed = {item.name for item in plant.observed} if plant else set()
+    faulty = set(spec.plant.observe) - observed if spec.plant else set()
+    expressions = Expressions(findings, definitions, broken=faulty)
     resolved = [agent.name for agent in agents]
     uncertain = frozenset({*resolver.broken, *resolver.faulty, *spec.agents} - set(resolved))
     seen = groups_of(spec.plant.observe) if spec.plant else {}

@@ -272,7 +272,7 @@ class _Names(ast.NodeTransformer):
 
     def _reading(self, steps: list[str], node: ast.expr) -> Reading:
         name = ".".join(steps)
-        if len(steps) != self._length(steps):
+        if len(steps) < 2 or len(steps) != self._length(steps):
             message = f"`{_quoted(self._text, node)}` is not a value"
             help = (
                 "name memory `agent.subsystem.name`, a buffer `agent.subsystem.x.peer.element`, "

@@ -15,7 +15,7 @@ from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.schema.files import SceneDef, StartDef
 
-_FORMS = "write a position, `[least, greatest]` or `{one_of: [...]}`"
+_FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`"
 
 
 def starts_of(
@@ -39,14 +39,14 @@ def start_of(
     texts = list(_texts(item, at))
     between = item.least is not None and item.greatest is not None
     if not texts or item.given - {"for"} not in _GIVEN:
-        findings.report("E0516", f"it is not clear where `{name}` is", at.place, help=_FORMS)
+        findings.report("E0516", f"it is not clear what `{name}` is", at.place, help=_FORMS)
         return None
     found = [number_of(text, place, findings, definitions) for text, place in texts]
     known = [position for position in found if position is not None]
     if len(known) < len(found):
         return None
     if between and known[0][1] > known[1][1]:
-        message = f"the least position of `{name}` is greater than the greatest"
+        message = f"the least value of `{name}` is greater than the greatest"
         findings.report("E0516", message, at.place, help="write the least one first")
         return None
     positions = tuple((value, unit) for _, value, unit in known)
@@ -77,7 +77,7 @@ def number_of(
         return None
     if not isinstance(expr.type, Real | Int):
         help = "write a number with its unit, e.g. `0.3[m]`"
-        findings.report("E0516", f"`{text}` is not a position", at.place, help=help)
+        findings.report("E0516", f"`{text}` is not a number", at.place, help=help)
         return None
     try:
         value = known_number(expr, definitions.constants, "E0516")

@@ -132,8 +132,12 @@ class _Check:
             words = f"{_name(route)}a list must have at most {kind.how.most} items"
             return self._refuse(words, "", route)
         if len(value) < kind.how.least:
+            least = kind.how.least
             words = f"{_name(route)}the list is empty"
-            return self._refuse(words, "write at least one item", route)
+            if value:
+                words = f"{_name(route)}a list must have at least {least} items"
+            help = "write at least one item" if least == 1 else f"write {least} items"
+            return self._refuse(words, help, route)
         items = [self.value(kind.item, one, (*route, n)) for n, one in enumerate(value)]
         return kind.made(items)
 
