@@ -135,7 +135,7 @@ def test_what_looks_ahead_from_the_past_is_not_followed() -> None:
 
 
 def required(seed: int, folder: Path) -> Result | None:
-    """A random system with random requirements about its states."""
+    """A random system with random requirements about its states and buffers."""
     rng = Random(seed)
     tree = specification(Random(seed))
     result = compiled(tree, folder)
@@ -144,6 +144,15 @@ def required(seed: int, folder: Path) -> Result | None:
     asked = [
         f"state({s.qualified_name}) == {t.name}" for s in result.system.subsystems for t in s.states
     ]
+    names = {s.qualified_name for s in result.system.subsystems}
+    there = [
+        f"present({s.qualified_name}.{port.direction}.{port.peer}.{element.name})"
+        for s in result.system.subsystems
+        for port in s.ports
+        if port.other_end in names
+        for element in port.elements
+    ]
+    asked += rng.sample(there, min(len(there), len(asked)))
     tree["specc"] = 1.1
     tree["require"] = [
         {"that": form.format(rng.choice(asked), rng.choice(asked)), "because": "it is so"}

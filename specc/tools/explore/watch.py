@@ -47,11 +47,15 @@ class Watch:
         found = {x.name: x for requirement in requirements for x in requirement.readings}
         self._readings = tuple(found.values())
         sent = {
-            (self._index[x.subsystem], (x.element[0], x.element[1])): x
+            (x.subsystem, x.element, x.initial): x
             for x in self._readings
             if x.kind == "sent" and x.subsystem in self._index
         }
         self._slots = {key: slot for slot, key in enumerate(sent)}
+        self._shown: dict[tuple[int, InputName], list[int]] = {}
+        for slot, x in enumerate(sent.values()):
+            output = self._index[x.subsystem], (x.element[0], x.element[1])
+            self._shown.setdefault(output, []).append(slot)
         self._known = walkers[0].static
         self._numbers = Numbers()
         self._answers: dict[tuple[object, ...], tuple[tuple[Truth, ...], ...]] = {}
@@ -76,9 +80,9 @@ class Watch:
         """What is left after so many ticks with the same values, and what was violated on them."""
         states, seen = self._numbers.things[number]
         for machine, output, value in visible:
-            slot = self._slots.get((machine, output))
-            if slot is not None and seen[slot] != value:
-                seen = (*seen[:slot], value, *seen[slot + 1 :])
+            for slot in self._shown.get((machine, output), ()):
+                if seen[slot] != value:
+                    seen = (*seen[:slot], value, *seen[slot + 1 :])
         now = tuple(self._now(reading, seen, locals_) for reading in self._readings)
         key = self._numbers.of(Watched(states, seen)), now, ticks
         if key not in self._steps:
@@ -110,7 +114,7 @@ class Watch:
         if reading.kind == "memory":
             slot = self._walkers[reading.subsystem].memory_slots.get(reading.element[0])
             return None if slot is None else locals_[index].memory[slot]
-        return seen[self._slots[index, (reading.element[0], reading.element[1])]]
+        return seen[self._slots[reading.subsystem, reading.element, reading.initial]]
 
     def _judged(self, now: tuple[object, ...]) -> tuple[tuple[Truth, ...], ...]:
         memory: dict[str, Value] = {}
