@@ -20,11 +20,15 @@ from specc.reachable import reachable
 
 @dataclass(frozen=True, slots=True)
 class Rests:
-    """The inputs and the memory that an expression rests on; `values` are inputs that it reads."""
+    """The inputs and the memory that an expression rests on.
+
+    `values` are inputs that it reads, `arrivals` those of which it asks whether they are fresh.
+    """
 
     inputs: frozenset[InputName] = frozenset()
     memory: frozenset[str] = frozenset()
     values: frozenset[InputName] = frozenset()
+    arrivals: frozenset[InputName] = frozenset()
     clock: bool = False
 
     def __or__(self, other: Rests) -> Rests:
@@ -32,6 +36,7 @@ class Rests:
             self.inputs | other.inputs,
             self.memory | other.memory,
             self.values | other.values,
+            self.arrivals | other.arrivals,
             self.clock or other.clock,
         )
 
@@ -47,7 +52,10 @@ class Reading:
     def of(self, expr: m.Expr) -> Rests:
         """What `expr` rests on."""
         match expr:
-            case m.Fresh(input=element) | m.Present(input=element):
+            case m.Fresh(input=element):
+                key = frozenset(((element.peer, element.element),))
+                return Rests(inputs=key, arrivals=key)
+            case m.Present(input=element):
                 return Rests(inputs=frozenset(((element.peer, element.element),)))
             case m.Input(peer=peer, element=name):
                 key = frozenset(((peer, name),))

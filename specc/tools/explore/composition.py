@@ -142,10 +142,11 @@ class Composition:
 
     def states(self, configuration: Configuration) -> tuple[str, ...]:
         """The states of all machines."""
-        parts = zip(self.walkers, self._read(configuration), strict=True)
+        parts = zip(self.walkers, self.parts_of(configuration), strict=True)
         return tuple(walker.locals.things[part.local].state for walker, part in parts)
 
-    def _read(self, configuration: Configuration) -> list[Part]:
+    def parts_of(self, configuration: Configuration) -> list[Part]:
+        """All machines, with their buffers."""
         found = zip(self._parts, configuration.parts, strict=True)
         return [numbers.things[number] for numbers, number in found]
 
@@ -182,7 +183,7 @@ class Composition:
         """What may come next; None for a run that ends with a fault. Targets are not set."""
         phase = self._next[here.phase]
         due = self.due[phase]
-        parts = self._read(here)
+        parts = self.parts_of(here)
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
         overtaken = self._deliver(due, parts)
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]

@@ -14,6 +14,7 @@ from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.abstraction import Abstraction, conditions_of
 from specc.tools.explore.composition import Graph
+from specc.tools.explore.once import Lost, lost_once
 from specc.tools.explore.stays import Lasting, Stuck, lasting
 from specc.tools.explore.trace import Step, Trace, trace
 from specc.tools.explore.walker import Walker
@@ -34,10 +35,11 @@ class Finding:
     help: str
     way: Trace
     related: tuple[Related, ...] = ()
+    is_advice: bool = False
 
     @property
     def diagnostic(self) -> Diagnostic:
-        """It counts as an error where every run goes that way."""
+        """It counts as an error where every run goes that way, unless it is only advice."""
         free = list(self.way.free)
         if len(free) > _MOST_NAMED:
             free[_MOST_NAMED:] = [f"{len(free) - _MOST_NAMED} more"]
@@ -50,7 +52,7 @@ class Finding:
             self.label,
             related,
             f"{rests}{self.help}",
-            promoted=self.way.is_decided,
+            promoted=self.way.is_decided and not self.is_advice,
         )
 
 
@@ -119,6 +121,10 @@ def findings(
         found.add(finding)
     for number, edge in graph.faults:
         for finding in _broken(graph, trace(graph, number, edge)):
+            found.add(finding)
+    for lost in lost_once(graph, abstraction):
+        finding = _once(graph, lost)
+        if ("W1005", *finding.about[1:], None) not in found.findings:
             found.add(finding)
     return found.findings
 
@@ -288,6 +294,28 @@ def _events(graph: Graph) -> Iterator[Finding]:
                         coming = f"`x.{key[0]}.{key[1]}` coming then"
                         way = replace(way, free=(*way.free, coming))
                     yield _event(walkers[reader], key, way, step)
+
+
+def _once(graph: Graph, lost: Lost) -> Finding:
+    """A value that is sent once, and lost, though it is not declared to be an event."""
+    way = trace(graph, lost.number, lost.edge)
+    walker, key = graph.composition.walkers[lost.reader], lost.key
+    what, how = f"`x.{key[0]}.{key[1]}`", "is overtaken by the next value"
+    if not lost.overtaken:
+        step = way.lost(lost.reader, key)
+        assert step is not None  # it is that of the last edge
+        how = f"comes in `{step.move.source or step.move.target}`, where nobody looks at it"
+    return Finding(
+        ("W1008", walker.name, key),
+        "W1008",
+        f"{what} of `{walker.name}` is sent once and {how}",
+        walker.subsystem.inputs[key].place,
+        "it is not sent again before the reader has acted",
+        f"if it must not be missed, declare it with `event: true`, and look at it there or say "
+        f"`ignores: [x.{key[0]}.{key[1]}]`",
+        way,
+        is_advice=True,
+    )
 
 
 def _no_progress(last: Lasting, way: Trace, system: System) -> Iterator[Finding]:
