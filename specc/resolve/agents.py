@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -102,8 +102,9 @@ class AgentResolver:
         if used is None or inner is None:
             self.broken.add(name)
             if used is not None:
-                self._no_description("agent", where)
+                self._no_description("agent", where, used.file.spec.agents)
             return None
+        self._refuse_parts(definition, where)
         self.instances.append(used.definitions)
         if instead is None and definition.control is not None:
             instead = definition.control, where["control"], at
@@ -309,13 +310,26 @@ class AgentResolver:
                 found.append(device)
         return tuple(found)
 
-    def _no_description(self, what: str, where: Where) -> None:
-        self.findings.report(
-            "E0219",
-            f"the file describes no {what}",
-            where["use"].place,
-            help=f"the file needs `{what}:` at its top level",
-        )
+    def _refuse_parts(self, definition: AgentDef, where: Where) -> None:
+        """Report parts beside `use`, which would be described twice."""
+        for key in _DESCRIBED:
+            if getattr(definition, key):
+                message = f"`{key}` has no effect: another file describes the agent"
+                help = "only its `control` may be another; describe other parts in that file"
+                self.findings.report("E0104", message, where[key].key, help=help)
+
+    def _no_description(self, what: str, where: Where, agents: Iterable[str] = ()) -> None:
+        """Report a file without such a part; `agents` are those of a system."""
+        known = ", ".join(f"`{agent}`" for agent in agents)
+        message = f"the file describes no {what}"
+        help = f"the file needs `{what}:` at its top level"
+        if known:
+            message = "the system has no agent of this name, and more than one of others"
+            help = f"give the agent the name of one of them: {known}"
+        self.findings.report("E0219", message, where["use"].place, help=help)
+
+
+_DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 
 
 def _agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, Where]:
