@@ -30,6 +30,7 @@ from specc.model.requirement import (
     Reading,
     Requirement,
     Temporal,
+    reach_s,
 )
 from specc.model.requirement import expressions as expressions_in
 from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
@@ -113,10 +114,14 @@ class _Reader:
         tree = parse_formula(self._text)
         for root, groups in self._many.items():
             tree = spread(tree, groups, root)
-        if _operator(tree) != "always":
-            return self._formula(tree), False
-        (inner,) = self._arguments(tree, 1)
-        return self._formula(inner), True
+        lasts = _operator(tree) == "always"
+        inner = self._arguments(tree, 1)[0] if lasts else tree
+        formula = self._formula(inner)
+        if (reach := reach_s(formula)) > MAX_SPAN_S:
+            message = f"it is known {float(reach):g} s later what this formula says of a moment"
+            help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
+            raise _error(inner, message, help)
+        return formula, lasts
 
     def _formula(self, node: ast.expr) -> Formula:
         match node:
