@@ -21,11 +21,13 @@ class Architecture:
     """Texts that each occur once, and what stands in their place."""
     finds: str
     """The code that `specc explore` reports for the fault."""
+    fault_in: str = ""
+    """File below `specs` that has the fault, if it is another one."""
     budget: int = 1_000_000
     """Steps of exploring; with fewer than it needs it ends at this bound."""
     replays: bool = True
     """Whether values of measurements are found that lead to it: not through lists of records,
-    nor through whether a device was silent."""
+    nor through whether a device was silent, nor while it takes too long to try others."""
 
     @property
     def path(self) -> Path:
@@ -117,5 +119,19 @@ ARCHITECTURES = (
         ),
         finds="W1006",
         budget=200_000,
+    ),
+    Architecture(
+        "two_cells",
+        60,
+        fault=(
+            (
+                "[command_waiting_pose, forget_scene, ask]",
+                "[command_waiting_pose, command_approach, forget_scene, ask]",
+            ),
+        ),
+        finds="W1006",
+        fault_in="lib/irp_at_table.yaml",
+        budget=150_000,
+        replays=False,
     ),
 )

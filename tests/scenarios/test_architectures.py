@@ -79,11 +79,12 @@ def test_a_seeded_fault_is_found_with_a_run_that_replays(
     shutil.copy(FLAGSHIP, tmp_path)  # whose agent some of them use
     shutil.copytree(FOLDER, "architectures")
     spec = Path("architectures") / each.path.name
-    text = spec.read_text(encoding="utf-8")
+    changed = Path(each.fault_in) if each.fault_in else spec
+    text = changed.read_text(encoding="utf-8")
     for old, new in each.fault:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
-    spec.write_text(text, encoding="utf-8")
+    changed.write_text(text, encoding="utf-8")
     findings = explored(spec, each.budget, capsys, "--traces", "traces")
     found = [finding for finding in findings if finding["code"] == each.finds]
     assert found
