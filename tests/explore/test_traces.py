@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from specc.cli import main
+from specc.tools.explore import concrete
 from tests.recording.runs import messages
 
 CASES = sorted(Path(__file__).parent.glob("cases/*.yaml"))
@@ -58,6 +59,16 @@ def test_no_value_is_made_up_for_a_trace(
     assert "its trace is not recorded: at 0.1 s `panel.c` is in `watching`, not in" in said
     assert "whatever measurements were tried" in said
     assert not list((tmp_path / "traces").iterdir())
+
+
+def test_the_search_ends_when_runs_take_too_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(concrete, "MOST_S", 0)
+    (finding,) = traced(LOST, tmp_path, capsys)
+    assert finding["recording"] is None
+    stray = "at 0.3 s `panel.c` is in `stopped`, not in `watching`"
+    assert finding["lacks"] == f"{stray}, as far as 0 s reach"
 
 
 def test_values_of_devices_that_only_operators_look_into(

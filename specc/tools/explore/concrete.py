@@ -7,6 +7,7 @@ for true that the code does not do, and what only operators decide is decided by
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -37,6 +38,8 @@ Reports = dict[str, list[tuple[int, Any]]]
 """Of each sensor what it reports from which base tick on; `...` is nothing new."""
 MOST_RUNS = 400
 """Rehearsals of one trace."""
+MOST_S = 20
+"""Processor time after which no other is begun: operators take what they take."""
 MOST_VALUES, MOST_MOMENTS, MOST_SENSORS = 12, 8, 8
 """Of a sensor that are tried; how long before a step; how many that it depends on."""
 
@@ -97,12 +100,15 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
     for name in values.silent & known.keys():
         known[name].append((1, ...))
     expected = _Expected(way, system, rehearsal)
+    ends_s = time.process_time() + MOST_S
     runs, stray = MOST_RUNS, expected.stray(known)
     while stray is not None:
         best = None
         for changed in _changed(known, stray, rehearsal, values):
             if not runs:
                 break
+            if time.process_time() > ends_s:
+                raise NotConcreteError(f"{stray.words}, as far as {MOST_S} s reach")
             runs -= 1
             other = expected.stray(changed)
             if other is None:
