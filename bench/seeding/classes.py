@@ -11,6 +11,7 @@ from bench.seeding import (
     flow_faults,
     form_faults,
     machine_faults,
+    many_faults,
     meaning_faults,
     name_faults,
     plant_faults,
@@ -28,6 +29,7 @@ GROUPS = {
     "Machines": machine_faults.FAULTS,
     "What flows": flow_faults.FAULTS,
     "Forms of version 1.1": form_faults.FAULTS,
+    "Many of a kind, and events": many_faults.FAULTS,
     "Plant and task": plant_faults.FAULTS,
     "Samples and safe outputs": device_faults.FAULTS,
 }

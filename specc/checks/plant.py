@@ -232,15 +232,21 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
     for bound in facts.bindings:
         for index, name in enumerate(bound.binding.actuators if bound.commanded else ()):
             place = bound.binding.place.below("actuators", index)
-            if name in first:
+            known = not isinstance(facts.model, Model) or name in facts.model.actuators
+            if name in first and known:
+                other = (Related(first[name], "driven by this already"),)
+                copies = first[name] == place
                 yield Diagnostic(
                     "E0508",
                     f"actuator `{name}` is driven twice",
                     place,
-                    related=(Related(first[name], "driven by this already"),),
-                    help="let one element of a device command it",
+                    related=() if copies else other,
+                    help=_AN_INDEX if copies else "let one element of a device command it",
                 )
             first.setdefault(name, place)
+
+
+_AN_INDEX = "give each copy an actuator of its own: name it with the index, e.g. `drive_{i}`"
 
 
 CHECKS = (
