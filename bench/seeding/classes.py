@@ -15,6 +15,7 @@ from bench.seeding import (
     meaning_faults,
     name_faults,
     plant_faults,
+    requirement_faults,
     structure_faults,
     text_faults,
     type_faults,
@@ -30,6 +31,7 @@ GROUPS = {
     "What flows": flow_faults.FAULTS,
     "Forms of version 1.1": form_faults.FAULTS,
     "Many of a kind, and events": many_faults.FAULTS,
+    "Requirements": requirement_faults.FAULTS,
     "Plant and task": plant_faults.FAULTS,
     "Samples and safe outputs": device_faults.FAULTS,
 }
