@@ -61,11 +61,12 @@ def as_mujoco_reads(path: Path) -> Model:
         {n: int(d) for n, d in zip(sensors, model.sensor_dim, strict=True)},
         dict.fromkeys(actuators, 1),
         {n: None if r == (1, 1) else r for n, r in zip(cameras, resolutions, strict=True)},
+        {n for n in names(model, kinds.mjOBJ_BODY, model.nbody) if n and n != "world"},
     )
 
 
 def sizes_in(path: Path) -> Model:
-    return replace(read_model(str(path)), parts={}, defaults=set())
+    return replace(read_model(str(path)), parts={}, defaults=set(), files=())
 
 
 def test_every_kind_of_joint_and_many_sensors(tmp_path: Path) -> None:
@@ -83,6 +84,7 @@ def test_plants(path: Path) -> None:
         assert read.joints.items() <= built.joints.items()
         assert read.sensors.items() <= built.sensors.items()
         assert read.actuators.items() <= built.actuators.items()
+        assert read.bodies <= built.bodies
 
 
 SET_BY_CLASSES = """
