@@ -50,7 +50,8 @@ class _Reminder:
         ).start()
 
     def close(self) -> None:
-        """End the thread."""
+        """End the thread, which may take a moment: the run must not stay with it until then."""
+        self._is_heard = lambda: True
         signal.set_wakeup_fd(self._previous)
         writer, self._writer = self._writer, -1
         os.close(writer)

@@ -85,7 +85,7 @@ def test_training_again_and_in_another_thread_changes_nothing():
     first = match_features(cloud, MODELS)
 
     def afresh():
-        matching._index.cache_clear()
+        matching._INDEXES.clear()
         return match_features(cloud, MODELS)
 
     assert same(first, afresh())

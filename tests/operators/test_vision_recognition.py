@@ -124,7 +124,7 @@ def test_a_worker_thread_recognises_exactly_the_same():
     here = recognise(*picture)
 
     def afresh():
-        matching._index.cache_clear()
+        matching._INDEXES.clear()
         return recognise(*picture)
 
     with ThreadPoolExecutor(1) as worker:

@@ -27,7 +27,7 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 STEPS = "steps of "
 """Columns that say how long a subsystem was in a state."""
 _GROWN = 2.0
-"""Times the memory of its first run, after which a process is replaced: libraries keep some."""
+"""Times the memory of its first run, after which a process is replaced: operators may keep some."""
 _LONGEST_REASON = 300
 
 Figures = dict[str, Any]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,11 @@ from specc_runtime.operators.vision.values import FeatureCloud, Matches, ObjectM
 MAX_RATIO = 0.8
 NEIGHBOURS = 3
 SAME_PLACE_M = 0.006
+# By the first model of a set: the others, and the trees. They are as large as all clouds of the set
+# and none outlives the run that has the models.
+_INDEXES: WeakKeyDictionary[ObjectModel, tuple[tuple[ObjectModel, ...], opencv.NeighbourIndex]] = (
+    WeakKeyDictionary()
+)
 
 
 def match_features(C_scene: FeatureCloud, models: tuple[ObjectModel, ...]) -> Matches:
@@ -43,7 +48,11 @@ def _numbering(
     return owner, feature, np.concatenate([model.C_sift.points for model in models])
 
 
-@lru_cache(maxsize=4)
 def _index(models: tuple[ObjectModel, ...]) -> opencv.NeighbourIndex:
     """The search trees of a set of models; training takes longer than a whole search."""
-    return opencv.train(np.concatenate([model.C_sift.descriptors for model in models]))
+    first, rest = models[0], models[1:]
+    others, index = _INDEXES.get(first, ((), None))
+    if index is None or others != rest:
+        index = opencv.train(np.concatenate([model.C_sift.descriptors for model in models]))
+        _INDEXES[first] = rest, index
+    return index

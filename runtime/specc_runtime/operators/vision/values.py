@@ -44,7 +44,7 @@ class Cloud:
     colours: Image
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class ObjectModel:
     """A model (eq. 33), its clouds in O: the centre of the box, axes along its sides.
 
