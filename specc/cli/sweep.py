@@ -174,13 +174,16 @@ def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]] | 
 
 
 def _packages(
-    options: Namespace, settings: Sequence[Setting], first: Build, workers: int
-) -> tuple[list[str], dict[str, str]]:
-    """Where the package of each setting is, and all files of them. Raises _Refused."""
-    directories: list[str] = []
+    options: Namespace, settings: Mapping[int, Setting], first: Build, workers: int
+) -> tuple[dict[int, str], dict[str, str]]:
+    """Where the package of each setting is, and all files of them. Raises _Refused.
+
+    `first` is of setting 0.
+    """
+    directories: dict[int, str] = {}
     files: dict[str, str] = {}
-    made: list[Any] = [(first.system, first.files)]
-    rest = settings[1:]
+    made: list[Any] = [(first.system, first.files)] if 0 in settings else []
+    rest = [setting for number, setting in settings.items() if number]
     make = partial(_code, options)
     if len(rest) < 2 or workers < 2:
         made += map(make, rest)
@@ -199,12 +202,13 @@ def _packages(
             raise
         finally:
             pool.shutdown(cancel_futures=True)
-    for number, one in enumerate(made):
+    for number, one in zip(settings, made, strict=True):
         if isinstance(one, int):
             raise _Refused(one)
         system, texts = one
-        directories.append(f"{number}/{system}")
-        files |= {f"{number}/{system}/{name}": text for name, text in texts.items()}
+        directories[number] = f"{number}/{system}"
+        # Nearly all files are the same for all settings.
+        files |= {f"{number}/{system}/{n}": sys.intern(text) for n, text in texts.items()}
     return directories, files
 
 
@@ -234,7 +238,8 @@ def _run(
     if not left:
         return DONE
     workers = options.workers or len(os.sched_getaffinity(0))
-    directories, files = _packages(options, asked.settings, first, workers)
+    needed = {number: asked.settings[number] for number in sorted({n for n, _ in left})}
+    directories, files = _packages(options, needed, first, workers)
     name = f"specc-{os.getpid()}-{time.time_ns()}"
     jobs = [
         Job(name, directories[n], asked.settings[n], seed, extent, options.limit)

@@ -34,7 +34,23 @@ def test_values(name: str, text: str, expected: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["1:2", "1:2:3:4", "1:2:1", "1:2:x", "1:2:0.5", "1[m]:2[s]:3", "a:b:2", "1,1", "1,,2", "1:1:2"],
+    [
+        "1:2",
+        "1:2:3:4",
+        "1:2:1",
+        "1:2:x",
+        "1:2:0.5",
+        "1[m]:2[s]:3",
+        "a:b:2",
+        "1,1",
+        "1,,2",
+        "1:1:2",
+        "1,1.0",
+        "1,1[]",
+        "1e999:2:3",
+        f"0:{'9' * 5000}:3",
+        f"0:1:{'0' * 9}{'9' * 9}",
+    ],
 )
 def test_what_is_no_list_of_values(text: str) -> None:
     with pytest.raises(SweepError):

@@ -99,3 +99,11 @@ def test_the_same_cells_are_the_same_pictures(names: list[str], tmp_path: Path) 
 
 def test_three_constants_have_no_picture(tmp_path: Path) -> None:
     assert plot(cells_of(ROWS, []), [], tmp_path / "none") == []
+
+
+def test_columns_that_begin_alike_or_are_no_mathematics_have_a_picture_each(tmp_path: Path) -> None:
+    columns = [f"{'ä' * 300} $\\frac{{{end}" for end in "ab"]
+    rows = [{**row, **dict.fromkeys(columns, row["d [kg/s]"])} for row in ROWS]
+    files = plot(cells_of(rows, ["d [kg/s]"]), ["d [kg/s]"], tmp_path)
+    assert len(set(files)) == len(files) == 2 * 4
+    assert all(path.is_file() for path in files)

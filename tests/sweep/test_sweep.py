@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import random
+import resource
 import signal
 import subprocess
 import time
@@ -11,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from specc.tools.sweep.settings import SweepError
+from specc.tools.sweep.table import Folder
 from tests.sweep.runs import GATE, ROOT, command, environment, hazards, swept, table
 
 SHORT = ("--set", "cruise=0.4,0.5", "--seeds", "0:3", "--duration", "6")
@@ -179,11 +183,70 @@ def test_a_setting_that_the_specification_refuses_is_told_before_any_run(tmp_pat
 
 
 def test_two_sweeps_do_not_write_into_one_folder(tmp_path: Path) -> None:
-    from specc.tools.sweep.settings import SweepError
-    from specc.tools.sweep.table import Folder
-
     with Folder(tmp_path, {}), pytest.raises(SweepError, match="another sweep writes"):
         Folder(tmp_path, {}).__enter__()
+
+
+def test_a_folder_of_something_else_is_left_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "out/.work").mkdir(parents=True)
+    (tmp_path / "out/.work/mine").write_text("kept", encoding="utf-8")
+    done = swept(tmp_path, GATE, *SHORT)
+    assert done.returncode == 2
+    assert ".work is there, which no sweep wrote" in done.stderr
+    assert [path.name for path in (tmp_path / "out").rglob("*")] == [".work", "mine"]
+
+
+@pytest.mark.parametrize(
+    "line", ["x", "[]", '{"set": {}, "seed": 0, "run": {}}', '{"set": {}, "seed": [], "run": {}}']
+)
+def test_a_line_that_is_of_no_run_is_refused(line: str, tmp_path: Path) -> None:
+    with Folder(tmp_path, {}):
+        (tmp_path / "runs.jsonl").write_text(line + "\n", encoding="utf-8")
+    with pytest.raises(SweepError, match="line 1 is not of a run"):
+        Folder(tmp_path, {}).__enter__()
+
+
+def test_a_full_disk_is_told_with_the_file(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Folder(tmp_path, {}) as folder:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10, hard))
+        try:
+            with pytest.raises(OSError, match=r"runs\.jsonl"):
+                folder.add({}, 0, {"success": True, "reason": ""})
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert not folder.done
+
+
+def test_what_is_done_needs_no_code_any_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from specc import pipeline
+    from specc.cli.main import main
+
+    spec = hazards(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    build, built = pipeline.build, []
+    monkeypatch.setattr(
+        pipeline, "build", lambda path, texts: (built.append(texts["level"]), build(path, texts))[1]
+    )
+    for values in ("1,2", "1,2,3"):
+        built.clear()
+        options = ["--set", f"level={values}", "--seeds", "0:1", "--duration", "1"]
+        assert main(["sweep", str(spec), *options, "--workers", "1"]) == 0
+    assert built == ["1[m]", "3[m]"]
+
+
+def test_a_link_to_a_specification_has_its_files_beside_it(tmp_path: Path) -> None:
+    from specc.pipeline import read_spec
+    from specc.tools.sweep.sweeping import inputs_of
+
+    link = tmp_path / "link.yaml"
+    link.symlink_to(GATE)
+    system = read_spec(str(GATE)).system
+    assert system is not None
+    assert inputs_of(str(link), system).root == os.path.commonpath([tmp_path, ROOT])
 
 
 def test_the_flagship_is_found_with_all_its_files() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from specc.tools.sweep.summary import Cell
 _STYLE: Any = {
     "svg.hashsalt": "specc",
     "svg.fonttype": "none",
+    "text.parse_math": False,
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -44,7 +46,7 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
         for column in _differing(cells):
             figure, axes = pyplot.subplots(figsize=(5.2, 3.4), layout="constrained")
             (_line if len(names) == 1 else _map)(axes, cells, names, column)
-            drawn += _saved(figure, folder / (re.sub(r"[^\w.-]+", "_", column)[:80]))
+            drawn += _saved(figure, folder / _stem(column, drawn))
             pyplot.close(figure)
     return drawn
 
@@ -55,6 +57,13 @@ def _differing(cells: Sequence[Cell]) -> Iterator[str]:
         values = {e.value for cell in cells if (e := cell.estimates.get(column))}
         if column == "success" or (len(values) > 1 and not column.startswith(STEPS)):
             yield column
+
+
+def _stem(column: str, drawn: Sequence[Path]) -> str:
+    """A name that no plot has yet; requirements may begin alike."""
+    stem = re.sub(r"[^\w.-]+", "_", column, flags=re.ASCII)[:80]
+    taken = {path.stem for path in drawn}
+    return next(name for n in count(1) if (name := f"{stem}_{n}" if n > 1 else stem) not in taken)
 
 
 def _saved(figure: Any, stem: Path) -> Iterator[Path]:

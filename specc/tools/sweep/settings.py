@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
-from math import prod
+from math import isfinite, prod
 
 from specc.frozen import frozen
 
@@ -18,6 +19,7 @@ MOST_SETTINGS = 10_000
 Setting = Mapping[str, str]
 """Texts of the values of constants, by name."""
 
+_LONGEST_NUMBER = 100
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:\[([^\[\]]*)\])?\s*")
 _BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
@@ -69,10 +71,12 @@ def axis_of(name: str, text: str, unit_of: Callable[[str], str]) -> Axis:
         raise SweepError(f"--set {name}={text}: write FROM:TO:COUNT or values between commas")
     unit = unit_of(name) if any(map(_is_bare, values)) else ""
     values = [f"{value}[{unit}]" if unit and _is_bare(value) else value for value in values]
-    if twice := [value for value in values if values.count(value) > 1]:
-        raise SweepError(f"--set {name}={text}: {twice[0]} is there twice")
     if not all(values):
         raise SweepError(f"--set {name}={text}: a value is empty")
+    # The same runs twice would pass for more of them: 1 and 1.0 are one value.
+    counts = Counter(same := [quantity(value) or value for value in values])
+    if twice := [v for v, key in zip(values, same, strict=True) if counts[key] > 1]:
+        raise SweepError(f"--set {name}={text}: {twice[-1]} is there twice")
     return Axis(name, tuple(values))
 
 
@@ -106,7 +110,9 @@ def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, st
 def quantity(text: str) -> tuple[Fraction, str] | None:
     """Number and unit of a value that is one, as written: `0.1[m/s]`."""
     found = _QUANTITY.fullmatch(text)
-    return (Fraction(found[1]), (found[2] or "").strip()) if found else None
+    if not found or len(found[1]) > _LONGEST_NUMBER or not isfinite(float(found[1])):
+        return None
+    return Fraction(found[1]), (found[2] or "").strip()
 
 
 def _is_bare(value: str) -> bool:
@@ -119,7 +125,9 @@ def _between(name: str, first: str, last: str, count: str) -> list[str]:
     if begin is None or end is None or begin[1] != end[1]:
         raise SweepError(f"--set {name}: {first} and {last} are not two numbers of one unit")
     count = count.strip()
-    if not (count.isascii() and count.isdigit() and 2 <= int(count[:9]) <= MOST_SETTINGS):
+    if not (
+        count.isascii() and count.isdigit() and len(count) < 10 and 2 <= int(count) <= MOST_SETTINGS
+    ):
         raise SweepError(
             f"--set {name}: {count!r} is not how many values there are from end to end"
         )

@@ -49,7 +49,7 @@ class Inputs:
 
 def inputs_of(spec: str, system: System) -> Inputs:
     """What runs of a system read beside the generated code."""
-    base = os.path.dirname(os.path.realpath(spec))
+    base = os.path.realpath(os.path.dirname(spec) or ".")
     named = [os.path.join(base, path) for _, path in system.files]
     model = plant_model(system)
     paths = [*_below(named), *(model.files if isinstance(model, Model) else ())]

@@ -48,6 +48,9 @@ class Folder:
     def __enter__(self) -> Folder:
         """Raises SweepError for a folder that is in use or that has other runs, OSError."""
         self.path.mkdir(parents=True, exist_ok=True)
+        if not (self.path / ABOUT).exists() and (other := sorted(self._strangers())):
+            why = f"{other[0]} is there, which no sweep wrote; name another folder with --out"
+            raise SweepError(f"{self.path}: {why}")
         # Without a buffer a row is in the file or not, whenever Ctrl-C comes.
         self._log = (self.path / LOG).open("a+b", buffering=0)
         try:
@@ -65,6 +68,13 @@ class Folder:
 
     def __exit__(self, *_: object) -> None:
         self._log.close()
+
+    def _strangers(self) -> Iterator[str]:
+        # A sweep that was ended before it said what it is of left no more than an empty log.
+        for file in self.path.iterdir():
+            begun = file.name == LOG and file.stat().st_size == 0
+            if not begun and not file.name.startswith(f".{ABOUT}."):
+                yield file.name
 
     def _check(self) -> None:
         path = self.path / ABOUT
@@ -89,8 +99,8 @@ class Folder:
         *lines, torn = self._log.read().split(b"\n")
         for number, line in enumerate(lines, start=1):
             try:
-                entry = json.loads(line)
-                self.done[key_of(entry["set"], entry["seed"])] = dict(entry["run"])
+                key, run = _entry(line)
+                self.done[key] = run
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 raise SweepError(f"{self.path / LOG}: line {number} is not of a run") from None
         if torn:
@@ -100,9 +110,12 @@ class Folder:
         """Keep a run for good."""
         entry = {"set": dict(setting), "seed": seed, "run": figures}
         line = json.dumps(entry).encode() + b"\n"
-        if self._log.write(line) < len(line):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path / LOG))
-        os.fsync(self._log.fileno())
+        try:
+            if self._log.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            os.fsync(self._log.fileno())
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self.path / LOG)) from None
         self.done[key_of(setting, seed)] = figures
 
     def runs(
@@ -112,6 +125,14 @@ class Folder:
         for setting, seed in product(settings, seeds):
             if (key := key_of(setting, seed)) in self.done:
                 yield setting, seed, self.done[key]
+
+
+def _entry(line: bytes) -> tuple[Key, Figures]:
+    entry = json.loads(line)
+    run = dict(entry["run"])
+    if not isinstance(run["success"], bool) or not isinstance(run["reason"], str):
+        raise ValueError
+    return key_of(entry["set"], entry["seed"]), run
 
 
 def columns_of(rows: Iterable[Row]) -> list[str]:
