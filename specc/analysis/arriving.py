@@ -7,7 +7,7 @@ reader: what arrives there is what one of its behaviours sends, or nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import product
+from itertools import chain, product
 from math import prod
 from typing import Literal
 
@@ -37,13 +37,13 @@ class Arrived:
 
 @frozen
 class Judged:
-    """What senders say of an assumption: nothing (`""`), that it holds, or that `states` break it.
+    """What senders say of an assumption: nothing (`""`), that it holds, or that `state` breaks it.
 
-    These are the states that send what the assumption excludes.
+    This is a state that sends what the assumption excludes, whatever other senders send.
     """
 
     grounds: Grounds
-    states: tuple[State, ...] = ()
+    state: State | None = None
 
 
 class Arriving:
@@ -63,18 +63,19 @@ class Arriving:
         if not cases or prod(map(len, cases)) > _MOST:
             return Judged("")
         known = frozenset(name for each in cases for one in each for name in one.inputs)
-        all_hold = True
-        for combination in product(*cases):
-            new = frozenset[InputName]().union(*(one.inputs for one in combination))
+        ways = list[tuple[tuple[Arrived, ...], bool | None, bool | None]]()
+        for way in product(*cases):
+            new = frozenset[InputName]().union(*(one.inputs for one in way))
             context = list(_context(new, known, asked))
-            if machine.prover.implies(context, axiom.that, assuming=False):
-                continue
-            all_hold = False
-            states = tuple(one.state for one in combination if one.state)
-            if states and machine.prover.implies(context, _not(axiom.that), assuming=False):
-                return Judged("broken", states)
+            holds = machine.prover.implies(context, axiom.that, assuming=False)
+            fails = not holds and machine.prover.implies(context, _not(axiom.that), assuming=False)
+            ways.append((way, holds, fails))
+        # What takes states of several senders may never happen; none of them breaks it by itself.
+        for one in chain.from_iterable(cases):
+            if one.state and all(fails for way, _, fails in ways if any(one is w for w in way)):
+                return Judged("broken", one.state)
         tautology = machine.prover.implies((), axiom.that, assuming=False)
-        return Judged("proved" if all_hold and not tautology else "")
+        return Judged("proved" if all(holds for _, holds, _ in ways) and not tautology else "")
 
     def _cases(self, reader: Subsystem, asked: frozenset[InputName]) -> Iterator[list[Arrived]]:
         """For each sender whose times are known, what may arrive from it together."""

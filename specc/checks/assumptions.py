@@ -58,15 +58,12 @@ def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
     for machine in facts.whole:
         for axiom in machine.subsystem.axioms:
             judged = facts.arriving.judged(machine, axiom)
-            if judged.grounds == "broken":
+            if judged.grounds == "broken" and judged.state:
                 yield Diagnostic(
                     "W0619",
-                    f"state `{judged.states[0].name}` of the sender breaks this assumption",
+                    f"state `{judged.state.name}` of the sender breaks this assumption",
                     axiom.place,
-                    related=tuple(
-                        Related(state.place, "what it sends arrives together")
-                        for state in judged.states
-                    ),
+                    related=(Related(judged.state.place, "what it sends arrives together"),),
                     help="send it in different behaviours, or weaken the assumption",
                 )
 

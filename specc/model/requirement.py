@@ -91,3 +91,10 @@ def reach_s(formula: Formula) -> Fraction:
     ahead = isinstance(formula, Temporal) and formula.op in ("within", "throughout")
     own_s = formula.span_s if isinstance(formula, Temporal) and ahead else Fraction(0)
     return own_s + max(map(reach_s, formula.operands))
+
+
+def is_timeless(formula: Formula) -> bool:
+    """Whether a formula is about the values of one tick alone."""
+    if isinstance(formula, Atom):
+        return True
+    return not isinstance(formula, Temporal) and all(map(is_timeless, formula.operands))

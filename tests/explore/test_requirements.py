@@ -19,10 +19,11 @@ from specc.emit import filled
 from specc.lower import lower
 from specc.model import requirement as r
 from specc.model.expr import TRUE
-from specc.pipeline import Result
+from specc.pipeline import Result, compile_spec
 from specc.source import Place
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
+from tests.scenarios.runs import SPECS
 from tests.soundness.law import marks_of
 from tests.soundness.running import NothingProved, Script, ScriptedPlant, compiled, package
 from tests.soundness.specifications import specification
@@ -220,3 +221,18 @@ def test_the_monitor_of_the_recorded_trace_says_so(
         (said,) = (m for m in make_reader(file).iter_metadata() if m.name == "report")
     (item,) = json.loads(said.metadata["report"])["requirements"]
     assert item["verdict"] == "violated"
+
+
+def test_what_looks_far_back_takes_nothing_from_what_does_not(tmp_path: Path) -> None:
+    agents, _, _ = (SPECS / "conveyor_gate.yaml").read_text(encoding="utf-8").partition("\nplant:")
+    opening = "state(gate.c) == opening"
+    far = f"always({opening} implies once(600[s], state(belt.c) == running))"
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(
+        f"{agents}\nrequire:\n"
+        f"  - {{that: '{far}', because: a}}\n"
+        f"  - {{that: 'always(not ({opening} and state(belt.c) == idle))', because: b}}\n",
+        encoding="utf-8",
+    )
+    told = [j.verdict for j in explore(compile_spec(str(spec)).proofs, 20_000).requirements]
+    assert told == ["not explored", "proved"]

@@ -1,18 +1,20 @@
 """Requirements as goals of exploring: proved, violated on some way, or not decided by what is kept.
 
 Requirements about the same machines are explored together, and these with all that influence them.
+Those about single ticks add no states; they go first, apart from those that look back or ahead.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
-from specc.model.requirement import Requirement, reach_s
+from specc.model.requirement import Requirement, is_timeless, reach_s
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
 from specc.tools.explore.findings import Finding, Found
@@ -41,7 +43,7 @@ class Judged:
 
 @dataclass(slots=True)
 class Group:
-    """Requirements that are explored together: about the same machines."""
+    """Requirements that are explored together: about the same machines, all timeless or none."""
 
     names: tuple[str, ...]
     requirements: list[Requirement]
@@ -49,13 +51,14 @@ class Group:
 
 def groups(facts: Facts) -> list[Group]:
     """The requirements that can be followed."""
-    found: dict[tuple[str, ...], Group] = {}
+    found: dict[tuple[bool, tuple[str, ...]], Group] = {}
     for requirement in facts.system.requirements:
         asked = {x.subsystem for x in requirement.readings if x.kind != "reported"}
         names = Abstraction(facts, [requirement]).around(asked)
         if names and _is_followed(requirement):
-            found.setdefault(names, Group(names, [])).requirements.append(requirement)
-    return list(found.values())
+            key = not is_timeless(requirement.formula), names
+            found.setdefault(key, Group(names, [])).requirements.append(requirement)
+    return [found[key] for key in sorted(found, key=itemgetter(0))]
 
 
 def _is_followed(requirement: Requirement) -> bool:
