@@ -23,7 +23,7 @@ class Architecture:
     """The code that `specc explore` reports for the fault."""
     fault_in: str = ""
     """File below `specs` that has the fault, if it is another one."""
-    budget: int = 1_000_000
+    budget: int = 700_000
     """Steps of exploring; with fewer than it needs it ends at this bound."""
     replays: bool = True
     """Whether values of measurements are found that lead to it: not where trying them takes
@@ -61,7 +61,6 @@ ARCHITECTURES = (
         57,
         fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
         finds="W1002",
-        budget=1_800_000,
     ),
     Architecture(
         "blackboard",
@@ -71,7 +70,6 @@ ARCHITECTURES = (
             ("[posting,  terminal, always, watching]", "[posting,  terminal, always, posting]"),
         ),
         finds="W1005",
-        budget=1_200_000,
     ),
     Architecture(
         "three_tier",
@@ -102,7 +100,6 @@ ARCHITECTURES = (
         59,
         fault=(("answer: {functions: [answer], terminal: always}", "answer: {terminal: always}"),),
         finds="W1002",
-        budget=700_000,
     ),
     Architecture(
         "recovering_picking",
