@@ -122,8 +122,8 @@ def _looking(commands: Any) -> None:
         "--budget",
         metavar="STEPS",
         type=_steps,
-        default=1_000_000,
-        help="of single machines, in all ways that are followed (default: 1000000)",
+        default=700_000,
+        help="of single machines, in all ways that are followed (default: 700000)",
     )
     words = "directory for recordings of what was found, which `specc replay` runs"
     explore.add_argument("--traces", metavar="DIR", help=words)

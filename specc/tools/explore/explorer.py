@@ -16,7 +16,7 @@ from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Graph
 from specc.tools.explore.findings import Finding, findings
-from specc.tools.explore.required import Group, Judged, groups, judged
+from specc.tools.explore.required import FOR_TIME, Group, Judged, groups, judged
 from specc.tools.explore.symmetry import likewise
 
 FOR_REQUIREMENTS = 8
@@ -93,12 +93,13 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     found: dict[tuple[object, ...], Finding] = {}
     verdicts: dict[tuple[str, int], set[Verdict]] = {}
     slices, required = likewise(abstraction.slices(), abstraction), groups(facts)
+    kept = budget // FOR_REQUIREMENTS if required else 0
     for index, (names, others) in enumerate(slices):
         if result.interrupted:
             result.left.append(names)
             continue
         spent = sum(each.steps for each in result.slices)
-        share = max(0, budget - spent) // (len(slices) + len(required) - index)
+        share = max(0, budget - kept - spent) // (len(slices) - index)
         graph = _explored(names, abstraction, facts, share, found)
         alike = tuple(new for same in others for old, new in same.items() if new != old)
         result.slices.append(replace(_summary(graph), alike=alike))
@@ -159,10 +160,11 @@ def _explored(
     # Without measurements, time alone makes ways that counting it closes again.
     again = (there or not best.complete) and best.composition.is_timed
     if again and not best.interrupted:
-        counted = Graph(Composition(names, abstraction, exact=True), budget)
+        least = budget if there else budget // FOR_TIME
+        counted = Graph(Composition(names, abstraction, exact=True), least)
         confirmed = _found(counted, abstraction, facts)
         there = confirmed if counted.complete else there | confirmed
-        best = counted if counted.complete or counted.interrupted or not best.complete else best
+        best = counted if counted.complete or counted.interrupted else best
     for about, finding in there.items():
         found.setdefault(about, finding)
     return best

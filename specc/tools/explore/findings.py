@@ -290,6 +290,9 @@ def _events(graph: Graph) -> Iterator[Finding]:
                     reader, key, state = each
                     way = trace(graph, number, edge)
                     step = way.lost(reader, key) if state else None
+                    if not state:  # it is, before anybody moves
+                        before = trace(graph, number)
+                        way = replace(way, steps=before.steps, free=before.free)
                     if walkers[reader].may_be_absent(key):
                         coming = f"`x.{key[0]}.{key[1]}` coming then"
                         way = replace(way, free=(*way.free, coming))
