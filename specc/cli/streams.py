@@ -80,6 +80,13 @@ def say(message: str) -> None:
         abandon(sys.stderr)
 
 
+def tell_in_place(message: str) -> None:
+    """Put a line in the place of the last one on the terminal behind standard error."""
+    with contextlib.suppress(OSError):
+        sys.stderr.write(f"\r\x1b[2K{harmless(message)}")
+        sys.stderr.flush()
+
+
 def table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as lines, their cells below each other."""
     shown = [[visible(cell) for cell in row] for row in rows]

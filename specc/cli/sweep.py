@@ -291,16 +291,14 @@ class _Progress:
             left = self._count - self._before - done
             words += f", {_duration((now_s - self._begun_s) / done * left)} left"
         if self._live:
-            sys.stderr.write(f"\r\x1b[2K{words}")
-            sys.stderr.flush()
+            streams.tell_in_place(words)
         else:
             streams.say(words)
 
     def close(self) -> None:
         """The last line is no longer true."""
         if self._live:
-            sys.stderr.write("\r\x1b[2K")
-            sys.stderr.flush()
+            streams.tell_in_place("")
 
 
 def _duration(seconds: float) -> str:
