@@ -22,8 +22,8 @@ TEST_WORKERS ?= 3
 SPREAD := -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
 # Continuous integration runs the long ones, too.
 TESTS ?= not long
-# A test that hangs is ended with its traceback, and fails.
-ENDED := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
+# A test that hangs is ended with its traceback, and fails; the longest make ten runs.
+ENDED := -o faulthandler_timeout=1300 -o faulthandler_exit_on_timeout=true
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Arrays here are small: threads inside BLAS cost more than they bring.

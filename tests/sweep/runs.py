@@ -77,7 +77,7 @@ def swept(folder: Path, spec: Path, *options: str) -> subprocess.CompletedProces
         env=environment(folder),
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=1200,
         check=False,
     )
 

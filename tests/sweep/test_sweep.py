@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import py_compile
 import random
 import resource
 import signal
@@ -253,6 +254,7 @@ def test_the_flagship_is_found_with_all_its_files() -> None:
     from specc.pipeline import read_spec
     from specc.tools.sweep.sweeping import inputs_of
 
+    py_compile.compile(str(ROOT / "specs/objects/drawing.py"))  # which is none of its files
     spec = ROOT / "specs/irp_picking.yaml"
     system = read_spec(str(spec)).system
     assert system is not None

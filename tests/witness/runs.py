@@ -59,7 +59,6 @@ def states_of(finding: Diagnostic) -> int:
 def mended(text: str, finding: Diagnostic) -> str:
     """The text of a case with the suggested repair of its finding."""
     lines = text.splitlines()
-    initial = lines.index("          initial:")
     if found := ADDED.search(finding.help):
         state, cause, name = found.groups()
         for lacking in (state, *others_of(finding)):
@@ -70,7 +69,9 @@ def mended(text: str, finding: Diagnostic) -> str:
         row = rows[-1] if which == "this row" else rows[0]
         for each in rows if others_of(finding) else [row]:
             lines[each] = lines[each].replace(f", {name}, ", ", mended, ")
-        lines.insert(initial + 1, f'            mended: "{asked}"')
+        lines.insert(lines.index("          initial:") + 1, f'            mended: "{asked}"')
+    elif finding.help.startswith("delete one of the two rows"):
+        del lines[max(i for i, line in enumerate(lines) if ", otherwise, " in line)]
     elif found := re.search(r"add a row, e\.g\. `(\[.*\])`", finding.help):
         lines.append(f"          - {found[1]}")
     return "\n".join(lines) + "\n"

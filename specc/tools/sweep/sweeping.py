@@ -60,10 +60,11 @@ def inputs_of(spec: str, system: System) -> Inputs:
 
 
 def _below(paths: Iterable[str]) -> Iterator[str]:
-    """The files at paths, and those in folders."""
+    """The files at paths, and those in folders, without what Python compiled there."""
     for path in paths:
         if os.path.isdir(path):
-            for folder, _, names in os.walk(path):
+            for folder, folders, names in os.walk(path):
+                folders[:] = [name for name in folders if name != "__pycache__"]
                 yield from (os.path.join(folder, name) for name in names)
         else:
             yield path
