@@ -16,6 +16,7 @@ class Assets:
     """
 
     _files: list[tuple[str, str]] = field(default_factory=list)
+    _models: list[tuple[str, str]] = field(default_factory=list)
     _folders: dict[str, set[str]] = field(default_factory=dict)
     _stripped: bool = False
 
@@ -30,13 +31,22 @@ class Assets:
             # A texture of a cube has six: `fileright`, `fileleft`, ...
             named = (value for name, value in attributes.items() if name.startswith("file"))
             self._files += [(tag, value) for value in named if value]
+            if tag == "model":
+                self._models.append((attributes.get("name", ""), attributes.get("file", "")))
 
-    def paths(self, base: str, *tags: str) -> Iterator[str]:
-        """Where the files may be for a model in the folder `base`; those of some tags, or all."""
+    def paths(self, base: str) -> Iterator[str]:
+        """Where the files may be for a model in the folder `base`."""
         for tag, file in self._files:
-            if not tags or tag in tags:
-                name = os.path.basename(file) if self._stripped else file
-                yield from (os.path.join(base, f, name) for f in sorted(self._folders_of(tag)))
+            yield from self._places(base, tag, file)
+
+    def models(self, base: str) -> Iterator[tuple[str, str]]:
+        """The models to attach: a name, which may be empty, and where the file may be."""
+        for name, file in self._models:
+            yield from ((name, path) for path in self._places(base, "model", file))
+
+    def _places(self, base: str, tag: str, file: str) -> Iterator[str]:
+        name = os.path.basename(file) if self._stripped else file
+        yield from (os.path.join(base, folder, name) for folder in sorted(self._folders_of(tag)))
 
     def _folders_of(self, tag: str) -> set[str]:
         own = self._folders.get("texturedir" if tag == "texture" else "meshdir", set())

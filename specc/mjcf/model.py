@@ -1,13 +1,14 @@
 """What an MJCF file declares by name: joints, sensors, actuators and cameras, with sizes and kinds.
 
-Only these are read; whether MuJoCo takes the model shows when it runs. A document type
-is refused: MJCF has none, and entities can make a short file endless.
+Only these are read, from the models that it attaches too; whether MuJoCo takes the model shows when
+it runs. A document type is refused: MJCF has none, and entities can make a short file endless.
 """
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from xml.parsers import expat
 
 from specc.frozen import frozen
@@ -19,9 +20,10 @@ MAX_BYTES = 10_000_000
 """Of a model with what it includes."""
 _MOST_FILES = 100
 _DEEPEST = 200
+_MOST_NAMES = 100_000
 
 # Elements that make further named things when MuJoCo compiles the model.
-_GENERATING = frozenset(("attach", "composite", "flexcomp", "replicate"))
+_GENERATING = frozenset(("composite", "flexcomp", "replicate"))
 _JOINT_SIZES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
 # Numbers that a sensor gives; in which units is in `specc.analysis.plant`.
 _SENSOR_SIZES = {
@@ -66,7 +68,10 @@ class Part:
 
 @dataclass(slots=True)
 class Model:
-    """Name -> size, in numbers; None where the file does not say."""
+    """Name -> size, in numbers; None where the file does not say.
+
+    Of a model that is attached, all names count, whichever of its bodies the model takes.
+    """
 
     joints: dict[str, int | None] = field(default_factory=dict)
     sensors: dict[str, int | None] = field(default_factory=dict)
@@ -82,6 +87,24 @@ class Model:
     """Attributes that some class of defaults sets for joints or actuators."""
     files: tuple[str, ...] = ()
     """Paths of the model itself and of all files there are that it names."""
+    name: str = ""
+
+    def __len__(self) -> int:
+        """How many names there are."""
+        return len(self.parts) + len(self.cameras) + len(self.bodies)
+
+    def attach(self, other: Model, prefix: str) -> None:
+        """Take in another model, with a prefix before all its names."""
+        self.joints |= {prefix + name: size for name, size in other.joints.items()}
+        self.sensors |= {prefix + name: size for name, size in other.sensors.items()}
+        self.actuators |= {prefix + name: size for name, size in other.actuators.items()}
+        self.cameras |= {prefix + name: size for name, size in other.cameras.items()}
+        self.bodies |= {prefix + name for name in other.bodies}
+        for (section, name), part in other.parts.items():
+            joint, actuator = (name and prefix + name for name in (part.joint, part.actuator))
+            self.parts[section, prefix + name] = replace(part, joint=joint, actuator=actuator)
+        self.complete &= other.complete
+        self.defaults |= other.defaults
 
     def joint_kind(self, name: str) -> str:
         """`hinge`, `slide`, `ball` or `free`; empty where that is not known."""
@@ -106,7 +129,6 @@ def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
     """
     reader = _Reader(path, reach)
     model = reader.read_whole(path)
-    reader.read_attached()
     model.files = reader.found
     return model
 
@@ -117,7 +139,8 @@ class _Reader:
         self._assets = Assets()
         self._base = os.path.dirname(path)
         self._reach = reach
-        self._attached: list[str] = []
+        self._attached: list[tuple[str, str]] = []
+        self._models: dict[str, Model] = {}
         self._files: list[str] = []
         self._open: list[str] = []
         self._bytes = 0
@@ -130,22 +153,34 @@ class _Reader:
         return tuple(sorted({*self._files, *filter(os.path.isfile, self._named)}))
 
     def read_whole(self, path: str) -> Model:
-        """A model by itself; all files that it names must lie inside."""
-        self._model, self._assets = Model(), Assets()
-        self._base = os.path.dirname(path)
+        """A model with those that it attaches; all files that they name must lie inside."""
+        model, assets, base = Model(), Assets(), os.path.dirname(path)
+        attached: list[tuple[str, str]] = []
+        self._model, self._assets, self._base, self._attached = model, assets, base, attached
         self.read(path)
-        for asset in self._assets.paths(self._base):
+        for asset in assets.paths(base):
             self._confine(asset)
             self._named.add(real_path(asset))
-        self._attached += filter(os.path.isfile, self._assets.paths(self._base, "model"))
-        return self._model
+        others = self._others(assets.models(base))
+        for name, prefix in attached:
+            if name in others and len(model) + len(others[name]) <= _MOST_NAMES:
+                model.attach(others[name], prefix)
+            else:
+                model.complete = False
+        self._models[real_path(path)] = model
+        return model
 
-    def read_attached(self) -> None:
-        """Check that the models that a model is assembled from lie inside too."""
-        while self._attached:
-            path = self._attached.pop()
-            if real_path(path) not in self._files:
+    def _others(self, named: Iterable[tuple[str, str]]) -> dict[str, Model]:
+        """The models that can be attached, by name; one that is being read attaches itself."""
+        found: dict[str, Model] = {}
+        for name, path in named:
+            real = real_path(path)
+            if os.path.isfile(path) and real not in self._files:
                 self.read_whole(path)
+            other = self._models.get(real)
+            if other is not None:
+                found[name or other.name] = other
+        return found
 
     def _confine(self, path: str) -> None:
         if not self._reach.holds(path):
@@ -193,8 +228,12 @@ class _Reader:
         self._open.append(tag)
         section = self._open[1] if len(self._open) > 2 else ""
         self._assets.take(tag, attributes)
+        if len(self._open) == 1:
+            self._model.name = attributes.get("model", "")
         if tag == "include" and "file" in attributes:
             self._include(attributes["file"])
+        elif tag == "attach":
+            self._attached.append((attributes.get("model", ""), attributes.get("prefix", "")))
         elif tag in _GENERATING:
             self._model.complete = False
         elif section == "default":

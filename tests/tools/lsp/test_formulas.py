@@ -10,7 +10,7 @@ from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import apply
 from tests.tools.lsp.test_completion import labels
-from tests.tools.lsp.workspace import place
+from tests.tools.lsp.workspace import edited, place
 
 SYSTEM = """\
 specc: 1.1
@@ -69,12 +69,7 @@ require:
 
 @pytest.fixture
 def project(tmp_path: Path) -> tuple[Project, str]:
-    path = tmp_path / "fleet.yaml"
-    path.write_text(SYSTEM)
-    project = Project((str(tmp_path),))
-    project.put(str(path), SYSTEM)
-    project.analyse(str(path))
-    return project, str(path)
+    return edited(tmp_path / "fleet.yaml", SYSTEM)
 
 
 @pytest.mark.parametrize(

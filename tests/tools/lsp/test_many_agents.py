@@ -7,7 +7,7 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError
-from tests.tools.lsp.workspace import place
+from tests.tools.lsp.workspace import edited, place
 
 CASES = Path(__file__).resolve().parents[2] / "cases" / "structure"
 SYSTEM = """\
@@ -40,12 +40,7 @@ agents:
 
 @pytest.fixture
 def project(tmp_path: Path) -> tuple[Project, str]:
-    path = tmp_path / "pair.yaml"
-    path.write_text(SYSTEM)
-    project = Project((str(tmp_path),))
-    project.put(str(path), SYSTEM)
-    project.analyse(str(path))
-    return project, str(path)
+    return edited(tmp_path / "pair.yaml", SYSTEM)
 
 
 @pytest.mark.parametrize(

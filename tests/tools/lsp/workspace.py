@@ -108,3 +108,12 @@ def place(text: str, marked: str) -> int:
     before, after = marked.split("|")
     assert text.count(before + after) == 1, f"{marked} stands {text.count(before + after)} times"
     return text.index(before + after) + len(before)
+
+
+def edited(path: Path, text: str) -> tuple[Project, str]:
+    """A project of one file that is open in an editor, and its path."""
+    path.write_text(text)
+    project = Project((str(path.parent),))
+    project.put(str(path), text)
+    project.analyse(str(path))
+    return project, str(path)
