@@ -31,6 +31,9 @@ LOW_HAND = ("X_EF", "translation(0, 0, -0.03[m])")
 """Fingers are believed shorter than they are: the palm meets the box before the grasp pose is
 reached, so that only a force can end the approach (57)."""
 
+CROWDED = ("irp6_picking:PickingScene", "irp6_picking:CrowdedScene")
+TWO_PICKS = ("--cycles", "2")
+
 PUBLISHED: Mapping[str, tuple[Change, ...]] = {
     "17": (('m_i: {is: "MI(m_0, m_1, elapsed)"', "m_i: {is: m_1"),),
     "27": (('q_d: {is: "IK(DK(q_p) @ AA(', 'q_d: {is: "IK(T_c @ AA('),),
@@ -49,7 +52,7 @@ PUBLISHED: Mapping[str, tuple[Change, ...]] = {
         ),
     ),
     "64": (("if fresh(x.k.O_c) else O_c", "if present(x.k.O_c) else O_c"),),
-    "67": (('O_g: {is: "GO(O_c, X_EF, X_PG, q_s)"', "O_g: {is: O_c"),),
+    "67": (('O_g: {is: "GO(O_c, X_EF, X_PG, q_s)"', "O_g: {is: O_c"), CROWDED),
 }
 """Equation -> what makes the flagship do as it was published, where that runs."""
 
@@ -109,18 +112,19 @@ CONTACT = Experiment(
     },
 )
 PICKS = Experiment("picks", 400)
-TWICE = Experiment("twice", 20, options=("--cycles", "2"))
+TWICE = Experiment("twice", 20, options=TWO_PICKS)
+CROWD = Experiment("crowded", 20, changes=(CROWDED,))
 FORMS = [
     Experiment(
         f"published_{equation}",
         20,
         changes=changes,
-        options=("--cycles", "2") if equation == "53" else (),
+        options=TWO_PICKS if equation in ("29", "53", "64") else (),
         values={LOW_HAND[0]: LOW_HAND[1]} if equation == "27" else {},
     )
     for equation, changes in PUBLISHED.items()
 ]
-ALL = (PICKS, *FORMS, TWICE, CONTACT)
+ALL = (PICKS, *FORMS, TWICE, CROWD, CONTACT)
 ROUNDS = ((2, 10), (5, 50), (10, 100), (20, 400))
 """Seeds of experiments, and of picks, after each round: all of them grow together."""
 

@@ -43,12 +43,15 @@ _PICTURED = (FORCE, APPROACH, "success", "found")
 FORMS: Mapping[str, tuple[str, str]] = {
     "17": ("the motor regulator gets the end of a motion at once", "picks"),
     "27": ("integrates from the measured pose, not from the desired one", "contact"),
-    "29": ("keeps the last desired velocity between contacts", "picks"),
-    "53": ("never empties the list of objects; two picks, one after the other", "twice"),
+    "29": ("keeps the last desired velocity between contacts; two picks", "twice"),
+    "53": ("never empties the list of objects; two picks", "twice"),
     "57": ("any force above zero ends the approach", "picks"),
     "58": ("fingers are closed to the width of the box, no further", "picks"),
-    "64": ("merges the same recognition again in every period", "picks"),
-    "67": ("chooses among all objects, whether the hand has room or not", "picks"),
+    "64": ("merges the same recognition again in every period; two picks", "twice"),
+    "67": (
+        "chooses whether the hand has room or not; two boxes lie close together",
+        "crowded",
+    ),
 }
 """Equation -> what it does as published, and the experiment that has the mended form."""
 
@@ -179,12 +182,13 @@ def _published() -> str:
     for equation, (what, partner) in FORMS.items():
         if not (rows := data(f"published_{equation}")):
             continue
-        seeds = {row["seed"] for row in rows}
-        mended = [row for row in data(partner) if row["seed"] in seeds]
+        mended = data(partner)
         if partner == "contact":
             mended = [r for r in mended if (r["D_z [kg/s]"], r["I_z [kg]"]) == (400, 20)]
-        lines.append([f"({equation})", what, str(len(rows)), *_beside(rows, mended)])
-    head = ["equation", "as published", "runs", "success", "peak force [N]", "time of the pick [s]"]
+        seeds = {row["seed"] for row in rows} & {row["seed"] for row in mended}
+        pair = ([row for row in form if row["seed"] in seeds] for form in (rows, mended))
+        lines.append([f"({equation})", what, *_beside(*pair)])
+    head = ["equation", "as published", "success", "peak force [N]", "time of the pick [s]"]
     return (
         "In each pair the published form comes first, the mended one on the same seeds second.\n\n"
         + (_table(head, lines))
@@ -192,7 +196,7 @@ def _published() -> str:
 
 
 def _beside(published: Sequence[Row], mended: Sequence[Row]) -> list[str]:
-    """Success, force and time of both forms."""
+    """Success, force and time of both forms, which the same seeds made."""
     shares = [_of(rows, "success") for rows in (published, mended)]
     medians = [[_spread(rows, name) for rows in (published, mended)] for name in (FORCE, TIME)]
     return [" / ".join(pair) for pair in (shares, *medians)]
@@ -224,8 +228,13 @@ _PARTS = {
 
 
 def _of(rows: Sequence[Row], name: str) -> str:
+    """How many, and the interval of the share."""
+    if not rows:
+        return ""
     hits = sum(bool(row[name]) for row in rows)
-    return f"{hits} of {len(rows)}"
+    found = rate(hits, len(rows))
+    assert found.low is not None and found.high is not None
+    return f"{hits} of {len(rows)} ({100 * found.low:.0f} to {100 * found.high:.0f} %)"
 
 
 def _rate(found: Estimate) -> str:

@@ -5,8 +5,14 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from specc_runtime.cells.irp6_picking import PickingScene, PickJudge
-from specc_runtime.cells.irp6_picking.scene import GAP_M, REGION_M, TABLE_HEIGHT_M, lying_faces
+from specc_runtime.cells.irp6_picking import CrowdedScene, PickingScene, PickJudge
+from specc_runtime.cells.irp6_picking.scene import (
+    GAP_M,
+    REGION_M,
+    TABLE_HEIGHT_M,
+    gap,
+    lying_faces,
+)
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant
 
@@ -56,6 +62,15 @@ def test_boxes_lie_flat_apart_and_in_the_region(plant, seed):
         first = (weights @ corners(plant, one, poses[one]))[:, None, :2]
         second = (weights @ corners(plant, other, poses[other]))[None, :, :2]
         assert np.linalg.norm(first - second, axis=2).min() > GAP_M - 0.004
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_two_boxes_of_a_crowded_scene_are_close_together(plant, seed):
+    plant.reset(seed)
+    CrowdedScene().place(plant, np.random.default_rng(seed))
+    boxes = [(plant.truth.body_pose(name), plant.truth.box_size(name)) for name in OBJECTS]
+    nearest = min(gap(*one, *other) for one, other in combinations(boxes, 2))
+    assert 0.008 < nearest < 0.022
 
 
 def test_scenes_depend_on_the_seed_alone(plant):

@@ -1,7 +1,7 @@
 """Random places for boxes on the table, such that each can be seen, reached and grasped."""
 
 from itertools import combinations
-from math import cos, pi, sin
+from math import cos, inf, pi, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +35,9 @@ class PickingScene:
     Between any two boxes there is room for the open fingers.
     """
 
+    gap_m = (GAP_M, inf)
+    """Of the two nearest boxes, from and to."""
+
     def __init__(self, objects: tuple[str, ...] = OBJECTS) -> None:
         self.objects = objects
 
@@ -47,13 +50,24 @@ class PickingScene:
         sizes = [plant.truth.box_size(name) for name in self.objects]
         for _ in range(_ATTEMPTS):
             poses = [random_pose(size, rng) for size in sizes]
-            if _apart(poses, sizes) and all(map(_within_reach, poses, sizes)):
+            if self._apart(poses, sizes) and all(map(_within_reach, poses, sizes)):
                 break
         else:
             raise PlantError(f"no room for {', '.join(self.objects)} on the table")
         for name, pose in zip(self.objects, poses, strict=True):
             plant.truth.move_body(name, pose)
         plant.settle(SETTLING_S)
+
+    def _apart(self, poses: list[Array], sizes: list[Array]) -> bool:
+        low, high = self.gap_m
+        pairs = combinations(zip(poses, sizes, strict=True), 2)
+        return low <= min((gap(*one, *other) for one, other in pairs), default=high) <= high
+
+
+class CrowdedScene(PickingScene):
+    """As a picking scene, with two boxes so near to each other that no finger fits between them."""
+
+    gap_m = (0.01, 0.02)
 
 
 def lying_faces(size: Array) -> tuple[tuple[int, int], ...]:
@@ -104,11 +118,6 @@ def gap(X_1: Array, size_1: Array, X_2: Array, size_2: Array) -> float:
     axes = np.vstack((axes1, axes2))
     reach = np.abs(axes @ axes1.T) @ half1 + np.abs(axes @ axes2.T) @ half2
     return float(np.max(np.abs(axes @ (c2 - c1)) - reach))
-
-
-def _apart(poses: list[Array], sizes: list[Array]) -> bool:
-    pairs = combinations(zip(poses, sizes, strict=True), 2)
-    return all(gap(*one, *other) >= GAP_M for one, other in pairs)
 
 
 def _within_reach(X: Array, size: Array) -> bool:
