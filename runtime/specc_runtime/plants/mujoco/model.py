@@ -1,5 +1,6 @@
 """Loading an MJCF model and finding things in it by name."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -101,17 +102,25 @@ def find(model: Any, kind: str, name: str) -> int:
 
 def position_indices(model: Any, joints: tuple[str, ...]) -> Indices:
     """Indices into qpos of the coordinates of the named joints, in order."""
-    ids = [find(model, "joint", name) for name in joints]
-    return _coordinates(model, ids, model.jnt_qposadr, _POSITIONS)
+    return positions_of(model, [find(model, "joint", name) for name in joints])
 
 
 def velocity_indices(model: Any, joints: tuple[str, ...]) -> Indices:
     """Indices into qvel of the velocities of the named joints, in order."""
-    ids = [find(model, "joint", name) for name in joints]
-    return _coordinates(model, ids, model.jnt_dofadr, _VELOCITIES)
+    return velocities_of(model, [find(model, "joint", name) for name in joints])
 
 
-def _coordinates(model: Any, joints: list[int], starts: Any, sizes: tuple[int, ...]) -> Indices:
+def positions_of(model: Any, joints: Sequence[int]) -> Indices:
+    """Indices into qpos of the coordinates of joints, in order."""
+    return _coordinates(model, joints, model.jnt_qposadr, _POSITIONS)
+
+
+def velocities_of(model: Any, joints: Sequence[int]) -> Indices:
+    """Indices into qvel of the velocities of joints, in order."""
+    return _coordinates(model, joints, model.jnt_dofadr, _VELOCITIES)
+
+
+def _coordinates(model: Any, joints: Sequence[int], starts: Any, sizes: tuple[int, ...]) -> Indices:
     found: list[int] = []
     for joint in joints:
         start = int(starts[joint])
@@ -130,20 +139,3 @@ def initial_positions(model: Any) -> Array:
             leading = model.numeric(numeric).data
             start[: len(leading)] = leading
     return start
-
-
-class HeldJoints:
-    """All joints but the free ones, kept at the positions of now."""
-
-    def __init__(self, model: Any, data: Any) -> None:
-        free = mujoco.mjtJoint.mjJNT_FREE.value
-        joints = [j for j in range(model.njnt) if model.jnt_type[j] != free]
-        self._data = data
-        self._where = _coordinates(model, joints, model.jnt_qposadr, _POSITIONS)
-        self._moving = _coordinates(model, joints, model.jnt_dofadr, _VELOCITIES)
-        self._positions = data.qpos[self._where].copy()
-
-    def put_back(self) -> None:
-        """To the kept positions, at rest."""
-        self._data.qpos[self._where] = self._positions
-        self._data.qvel[self._moving] = 0.0

@@ -13,19 +13,17 @@ from specc_runtime.plants.mujoco.bodies import Bodies
 from specc_runtime.plants.mujoco.cameras import Cameras, RendererName
 from specc_runtime.plants.mujoco.divergence import Divergence
 from specc_runtime.plants.mujoco.driving import Actuator
+from specc_runtime.plants.mujoco.holding import Brakes, HeldJoints
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import (
-    HeldJoints,
     find,
     initial_positions,
     load_model,
-    velocity_indices,
 )
 from specc_runtime.plants.mujoco.sensing import Sensor
 from specc_runtime.plants.mujoco.truth import GroundTruth
 from specc_runtime.plants.mujoco.viewer import Viewer
 
-_STUCK = 1e6  # N or Nm of dry friction, which no drive overcomes
 _WHOLE = 1e-6  # tolerance, in time steps, on durations
 
 
@@ -59,7 +57,7 @@ class MujocoPlant:
             self._cameras.open()
         self._actuators = {b.name: Actuator(self._model, self._data, b) for b in actuators}
         self._divergence = Divergence(self._model, self._data)
-        self._friction = np.array(self._model.dof_frictionloss)
+        self._brakes = Brakes(self._model, self._data)
         self._bodies = Bodies(self._model, self._data)
         self.truth = GroundTruth(self._model, self._data)
         self.reset(0)
@@ -80,7 +78,7 @@ class MujocoPlant:
         The noise of a sample depends on the seed, the sensor's name and the number of the sample.
         """
         mujoco.mj_resetData(self._model, self._data)
-        self._model.dof_frictionloss[:] = self._friction
+        self._brakes.release()
         self._data.qpos[:] = initial_positions(self._model)
         mujoco.mj_forward(self._model, self._data)
         self._cameras.forget()
@@ -129,6 +127,8 @@ class MujocoPlant:
             # In this order positions and velocities, and what derives from them, are of the end of
             # the step; forces are always those during the step.
             mujoco.mj_step2(self._model, self._data)
+            if self._brakes.held is not None:
+                self._brakes.held.put_back()
             mujoco.mj_step1(self._model, self._data)
         if self._divergence:
             raise self._diverged()
@@ -147,7 +147,8 @@ class MujocoPlant:
 
         For scenes, after a reset; contact friction, gravity and everything else act as usual.
         """
-        held = HeldJoints(self._model, self._data)
+        joints = np.flatnonzero(self._model.jnt_type != mujoco.mjtJoint.mjJNT_FREE.value)
+        held = HeldJoints(self._model, self._data, joints.tolist())
         for _ in range(round(duration_s / self._timestep_s)):
             mujoco.mj_step(self._model, self._data)
             held.put_back()
@@ -159,10 +160,12 @@ class MujocoPlant:
     def put(self, positions: Mapping[str, float]) -> None:
         """Put joints somewhere, at rest (`specc_runtime.disturbances.Disturbable`)."""
         self.truth.place(positions)
+        self._brakes.hold()
 
     def shift(self, distances: Mapping[str, float]) -> None:
         """Move joints from where they are, at rest."""
         self.truth.place(distances, relative=True)
+        self._brakes.hold()
 
     def push(self, body: str, force: Sequence[float]) -> None:
         """Let a force (3,) N, in the axes of the world, act on a body from now on."""
@@ -170,8 +173,7 @@ class MujocoPlant:
 
     def block(self, joint: str, blocked: bool) -> None:
         """Let a joint be stuck from now on, or not any more."""
-        moving = velocity_indices(self._model, (joint,))
-        self._model.dof_frictionloss[moving] = _STUCK if blocked else self._friction[moving]
+        self._brakes.set(joint, blocked)
 
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""
