@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from bench.harness.tables import table
 from specc.tools.sweep.running import Job, Place, enter, leave, perform
+from specc.tools.sweep.sweeping import bundled, inputs_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SPEC = ROOT / "specs" / "conveyor_gate.yaml"
@@ -42,11 +43,13 @@ def children_s() -> float:
 
 def alone(folder: Path, seeds: range) -> float:
     """Wall time of runs one after another, without what comes before the first (s)."""
-    from specc import output, pipeline
+    from specc import pipeline
 
     built = pipeline.build(str(SPEC))
-    output.write(folder / "packages" / built.system, built.files)
-    enter("alone", Place(folder, SPEC.parent))
+    assert built.result.system is not None
+    inputs = inputs_of(str(SPEC), built.result.sources, built.result.system)
+    code = {f"{built.system}/{name}": text for name, text in built.files.items()}
+    enter("alone", Place(folder, bundled(code, inputs)))
     jobs = [Job("alone", built.system, {}, seed, _EXTENT, 600.0) for seed in seeds]
     perform(jobs[0])
     begun_s = time.perf_counter()

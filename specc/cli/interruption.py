@@ -31,6 +31,19 @@ def loading() -> Iterator[None]:
 
 
 @contextmanager
+def terminable() -> Iterator[None]:
+    """Meanwhile SIGTERM does what Ctrl-C does, so that what was done is kept and left in order."""
+    before = signal.getsignal(signal.SIGTERM)
+    with suppress(ValueError):
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):
+            signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
 def held() -> Iterator[None]:
     """Meanwhile this thread, and the processes and threads that it starts, get no Ctrl-C."""
     if not hasattr(signal, "pthread_sigmask"):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import shutil
 import sys
+import threading
 import time
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
@@ -16,19 +18,19 @@ from typing import TYPE_CHECKING, Any
 from specc import __version__
 from specc.cli import streams
 from specc.cli.inspect import judged, overrides_of
-from specc.cli.interruption import INTERRUPTED, MESSAGE, held
+from specc.cli.interruption import INTERRUPTED, MESSAGE, held, terminable
 from specc.cli.run import missing
-from specc.diagnostics.report import report, resolve
+from specc.diagnostics.report import Report, report, resolve
 from specc.frozen import frozen
 from specc.tools.sweep import plots, summary
-from specc.tools.sweep.running import Job, Place
+from specc.tools.sweep.running import Bundle, Job
 from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
     Inputs,
     Workshop,
+    bundled,
     carry_out,
-    fingerprint,
     here,
     inputs_of,
     there,
@@ -42,6 +44,8 @@ DONE, UNUSABLE = 0, 2
 _EXTENT = ("cycles", "duration_s", "cycle_limit_s", "renderer", "check_operators")
 _WORK = ".work"
 _SUMMARY = "summary.csv"
+_FEW = 6
+"""Settings for which other processes are not worth their beginning."""
 _REASONS = 5
 """Why runs failed that are told; the table has all."""
 
@@ -61,23 +65,27 @@ class _Asked:
 
 
 class _Refused(Exception):
-    """The specification does not take a setting; why has been told."""
+    """The specification does not take a setting."""
 
-    def __init__(self, code: int) -> None:
-        super().__init__()
-        self.code = code
+    def __init__(self, setting: Setting, why: Report) -> None:
+        super().__init__(setting, why)
+        self.setting = setting
+        self.why = why
 
 
 def sweep(options: Namespace) -> int:
     """Run what is not done yet, write the table, and tell what it says.
 
     0 if all runs are done, whatever came of them; 1 if the specification has errors; 2 for wrong
-    usage; 130 after Ctrl-C, when the same command goes on where it ended.
+    usage; 130 after Ctrl-C or SIGTERM, when the same command goes on where it ended.
     """
     try:
-        return _sweep(options)
+        with terminable():
+            return _sweep(options)
     except _Refused as refused:
-        return refused.code
+        if refused.setting:
+            streams.say(f"specc: with {_words(refused.setting)}:")
+        return streams.tell(refused.why) or 1
     except SweepError as error:
         streams.say(f"specc: {error}")
     except OSError as error:
@@ -91,11 +99,11 @@ def _sweep(options: Namespace) -> int:
     asked = _asked(options)
     first = _built(options, asked.settings[0])
     assert first.result.system is not None
-    inputs = inputs_of(options.spec, first.result.system)
+    inputs = inputs_of(options.spec, first.result.sources, first.result.system)
     extent = {name: getattr(options, name) for name in _EXTENT}
     about = {
         "specc": __version__,
-        "specification": fingerprint(options.spec, first.result.sources, inputs),
+        "specification": inputs.fingerprint,
         **{name.removesuffix("_s"): value for name, value in extent.items()},
     }
     stem = os.path.splitext(os.path.basename(options.spec))[0]
@@ -148,7 +156,7 @@ def _units(path: str) -> dict[str, str]:
 
 
 def _built(options: Namespace, setting: Setting) -> Build:
-    """The code of a setting. Raises _Refused when there is none, after telling why."""
+    """The code of a setting. Raises _Refused when there is none."""
     from specc import pipeline
 
     built = pipeline.build(options.spec, setting)
@@ -158,18 +166,13 @@ def _built(options: Namespace, setting: Setting) -> Build:
         findings += resolve(unmet, built.result.sources)
         refused |= bool(unmet)
     if refused or not built.result.can("run"):
-        if setting:
-            streams.say(f"specc: with {_words(setting)}:")
-        raise _Refused(streams.tell(report(findings, [options.spec])) or 1)
+        raise _Refused(setting, report(findings, [options.spec]))
     return built
 
 
-def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]] | int:
-    """System and files of a setting, or the exit code that stands for what was told."""
-    try:
-        built = _built(options, setting)
-    except _Refused as refused:
-        return refused.code
+def _code(options: Namespace, setting: Setting) -> tuple[str, dict[str, str]]:
+    """System and files of a setting. Raises _Refused."""
+    built = _built(options, setting)
     return built.system, built.files
 
 
@@ -182,34 +185,56 @@ def _packages(
     """
     directories: dict[int, str] = {}
     files: dict[str, str] = {}
-    made: list[Any] = [(first.system, first.files)] if 0 in settings else []
+    made = [(first.system, first.files)] if 0 in settings else []
     rest = [setting for number, setting in settings.items() if number]
     make = partial(_code, options)
-    if len(rest) < 2 or workers < 2:
-        made += map(make, rest)
-    else:
-        import multiprocessing
-        from concurrent.futures import ProcessPoolExecutor
-
-        with held():
-            pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("fork"))
-            jobs = [pool.submit(make, setting) for setting in rest]
-        try:
-            made += [job.result() for job in jobs]
-        except BaseException:
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
-        finally:
-            pool.shutdown(cancel_futures=True)
-    for number, one in zip(settings, made, strict=True):
-        if isinstance(one, int):
-            raise _Refused(one)
-        system, texts = one
+    few = len(rest) < _FEW or workers < 2
+    made += map(make, rest) if few else _in_parallel(make, rest, workers)
+    for (number, _), (system, texts) in zip(settings.items(), made, strict=True):
         directories[number] = f"{number}/{system}"
         # Nearly all files are the same for all settings.
         files |= {f"{number}/{system}/{n}": sys.intern(text) for n, text in texts.items()}
     return directories, files
+
+
+def _in_parallel(
+    make: Callable[[Setting], Any], settings: Sequence[Setting], workers: int
+) -> list[Any]:
+    from concurrent.futures import ProcessPoolExecutor
+
+    # Copies of this process would hold the lock of the folder for as long as they live.
+    spawn = multiprocessing.get_context("spawn")
+    with held():
+        pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_parent)
+        jobs = [pool.submit(make, setting) for setting in settings]
+    try:
+        return [job.result() for job in jobs]
+    except BaseException:
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it ends, however it does."""
+
+    def watch() -> None:
+        if parent := multiprocessing.parent_process():
+            parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _check_unchanged(options: Namespace, inputs: Inputs) -> None:
+    """Raises SweepError if files were changed while code was generated from them."""
+    from specc import pipeline
+
+    now = pipeline.read_spec(options.spec)
+    if now.system is None or inputs_of(options.spec, now.sources, now.system) != inputs:
+        raise SweepError(f"{options.spec}, or a file of it, was changed meanwhile; begin again")
 
 
 # Runs.
@@ -240,12 +265,14 @@ def _run(
     workers = options.workers or len(os.sched_getaffinity(0))
     needed = {number: asked.settings[number] for number in sorted({n for n, _ in left})}
     directories, files = _packages(options, needed, first, workers)
+    _check_unchanged(options, inputs)
     name = f"specc-{os.getpid()}-{time.time_ns()}"
     jobs = [
         Job(name, directories[n], asked.settings[n], seed, extent, options.limit)
         for n, seed in left
     ]
-    with _workshop(options, name, folder.path / _WORK, files, inputs, workers) as (pool, room):
+    bundle = bundled(files, inputs)
+    with _workshop(options, name, folder.path / _WORK, bundle, workers) as (pool, room):
         progress = _Progress(count, count - len(left))
         streams.say(f"specc: {len(left)} runs, {room} at once, into {folder.path}")
         try:
@@ -256,20 +283,11 @@ def _run(
 
 
 def _workshop(
-    options: Namespace,
-    name: str,
-    work: Path,
-    files: Mapping[str, str],
-    inputs: Inputs,
-    workers: int,
+    options: Namespace, name: str, work: Path, bundle: Bundle, workers: int
 ) -> AbstractContextManager[Workshop]:
     if options.scheduler:
-        return there(options.scheduler, name, files, inputs)
-    for path, text in files.items():
-        (file := work / "packages" / path).parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
-    place = Place(work.absolute(), Path(os.path.dirname(options.spec) or ".").absolute())
-    return here(name, place, workers)
+        return there(name, options.scheduler, bundle)
+    return here(name, work, bundle, workers)
 
 
 class _Progress:

@@ -150,7 +150,7 @@ class _Reader:
     @property
     def found(self) -> tuple[str, ...]:
         """The files that were read, and those named in them that are there."""
-        return tuple(sorted({*self._files, *filter(os.path.isfile, self._named)}))
+        return tuple(sorted(filter(os.path.isfile, self._named)))
 
     def read_whole(self, path: str) -> Model:
         """A model with those that it attaches; all files that they name must lie inside."""
@@ -160,7 +160,7 @@ class _Reader:
         self.read(path)
         for asset in assets.paths(base):
             self._confine(asset)
-            self._named.add(real_path(asset))
+            self._named.add(asset)
         others = self._others(assets.models(base))
         for name, prefix in attached:
             if name in others and len(model) + len(others[name]) <= _MOST_NAMES:
@@ -197,6 +197,7 @@ class _Reader:
             raise ModelError(f"{shown} is included twice")
         self._confine(path)
         self._files.append(real)
+        self._named.add(path)
         depth = len(self._open)
 
         def start(tag: str, attributes: dict[str, str]) -> None:

@@ -7,9 +7,11 @@ import os
 import py_compile
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -245,9 +247,12 @@ def test_a_link_to_a_specification_has_its_files_beside_it(tmp_path: Path) -> No
 
     link = tmp_path / "link.yaml"
     link.symlink_to(GATE)
-    system = read_spec(str(GATE)).system
-    assert system is not None
-    assert inputs_of(str(link), system).root == os.path.commonpath([tmp_path, ROOT])
+    read = read_spec(str(GATE))
+    assert read.system is not None
+    found = inputs_of(str(link), read.sources, read.system)
+    root = os.path.commonpath([tmp_path, ROOT])
+    assert found.base == os.path.relpath(tmp_path, root)
+    assert set(found.files) == {os.path.relpath(ROOT / "specs/plants/conveyor_gate.xml", root)}
 
 
 def test_the_flagship_is_found_with_all_its_files() -> None:
@@ -256,10 +261,90 @@ def test_the_flagship_is_found_with_all_its_files() -> None:
 
     py_compile.compile(str(ROOT / "specs/objects/drawing.py"))  # which is none of its files
     spec = ROOT / "specs/irp_picking.yaml"
-    system = read_spec(str(spec)).system
-    assert system is not None
-    found = inputs_of(str(spec), system)
-    assert {Path(found.root, name) for name in found.files} == {
-        ROOT / "specs/plants/irp6_picking.xml",
-        *(path for path in (ROOT / "specs/objects").iterdir() if path.is_file()),
-    }
+    read = read_spec(str(spec))
+    assert read.system is not None
+    found = inputs_of(str(spec), read.sources, read.system)
+    specs = ROOT / "specs"
+    files = [
+        specs / "plants/irp6_picking.xml",
+        *filter(Path.is_file, (specs / "objects").iterdir()),
+    ]
+    assert found.files == {str(file.relative_to(specs)): file.read_bytes() for file in files}
+
+
+def test_nothing_outlives_a_sweep_that_is_killed_while_code_is_generated(tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    options = ("--set", "level=1:400:400", "--seeds", "0:1", "--workers", "2")
+    for sign, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 130)):
+        sweep = subprocess.Popen(
+            command(spec, "--out", "out", *options),
+            cwd=tmp_path,
+            env=environment(tmp_path),
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        while sweep.poll() is None and len(children := _children(sweep.pid)) < 2:
+            time.sleep(0.01)
+        sweep.send_signal(sign)
+        sweep.wait()
+        with Folder(tmp_path / "out", json.loads((tmp_path / "out/sweep.json").read_text())):
+            pass
+        # They hold its standard error, so this waits for their end.
+        _, told = sweep.communicate(timeout=60)
+        assert sweep.returncode == code
+        assert "Traceback" not in told
+        assert not any(_arguments(Path("/proc", str(child))) for child in children)
+
+
+def _children(process: int) -> list[int]:
+    """The processes in which it generates code."""
+    found = Path(f"/proc/{process}/task/{process}/children")
+    pids = found.read_text(encoding="ascii").split() if found.exists() else []
+    return [int(pid) for pid in pids if "spawn_main" in _arguments(Path("/proc", pid))]
+
+
+def test_a_file_that_is_changed_meanwhile_changes_no_run(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "specs/plants", tmp_path / "plants")
+    spec = Path(shutil.copy(GATE, tmp_path))
+    model = tmp_path / "plants/conveyor_gate.xml"
+    text = model.read_text(encoding="utf-8")
+    assert 'timestep="0.002"' in text
+    options = ("--seeds", "0:8", "--duration", "4", "--workers", "1")
+    sweep = subprocess.Popen(command(spec, "--out", "out", *options), cwd=tmp_path)
+    while sweep.poll() is None and len(lines(tmp_path)) < 2:
+        time.sleep(0.01)
+    model.write_text(text.replace('timestep="0.002"', 'timestep="0.004"'), encoding="utf-8")
+    assert sweep.wait(timeout=300) == 0
+    assert {row["reason"] for row in table(tmp_path)} == {""}
+    again = swept(tmp_path, spec, *options)
+    assert "runs with another specification" in again.stderr
+
+
+@pytest.mark.parametrize("what", ["conveyor_gate.yaml", "plants/conveyor_gate.xml"])
+def test_code_of_two_versions_is_not_mixed(
+    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from specc import pipeline
+    from specc.cli.main import main
+
+    shutil.copytree(ROOT / "specs/plants", tmp_path / "plants")
+    spec = Path(shutil.copy(GATE, tmp_path))
+    build = pipeline.build
+
+    def changing(path: str, texts: Mapping[str, str]) -> pipeline.Build:
+        built = build(path, texts)
+        if texts["cruise"] == "0.5[rad/s]":
+            (tmp_path / what).write_text((tmp_path / what).read_text() + "\n", encoding="utf-8")
+        return built
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(pipeline, "build", changing)
+    assert main(["sweep", str(spec), "--set", "cruise=0.4,0.5", "--seeds", "0:1"]) == 2
+    assert "was changed meanwhile; begin again" in capsys.readouterr().err
+
+
+def test_files_behind_links_are_found_in_the_copy(tmp_path: Path) -> None:
+    (tmp_path / "plants").symlink_to(ROOT / "specs/plants")
+    spec = Path(shutil.copy(GATE, tmp_path))
+    done = swept(tmp_path, spec, "--seeds", "0:1", "--duration", "1")
+    assert [row["reason"] for row in table(tmp_path)] == [""], done.stderr

@@ -30,13 +30,16 @@ _GROWN = 2.0
 """Times the memory of its first run, after which a process is replaced: operators may keep some."""
 _LONGEST_REASON = 300
 
+PACKAGES = "packages"
+"""The folder of a bundle with the generated code."""
+
 Figures = dict[str, Any]
 """Column -> value: bool, int, float, text or None."""
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A run. `directory` and `base` are below the place that this process knows as `place`."""
+    """A run of the package `directory`, below the place that this process knows as `place`."""
 
     place: str
     directory: str
@@ -44,6 +47,14 @@ class Job:
     seed: int
     options: Mapping[str, Any]
     limit_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bundle:
+    """All files that runs read, by their paths; those of the specification are below `base`."""
+
+    files: Mapping[str, bytes]
+    base: str
 
 
 class Closed(Exception):
@@ -59,7 +70,7 @@ def perform(job: Job) -> Figures:
     place = _PLACES[job.place]
     given = {
         **job.options,
-        "directory": str(place.packages / job.directory),
+        "directory": str(place.folder / PACKAGES / job.directory),
         "base": str(place.base),
         "seed": job.seed,
         "limit_s": job.limit_s,
@@ -152,16 +163,20 @@ class _Process:
 
 
 class Place:
-    """A folder with the generated packages of a sweep, and the processes that run them.
+    """A folder with copies of what runs read, and the processes that make them.
 
     There are as many as runs are under way at once; those that wait are used again.
     """
 
-    def __init__(self, folder: Path, base: Path) -> None:
-        """`packages/` is in the folder; `base` has the files of the specification."""
-        self.packages = folder / "packages"
-        self.base = base
-        self._folder = folder
+    def __init__(self, folder: Path, bundle: Bundle) -> None:
+        """Make the folder anew. Raises OSError."""
+        self.folder = folder
+        self.base = folder / bundle.base
+        shutil.rmtree(folder, ignore_errors=True)
+        self.base.mkdir(parents=True)
+        for path, content in bundle.files.items():
+            (file := folder / path).parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
         self._lock = threading.Lock()
         self._all: set[_Process] = set()
         self._idle: list[_Process] = []
@@ -173,7 +188,7 @@ class Place:
         with self._lock:
             if self._closed:
                 raise Closed
-            process = self._idle.pop() if self._idle else _Process(self._folder)
+            process = self._idle.pop() if self._idle else _Process(self.folder)
             self._all.add(process)
         try:
             yield process
@@ -188,13 +203,14 @@ class Place:
                     raise Closed
 
     def close(self) -> None:
-        """End all processes, with the runs that are under way; none is given any more."""
+        """End all processes, with the runs that are under way, and remove the folder."""
         with self._lock:
             self._closed = True
             for process in self._all:
                 process.kill()
             for process in self._idle:
                 process.forget()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 _PLACES: dict[str, Place] = {}

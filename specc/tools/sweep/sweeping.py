@@ -18,6 +18,8 @@ from specc.mjcf import Model
 from specc.model.system import System
 from specc.source import COMMAND_LINE, Sources
 from specc.tools.sweep.running import (
+    PACKAGES,
+    Bundle,
     Closed,
     Figures,
     Job,
@@ -38,25 +40,34 @@ RENEWED_S = 10.0
 class Inputs:
     """The files that runs read, by their paths below one folder; `base` is the specification's."""
 
-    root: str
     base: str
-    files: tuple[str, ...]
-
-    def content(self, name: str) -> bytes:
-        """Raises OSError."""
-        return Path(self.root, name).read_bytes()
+    files: Mapping[str, bytes]
+    fingerprint: str
+    """Another one when the specification, or a file that it uses or names, is another."""
 
 
-def inputs_of(spec: str, system: System) -> Inputs:
-    """What runs of a system read beside the generated code."""
-    base = os.path.realpath(os.path.dirname(spec) or ".")
+def inputs_of(spec: str, sources: Sources, system: System) -> Inputs:
+    """What runs of a system read beside the generated code, as it is now. Raises OSError.
+
+    Paths are as they are named, whatever links they lead over: so they are found in a copy, too.
+    """
+    base = os.path.abspath(os.path.dirname(spec))
     named = [os.path.join(base, path) for _, path in system.files]
     model = plant_model(system)
     paths = [*_below(named), *(model.files if isinstance(model, Model) else ())]
-    real = sorted({os.path.realpath(path) for path in paths})
-    root = os.path.commonpath([base, *(os.path.dirname(path) for path in real)])
-    names = tuple(os.path.relpath(path, root) for path in real)
-    return Inputs(root, os.path.relpath(base, root), names)
+    content = {os.path.abspath(path): Path(path).read_bytes() for path in paths}
+    root = os.path.commonpath([base, *map(os.path.dirname, content)])
+    files = {os.path.relpath(path, root): content[path] for path in sorted(content)}
+    return Inputs(os.path.relpath(base, root), files, _fingerprint(spec, sources, files))
+
+
+def bundled(packages: Mapping[str, str], inputs: Inputs) -> Bundle:
+    """Generated files, by their paths, and inputs as what runs read."""
+    # Nearly all generated files are the same for all settings.
+    encoded = {text: text.encode() for text in packages.values()}
+    files = {f"{PACKAGES}/{path}": encoded[text] for path, text in packages.items()}
+    files |= {f"base/{path}": content for path, content in inputs.files.items()}
+    return Bundle(files, f"base/{inputs.base}")
 
 
 def _below(paths: Iterable[str]) -> Iterator[str]:
@@ -70,11 +81,7 @@ def _below(paths: Iterable[str]) -> Iterator[str]:
             yield path
 
 
-def fingerprint(spec: str, sources: Sources, inputs: Inputs) -> str:
-    """What changes when the specification, or a file that it uses or names, changes.
-
-    Raises OSError.
-    """
+def _fingerprint(spec: str, sources: Sources, files: Mapping[str, bytes]) -> str:
     base = os.path.dirname(spec)
     texts = {
         os.path.relpath(source.path, base or "."): source.text.encode()
@@ -82,10 +89,8 @@ def fingerprint(spec: str, sources: Sources, inputs: Inputs) -> str:
         if source.path != COMMAND_LINE
     }
     digest = hashlib.sha256()
-    for name, content in sorted(texts.items()):
+    for name, content in (*sorted(texts.items()), *files.items()):
         digest.update(hashlib.sha256(name.encode() + b"\0" + content).digest())
-    for name in inputs.files:
-        digest.update(hashlib.sha256(name.encode() + b"\0" + inputs.content(name)).digest())
     return digest.hexdigest()
 
 
@@ -94,9 +99,9 @@ Workshop = tuple[Executor, int]
 
 
 @contextmanager
-def here(name: str, place: Place, workers: int) -> Iterator[Workshop]:
-    """Processes of this machine."""
-    enter(name, place)
+def here(name: str, folder: Path, bundle: Bundle, workers: int) -> Iterator[Workshop]:
+    """Processes of this machine, which read copies in the folder. Raises OSError."""
+    enter(name, Place(folder.absolute(), bundle))
     pool = ThreadPoolExecutor(workers)
     try:
         yield pool, workers
@@ -106,19 +111,15 @@ def here(name: str, place: Place, workers: int) -> Iterator[Workshop]:
 
 
 @contextmanager
-def there(
-    address: str, name: str, packages: Mapping[str, str], inputs: Inputs
-) -> Iterator[Workshop]:
-    """The workers of a Dask cluster, which get all that runs read. Raises SweepError, OSError."""
+def there(name: str, address: str, bundle: Bundle) -> Iterator[Workshop]:
+    """The workers of a Dask cluster, which get all that runs read. Raises SweepError."""
     try:
-        from specc.tools.sweep.cluster import archive, cluster
+        from specc.tools.sweep.cluster import cluster
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("dask", "distributed"):
             raise
         raise SweepError("distributed is not installed; `pip install 'specc[sweep]'`") from None
-    files = {f"packages/{path}": text.encode() for path, text in packages.items()}
-    files |= {f"base/{path}": inputs.content(path) for path in inputs.files}
-    with cluster(address, name, archive(files), f"base/{inputs.base}") as workshop:
+    with cluster(address, name, bundle) as workshop:
         yield workshop
 
 
