@@ -38,12 +38,6 @@ class SystemRequirements(Requirements):
         self.atom_2 = Atom(self._atom_2, "belt_E_drive_v_m")
         self.atom_3 = Atom(self._atom_3, "state_gate_c")
         self.atom_4 = Atom(self._atom_4, "state_gate_c")
-        self.atoms = (
-            self.atom_1,
-            self.atom_2,
-            self.atom_3,
-            self.atom_4,
-        )
         self.requirements = (
             Requirement(
                 "always(state(gate.c) == opening implies belt.E.drive.v_m < 0.1[rad/s])",

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict, deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from specc_runtime.faults import text_of
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import PLANT
-from specc_runtime.temporal import TRUE, UNKNOWN, Atom, Formula, Judgement
+from specc_runtime.temporal import TRUE, UNKNOWN, Formula, Judgement
 
 Verdict = Literal["met", "violated", "unknown"]
 
@@ -34,7 +34,7 @@ class Requirement:
         self.that = that
         self.because = because
         self.reads = reads
-        self._formula = formula
+        self.formula = formula
         self._lasts = lasts
         self.holds = False
         """Whether it does, at the last tick that is judged."""
@@ -48,7 +48,7 @@ class Requirement:
     def step(self, values: Mapping[str, Any]) -> None:
         """Take in a tick with the values that are there then."""
         self._earlier.append(values)
-        found = self._formula.step()
+        found = self.formula.step()
         if found is None:
             return
         then = self._earlier.popleft()
@@ -67,7 +67,7 @@ class Requirement:
 
     def finish(self, missed: int) -> None:
         """The run is over, `missed` ticks ago: all that is still to be judged is unknown."""
-        for _ in range(0 if self._over else missed + self._formula.delay):
+        for _ in range(0 if self._over else missed + self.formula.delay):
             self.step({})
         self._over = True
 
@@ -122,7 +122,7 @@ class Reading:
     asks_presence: bool = False
 
 
-_ABSENT = object()
+ABSENT: Any = object()
 
 
 def _found(reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsystem: Any) -> Any:
@@ -130,18 +130,80 @@ def _found(reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsys
     if reading.kind == "state":
         return record.state
     if reading.kind in ("sent", "observed"):
-        return sent.get(reading.element, _ABSENT)
+        return sent.get(reading.element, ABSENT)
     source = subsystem.memory if reading.kind == "memory" else subsystem.x
-    return getattr(source, reading.element, _ABSENT)
+    return getattr(source, reading.element, ABSENT)
+
+
+def _told(reading: Reading, value: Any) -> Any:
+    return value is not ABSENT if reading.asks_presence else value
+
+
+class _Alike:
+    """Requirements that read the same subsystems, whose values are known until the same tick."""
+
+    def __init__(
+        self, requirements: list[Requirement], readings: list[Reading], of: Requirements
+    ) -> None:
+        self.requirements = requirements
+        self.values = type(of.values)()
+        self.tick = 0
+        self.settled = {reading.subsystem: 0 for reading in readings}
+        self.readings: defaultdict[str, list[Reading]] = defaultdict(list)
+        self._atoms = [atom for each in requirements for atom in each.formula.atoms()]
+        self._known: Mapping[str, Any] = {}
+        self._changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
+        for reading in readings:
+            self.readings[reading.subsystem].append(reading)
+
+    def change(self, reading: Reading, tick: int, value: Any) -> None:
+        """From this tick on a value is another one, or not known."""
+        self._changes[tick][reading.attribute] = value
+
+    def begin(self) -> None:
+        """Judge conditions on what there is before anything is known."""
+        for atom in self._atoms:
+            atom.update()
+
+    def advance(self, tick: int) -> None:
+        """Judge the ticks before `tick` of which all values are known."""
+        last = min(tick, *self.settled.values()) if self.settled else tick
+        while self.tick < last:
+            known = self._known
+            found = self._changes.pop(self.tick, {})
+            changes = {n: v for n, v in found.items() if known.get(n, ABSENT) is not v}
+            if changes:
+                self._known = {n: v for n, v in {**known, **changes}.items() if v is not ABSENT}
+                for name, value in changes.items():
+                    if value is ABSENT:
+                        delattr(self.values, name)
+                    else:
+                        setattr(self.values, name, value)
+                for atom in self._atoms:
+                    if not atom.reads.isdisjoint(changes):
+                        atom.update()
+            for requirement in self.requirements:
+                requirement.step(self._known)
+            self.tick += 1
+
+    def abandon(self, tick: int) -> None:
+        """What is not judged by then is unknown."""
+        for atom in self._atoms:
+            atom.now = UNKNOWN
+        for requirement in self.requirements:
+            requirement.finish(max(0, tick - self.tick))
+        self.tick = max(self.tick, tick)
 
 
 class Requirements:
-    """Those of a system. A generated class has what they read and how they judge it."""
+    """Those of a system. A generated class has what they read and how they judge it.
+
+    Conditions are judged on `values`.
+    """
 
     readings: ClassVar[tuple[Reading, ...]]
 
     values: Any
-    atoms: tuple[Atom, ...]
     requirements: tuple[Requirement, ...]
 
     def follow(self, subsystems: Mapping[str, tuple[Any, int]], tick_s: float) -> None:
@@ -151,89 +213,76 @@ class Requirements:
         """
         self._tick_s = tick_s
         self._subsystems: Mapping[str, tuple[Any, int]] = {PLANT: (None, 1), **subsystems}
-        self._known: Mapping[str, Any] = {}
-        for atom in self.atoms:
-            atom.update()
-        self._tick = 0
-        self._changes: defaultdict[int, dict[str, Any]] = defaultdict(dict)
-        self._readings: defaultdict[str, list[Reading]] = defaultdict(list)
-        for reading in self.readings:
-            self._readings[reading.subsystem].append(reading)
-            self._begin(reading)
-        self._settled = dict.fromkeys(self._readings, 0)
+        owners = {reading.attribute: reading.subsystem for reading in self.readings}
+        alike: defaultdict[frozenset[str], list[Requirement]] = defaultdict(list)
+        for each in self.requirements:
+            alike[frozenset(owners[name] for name in each.reads.values())].append(each)
+        self._groups = []
+        for group in alike.values():
+            read = {name for each in group for name in each.reads.values()}
+            self._groups.append(
+                _Alike(group, [r for r in self.readings if r.attribute in read], self)
+            )
+        for one in self._judged():
+            for readings in one.readings.values():
+                for reading in readings:
+                    one.change(reading, 0, _told(reading, self._initial(reading)))
+            one.begin()
+
+    def _judged(self) -> Iterator[_Alike]:
+        """Those that are alike, each with its values as those that conditions are judged on."""
+        for group in self._groups:
+            self.values = group.values
+            yield group
 
     @property
     def observed(self) -> frozenset[str]:
         """Names of what is observed of the plant."""
         return frozenset(r.element for r in self.readings if r.kind == "observed")
 
-    def _begin(self, reading: Reading) -> None:
-        if reading.asks_presence:
-            self._changes[0][reading.attribute] = False
-        if reading.initial is not None:
-            reader, element = reading.initial
-            inbox = self._subsystems[reader][0].x
-            if hasattr(inbox, element):
-                value = getattr(inbox, element)
-                self._changes[0][reading.attribute] = reading.asks_presence or value
+    def _initial(self, reading: Reading) -> Any:
+        if reading.initial is None:
+            return ABSENT
+        reader, element = reading.initial
+        return getattr(self._subsystems[reader][0].x, element, ABSENT)
 
     def __call__(self, record: StepRecord) -> None:
         """Take note of a step that is committed."""
-        readings = self._readings.get(record.subsystem)
-        if not readings:
+        name = record.subsystem
+        groups = [group for group in self._groups if name in group.settled]
+        if not groups:
             return
-        subsystem, ticks = self._subsystems[record.subsystem]
+        subsystem, ticks = self._subsystems[name]
         start = round(record.time_s / self._tick_s)
         sent = dict(record.sent)
-        for reading in readings:
-            value = _found(reading, record, sent, subsystem)
-            if value is not _ABSENT:
-                self._change(reading, start, reading.asks_presence or value)
-        self._settled[record.subsystem] = start + ticks
-
-    def _change(self, reading: Reading, tick: int, value: Any) -> None:
-        """The step of a tick makes a value; others see what is sent a period later."""
-        seen = tick + (self._subsystems[reading.subsystem][1] if reading.kind == "sent" else 0)
-        self._changes[seen][reading.attribute] = value
+        for group in groups:
+            for reading in group.readings[name]:
+                value = _found(reading, record, sent, subsystem)
+                if value is not ABSENT or reading.kind == "observed":
+                    # Others see what is sent a period later.
+                    seen = start + ticks * (reading.kind == "sent")
+                    group.change(reading, seen, _told(reading, value))
+            group.settled[name] = start + ticks
 
     def advance(self, tick: int) -> None:
-        """Judge the ticks before `tick` of which all values are known."""
-        last = min(tick, *self._settled.values()) if self._settled else tick
-        while self._tick < last:
-            known = self._known
-            found = self._changes.pop(self._tick, {})
-            changes = {n: v for n, v in found.items() if known.get(n, _ABSENT) is not v}
-            if changes:
-                self._known = {n: v for n, v in {**known, **changes}.items() if v is not _ABSENT}
-                for name, value in changes.items():
-                    if value is _ABSENT:
-                        delattr(self.values, name)
-                    else:
-                        setattr(self.values, name, value)
-                for atom in self.atoms:
-                    if not atom.reads.isdisjoint(changes):
-                        atom.update()
-            for requirement in self.requirements:
-                requirement.step(self._known)
-            self._tick += 1
+        """Judge the ticks before `tick`, each requirement as far as what it reads is known."""
+        for group in self._judged():
+            group.advance(tick)
 
     def finish(self, tick: int) -> None:
         """The run is over after so many ticks; what is not settled by then is unknown."""
-        for name, settled in self._settled.items():
-            for reading in self._readings[name]:
-                self._change(reading, settled, _ABSENT)
-            self._settled[name] = max(settled, tick)
+        for group in self._groups:
+            for name, settled in group.settled.items():
+                for reading in group.readings[name]:
+                    group.change(reading, settled, ABSENT)
+                group.settled[name] = max(settled, tick)
         self.advance(tick)
         self.abandon(tick)
 
     def abandon(self, tick: int) -> None:
         """The run is over after so many ticks; those that are not judged yet are unknown."""
-        for atom in self.atoms:
-            atom.now = UNKNOWN
-        missed = range(self._tick, tick)
-        for requirement in self.requirements:
-            requirement.finish(len(missed))
-        self._tick = max(self._tick, tick)
+        for group in self._groups:
+            group.abandon(tick)
 
     @property
     def violated(self) -> bool:

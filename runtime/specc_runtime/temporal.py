@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
 
 Known = tuple[bool, float]
@@ -37,6 +37,12 @@ class Formula(ABC):
     """A formula that follows a run. What it says at a tick is known `delay` ticks later."""
 
     delay: int = 0
+    operands: Sequence[Formula] = ()
+
+    def atoms(self) -> Iterator[Atom]:
+        """The conditions in it."""
+        for operand in self.operands:
+            yield from operand.atoms()
 
     @abstractmethod
     def step(self) -> Judgement | None:
@@ -53,6 +59,10 @@ class Atom(Formula):
         self.now = UNKNOWN
         self.reads = frozenset(reads)
         self._judge = judge
+
+    def atoms(self) -> Iterator[Atom]:
+        """Itself."""
+        yield self
 
     def update(self) -> None:
         """Take in values that have changed."""
@@ -71,11 +81,11 @@ class Not(Formula):
 
     def __init__(self, operand: Formula) -> None:
         self.delay = operand.delay
-        self._operand = operand
+        self.operands = (operand,)
 
     def step(self) -> Judgement | None:
         """See `Formula`."""
-        found = self._operand.step()
+        found = self.operands[0].step()
         return found and (_opposite(found[1]), _opposite(found[0]))
 
 
@@ -102,11 +112,12 @@ class _Junction(Formula):
     def __init__(self, pick: Callable[[list[Known]], Known], operands: Sequence[Formula]) -> None:
         self._pick = pick
         self.delay = max(operand.delay for operand in operands)
-        self._operands = [_Delayed(operand, self.delay) for operand in operands]
+        self.operands = operands
+        self._delayed = [_Delayed(operand, self.delay) for operand in operands]
 
     def step(self) -> Judgement | None:
         """See `Formula`."""
-        found = [operand.step() for operand in self._operands]
+        found = [operand.step() for operand in self._delayed]
         known = [judgement for judgement in found if judgement is not None]
         if not known:
             return None
@@ -135,7 +146,7 @@ class _Window(Formula):
 
     def __init__(self, ticks: int, operand: Formula) -> None:
         self._ticks = ticks
-        self._operand = operand
+        self.operands = (operand,)
         self._count = 0
         # Of each bound the ticks that may still be the best, each with a better one before it.
         self._lows: deque[tuple[int, Known]] = deque()
@@ -144,7 +155,7 @@ class _Window(Formula):
 
     def step(self) -> Judgement | None:
         """See `Formula`."""
-        found = self._operand.step()
+        found = self.operands[0].step()
         if found is None:
             return None
         low, high = self._kept(self._lows, found[0]), self._kept(self._highs, found[1])
@@ -189,6 +200,7 @@ class Since(Formula):
 
     def __init__(self, first: Formula, second: Formula) -> None:
         self.delay = max(first.delay, second.delay)
+        self.operands = (first, second)
         self._first = _Delayed(first, self.delay)
         self._second = _Delayed(second, self.delay)
         self._last = FALSE

@@ -68,14 +68,21 @@ task:
 """
 
 
-def ran(folder: Path, disturb: str, *required: str, seed: int = 1, code: int = 0) -> dict[str, Any]:
+def ran(
+    folder: Path,
+    disturb: str,
+    *required: str,
+    seed: int = 1,
+    code: int = 0,
+    spec: str = SPEC,
+) -> dict[str, Any]:
     """The report of two seconds."""
     (folder / "cart.xml").write_text(MODEL)
-    spec, report = folder / "cart.yaml", folder / "report.json"
+    path, report = folder / "cart.yaml", folder / "report.json"
     require = "".join(f'  - {{that: "{that}", because: of the test}}\n' for that in required)
-    spec.write_text(f"{SPEC}  disturb:\n    - {{{disturb}}}\nrequire:\n{require or '  []'}\n")
+    path.write_text(f"{spec}  disturb:\n    - {{{disturb}}}\nrequire:\n{require or '  []'}\n")
     options = ["--duration", "2", "--seed", str(seed), "--report", str(report)]
-    assert main(["run", str(spec), *options]) == code
+    assert main(["run", str(path), *options]) == code
     return dict(json.loads(report.read_text()))
 
 
@@ -148,6 +155,36 @@ def test_a_state_can_be_waited_for(tmp_path: Path) -> None:
     )
     (found,) = ran(tmp_path, when, "within(1[s], state(cart.c) == stopping)")["disturbances"]
     assert 0.5 < found["began_s"] < 0.8
+
+
+SLOW = """  slow:
+    control:
+      rate: 0.5 Hz
+      x: {cart: {n: {type: int, init: 0}}}
+      behaviours: {idle: {terminal: never}}
+      states: {S0: idle}
+      initial_state: S0
+plant:
+"""
+
+
+def test_what_waits_for_something_slow_delays_nothing_else(tmp_path: Path) -> None:
+    """What a subsystem of 0.5 Hz does is known 2 s later."""
+    spec = (
+        SPEC.replace("plant:\n", SLOW)
+        .replace(
+            'y: {wheels: {v_d: "real[m/s]"}}', 'y: {wheels: {v_d: "real[m/s]"}, slow: {n: int}}'
+        )
+        .replace("        go: {y.wheels", "        tell: {y.slow.n: 1}\n        go: {y.wheels")
+        .replace("count]", "count, tell]")
+    )
+    of_the_cart = "when: 'plant.s > 0.5[m]', move: {cart: 0}"
+    of_slow = "when: 'state(slow.c) == S0 and plant.s > 0.5[m]', move: {cart: 0}"
+    both = f"{of_the_cart}}}\n    - {{{of_slow}"
+    (alone,) = ran(tmp_path, of_the_cart, spec=spec)["disturbances"]
+    found, late = ran(tmp_path, both, spec=spec)["disturbances"]
+    assert found["began_s"] == alone["began_s"] < 1
+    assert late["began_s"] is None
 
 
 def test_numbers_follow_from_the_seed(tmp_path: Path) -> None:
