@@ -26,8 +26,8 @@ from specc_runtime.system import System
 
 Reports = Mapping[str, Sequence[tuple[int, Any]]]
 """Of each sensor what it reports from which base tick on, first from 0; `...` is nothing new."""
-Hear = Callable[[str, int, str, int], None]
-"""Told of each step: subsystem, stamp, state and row."""
+GoesOn = Callable[[str, int, str, int], bool]
+"""Told of each step, its subsystem, stamp, state and row; whether another tick is to follow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,18 +62,21 @@ class Rehearsal:
             found |= dict.fromkeys(i.sensor for i in inputs if i.subsystem == name)
         return list(found)
 
-    def run(self, reports: Reports, ticks: int, hear: Hear) -> Failure | None:
+    def run(self, reports: Reports, ticks: int, goes_on: GoesOn) -> list[Failure]:
         """A run of so many base ticks, and what ended it earlier. Raises what `plant` raises."""
+        going = True
 
         def observe(record: StepRecord) -> None:
-            hear(record.subsystem, record.stamp, record.state, record.transition)
+            nonlocal going
+            step = record.subsystem, record.stamp, record.state, record.transition
+            going = goes_on(*step) and going
 
         with np.errstate(all="ignore"):
             executor = Executor(self.again(), self.plant(reports), [observe], inline=True)
-            while executor.tick < ticks and executor.advance():
+            while going and executor.tick < ticks and executor.advance():
                 pass
             executor.finish()
-        return _failure(executor.faults[0]) if executor.faults else None
+        return [_failure(fault) for fault in executor.faults]
 
     def again(self) -> System:
         """The system at its beginning, which nothing disturbs."""

@@ -45,9 +45,9 @@ def run_explore(options: Namespace) -> int:
         streams.show(_as_json(result.system.name, found, kept), "json")
         code = streams.exit_code(told)
     else:
-        streams.show(_as_text(found, kept))
+        streams.show(_as_text(found, kept, options.budget))
         code = streams.tell(told)
-    if found.interrupted:
+    if found.broken_off == "interrupted":
         raise KeyboardInterrupt
     return code
 
@@ -61,7 +61,7 @@ def _recorded(options: Namespace, built: Build | None, found: Exploration) -> Se
     return recorded(found.findings, built, options.spec, Path(options.traces))
 
 
-def _as_text(found: Exploration, kept: Sequence[Recorded]) -> str:
+def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
     lines = [each.words() for each in found.slices]
     lines += [f"{', '.join(names)}: not explored" for names in found.left]
     if found.alone:
@@ -69,6 +69,8 @@ def _as_text(found: Exploration, kept: Sequence[Recorded]) -> str:
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
     lines += [f"requirement `{r.requirement.that}`: {r.words()}" for r in found.requirements]
+    if found.is_short:
+        lines.append(f"not everything was explored in {budget} steps: --budget allows for more")
     for finding, trace in zip(found.findings, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
@@ -106,7 +108,7 @@ def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
         slices=slices,
         assumptions=assumptions,
         requirements=requirements,
-        interrupted=found.interrupted,
+        interrupted=found.broken_off == "interrupted",
         findings=told,
     )
 

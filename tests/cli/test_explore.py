@@ -68,7 +68,25 @@ def test_what_rests_on_measurements_is_a_warning(capsys: pytest.CaptureFixture[s
 
 def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explore", CONVEYOR, "--budget", "5"]) == 0
-    assert "belt.c, gate.c: stopped after" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "belt.c, gate.c: stopped after" in said
+    assert said.endswith("not everything was explored in 5 steps: --budget allows for more\n")
+    assert main(["explore", CONVEYOR]) == 0
+    assert "--budget" not in capsys.readouterr().out
+
+
+def test_what_lacks_memory_is_said(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def exhausted(self: Composition, here: Configuration) -> Any:
+        raise MemoryError
+
+    monkeypatch.setattr(Composition, "following", exhausted)
+    assert main(["explore", CONVEYOR]) == 0
+    said = capsys.readouterr().out
+    assert "belt.c, gate.c: out of memory after 1 state, 0 s into the runs" in said
+    assert said.count(": not explored") == 3
+    assert "--budget" not in said
 
 
 @pytest.mark.parametrize("after", [0, 1, 5])

@@ -10,8 +10,9 @@ import pytest
 from specc.model.system import System
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.composition import Composition, Graph
+from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
+from specc.tools.explore.graph import Graph
 from tests.soundness.interpreter import Interpreter, Run
 from tests.soundness.law import marks_of
 from tests.soundness.operators import PLAIN

@@ -15,7 +15,7 @@ from itertools import pairwise, product
 from typing import Any, Protocol
 
 from specc.model import expr as m
-from specc.model.system import Subsystem, System
+from specc.model.system import System
 from specc.model.types import (
     Bool,
     Image,
@@ -31,6 +31,7 @@ from specc.model.types import (
     Vector,
     whole,
 )
+from specc.model.units import Dimensions
 from specc.proof.search import first_value, others
 from specc.tools.explore.trace import Step, Trace
 
@@ -63,8 +64,11 @@ class Rehearsal(Protocol):
     def influences(self, subsystem: str) -> Sequence[str]:
         """The sensors that a subsystem gets values of, the nearest first."""
 
-    def run(self, reports: Reports, ticks: int, hear: Any) -> Failure | None:
-        """A run of so many base ticks, and what ended it earlier; `hear` is told of each step."""
+    def run(self, reports: Reports, ticks: int, goes_on: Any) -> Sequence[Failure]:
+        """A run of so many base ticks, and what ended it earlier: nothing, or all at one time.
+
+        `goes_on` is told of each step, and says whether another tick follows.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,17 +151,19 @@ class _Expected:
         found: list[Stray] = []
         ticks = self._rehearsal.ticks
 
-        def hear(name: str, stamp: int, state: str, row: int) -> None:
+        def goes_on(name: str, stamp: int, state: str, row: int) -> bool:
             step = self._steps.get((name, stamp))
             if step is not None and (state, row) != (step.move.target, step.move.row):
                 words = f"at {stamp * ticks[name] * self._rehearsal.tick_s:g} s `{name}` "
                 words += f"is in `{state}`, not in `{step.move.target}`"
                 found.append(Stray(stamp * ticks[name], name, words))
+            return not found
 
-        failure = self._rehearsal.run(known, self._end, hear)
-        if failure is not None and not self._is_meant(failure):
-            tick = max(failure.stamp, 0) * ticks.get(failure.subsystem, 0)
-            found.append(Stray(tick, failure.subsystem, f"the run fails: {failure.message}"))
+        failures = self._rehearsal.run(known, self._end, goes_on)
+        if not any(map(self._is_meant, failures)):
+            for failure in failures[:1]:
+                tick = max(failure.stamp, 0) * ticks.get(failure.subsystem, 0)
+                found.append(Stray(tick, failure.subsystem, f"the run fails: {failure.message}"))
         found += self._unlost(known)
         if not found:
             return None
@@ -189,11 +195,12 @@ def _numbered(way: Trace) -> Iterator[tuple[Step, int]]:
 def _changed(
     known: Reports, stray: Stray, rehearsal: Rehearsal, values: _Values
 ) -> Iterator[Reports]:
-    """Other reports that may change a step, the latest changes first."""
+    """Other reports that may change a step: at that step, from the beginning on, or in between."""
     sensors = rehearsal.influences(stray.subsystem)[:MOST_SENSORS]
     periods = sorted({rehearsal.ticks[stray.subsystem], min(rehearsal.ticks.values())})
     before = {n * period for n in range(MOST_MOMENTS) for period in periods}
-    moments = [stray.tick - ago for ago in sorted(before) if ago <= stray.tick]
+    last, *earlier = [stray.tick - ago for ago in sorted(before) if ago <= stray.tick]
+    moments = dict.fromkeys((last, 0, *earlier))
     for moment, sensor in product(moments, sensors):
         said = [each for each in known[sensor] if each[0] < moment]
         for value in values.of(sensor) if moment else values.given(sensor):
@@ -213,9 +220,7 @@ class _Values:
         self.sporadic = sporadic.keys()
         self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
         """Those that need not report anything for as long as one likes."""
-        marks = sorted({float(number) for s in system.subsystems for number in _numbers(s)} | {0.0})
-        between = [(a + b) / 2 for a, b in pairwise(marks)]
-        self._marks = [*between, marks[-1] + 1, marks[0] - 1, *marks]
+        self._numbers = set(_numbers(system))
         self._known: dict[str, list[Any]] = {}
 
     def of(self, sensor: str) -> list[Any]:
@@ -227,22 +232,59 @@ class _Values:
         if sensor not in self._known:
             type_ = self._types[sensor]
             found = [first_value(type_), *others(first_value(type_), type_)]
-            found += [first_value(type_, mark) for mark in self._marks]
+            marks = self._marks(type_)
+            found += [first_value(type_, mark) for mark in marks]
             made = [_plain(value, type_) for value in found]
             if isinstance(type_, OptionalOf):
-                made += [_plain(first_value(type_.value, mark), type_) for mark in self._marks]
+                made += [_plain(first_value(type_.value, mark), type_) for mark in marks]
             kept = [value for i, value in enumerate(made) if value not in made[:i]]
             self._known[sensor] = kept[:MOST_VALUES]
         return self._known[sensor]
 
+    def _marks(self, type_: Type) -> list[float]:
+        """Numbers of the units of a type that are named, those between and beyond, far apart."""
+        units = set(_units(type_))
+        marks = sorted({number for unit, number in self._numbers if unit in units} | {0.0})
+        between = [(a + b) / 2 for a, b in pairwise(marks)]
+        return [marks[-1] + 1, marks[0] - 1, *_spread(between), *_spread(marks)]
 
-def _numbers(subsystem: Subsystem) -> Iterator[float]:
-    """The numbers in what a subsystem asks and computes."""
-    exprs = [condition.when for condition in subsystem.conditions]
-    exprs += [item.value for item in subsystem.lets]
-    exprs += [item.value for item in subsystem.constants]
-    exprs += [item.value for state in subsystem.states for item in state.behaviour.assignments]
-    yield from (n.value for e in exprs for n in m.walk(e) if isinstance(n, m.Number))
+
+def _numbers(system: System) -> Iterator[tuple[Dimensions, float]]:
+    """The numbers in what a system asks and computes, with their units."""
+    exprs = [item.value for item in system.constants]
+    for subsystem in system.subsystems:
+        exprs += [condition.when for condition in subsystem.conditions]
+        exprs += [item.value for item in subsystem.lets]
+        exprs += [item.value for item in subsystem.constants]
+        exprs += [item.value for state in subsystem.states for item in state.behaviour.assignments]
+    numbers = (n for expr in exprs for n in m.walk(expr) if isinstance(n, m.Number))
+    yield from ((unit, float(n.value)) for n in numbers for unit in _units(n.type))
+
+
+def _units(type_: Type) -> Iterator[Dimensions]:
+    """The units of the numbers in a value."""
+    match whole(type_):
+        case Real(unit=unit):
+            yield unit.dimensions
+        case Spatial(linear=linear, angular=angular):
+            yield from (linear.dimensions, angular.dimensions)
+        case Vector(element=inner) | ListOf(element=inner) | OptionalOf(value=inner):
+            yield from _units(inner)
+        case Record(fields=fields):
+            for _, inner in fields:
+                yield from _units(inner)
+        case _:
+            yield ()
+
+
+def _spread(numbers: Sequence[float]) -> Iterator[float]:
+    """The one in the middle, then those in the middle of each half, and so on."""
+    parts = [(0, len(numbers))]
+    for begin, end in parts:
+        if begin < end:
+            middle = (begin + end) // 2
+            yield numbers[middle]
+            parts += [(begin, middle), (middle + 1, end)]
 
 
 def _plain(value: Any, type_: Type) -> Any:

@@ -14,8 +14,9 @@ from specc.analysis import Facts
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.composition import Composition, Graph
+from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import Finding, findings
+from specc.tools.explore.graph import BrokenOff, Graph
 from specc.tools.explore.required import FOR_TIME, Group, Judged, groups, judged
 from specc.tools.explore.symmetry import likewise
 
@@ -38,7 +39,7 @@ class Explored:
     exact: bool
     timed: bool
     """Whether time in a state matters at all."""
-    interrupted: bool
+    broken_off: BrokenOff
     widened: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     """Machines of slices for which this one stands."""
@@ -50,7 +51,7 @@ class Explored:
         if self.complete:
             what += f"explored completely: {states}"
         else:
-            why = "interrupted" if self.interrupted else "stopped"
+            why = self.broken_off or "stopped"
             what += f"{why} after {states}, {self.depth_s:g} s into the runs"
         if self.timed:
             time = "counted in periods" if self.exact else "taken to pass in any way"
@@ -74,8 +75,15 @@ class Exploration:
     alone: tuple[str, ...] = ()
     """Machines that decide nothing."""
     left: list[tuple[str, ...]] = field(default_factory=list)
-    """Slices that were not begun since exploring was interrupted."""
-    interrupted: bool = False
+    """Slices that were not begun since exploring was broken off."""
+    broken_off: BrokenOff = ""
+
+    @property
+    def is_short(self) -> bool:
+        """Whether more steps would explore more."""
+        asked = any(judged.verdict == "not explored" for judged in self.requirements)
+        complete = all(each.complete for each in self.slices)
+        return not self.broken_off and (asked or not complete)
 
 
 def explore(facts: Facts, budget: int) -> Exploration:
@@ -95,7 +103,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
     slices, required = likewise(abstraction.slices(), abstraction), groups(facts)
     kept = budget // FOR_REQUIREMENTS if required else 0
     for index, (names, others) in enumerate(slices):
-        if result.interrupted:
+        if result.broken_off:
             result.left.append(names)
             continue
         spent = sum(each.steps for each in result.slices)
@@ -103,7 +111,7 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         graph = _explored(names, abstraction, facts, share, found)
         alike = tuple(new for same in others for old, new in same.items() if new != old)
         result.slices.append(replace(_summary(graph), alike=alike))
-        result.interrupted = graph.interrupted
+        result.broken_off = graph.broken_off
         for walker in graph.composition.walkers:
             for number in range(len(walker.subsystem.axioms)):
                 answers = walker.assumed.get(number, set())
@@ -132,13 +140,13 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
     left = min(budget - spent, budget // FOR_REQUIREMENTS)
     told: dict[int, Judged] = {}
     for index, group in enumerate(required):
-        if result.interrupted:
+        if result.broken_off:
             told |= {id(r): Judged(r, "not explored") for r in group.requirements}
             continue
         share = max(0, left) // (len(required) - index)
         said, there, graphs = judged(group, facts, share)
         left -= sum(graph.steps for graph in graphs)
-        result.interrupted = any(graph.interrupted for graph in graphs)
+        result.broken_off = graphs[-1].broken_off
         told |= {id(each.requirement): each for each in said}
         result.findings += there
     result.requirements = [
@@ -159,12 +167,12 @@ def _explored(
     there = _found(best, abstraction, facts)
     # Without measurements, time alone makes ways that counting it closes again.
     again = (there or not best.complete) and best.composition.is_timed
-    if again and not best.interrupted:
+    if again and not best.broken_off:
         least = budget if there else budget // FOR_TIME
         counted = Graph(Composition(names, abstraction, exact=True), least)
         confirmed = _found(counted, abstraction, facts)
         there = confirmed if counted.complete else there | confirmed
-        best = counted if counted.complete or counted.interrupted else best
+        best = counted if counted.complete or counted.broken_off else best
     for about, finding in there.items():
         found.setdefault(about, finding)
     return best
@@ -173,12 +181,14 @@ def _explored(
 def _found(
     graph: Graph, abstraction: Abstraction, facts: Facts
 ) -> dict[tuple[object, ...], Finding]:
-    """What is found in a graph; nothing if looking for it is interrupted."""
+    """What is found in a graph; nothing if looking for it is broken off."""
     try:
         return findings(graph, abstraction, facts.system)
     except KeyboardInterrupt:
-        graph.interrupted = True
-        return {}
+        graph.broken_off = "interrupted"
+    except MemoryError:
+        graph.broken_off = "out of memory"
+    return {}
 
 
 def _summary(graph: Graph) -> Explored:
@@ -191,7 +201,7 @@ def _summary(graph: Graph) -> Explored:
         graph.complete,
         composition.exact,
         composition.is_timed,
-        graph.interrupted,
+        graph.broken_off,
         tuple(sorted(composition.widened)),
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
@@ -13,7 +14,8 @@ from specc.model.system import System
 from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.abstraction import Abstraction, conditions_of
-from specc.tools.explore.composition import Graph
+from specc.tools.explore.composition import Edge
+from specc.tools.explore.graph import Cost, Graph
 from specc.tools.explore.once import Lost, lost_once
 from specc.tools.explore.stays import Lasting, Stuck, lasting
 from specc.tools.explore.trace import Step, Trace, trace
@@ -113,13 +115,12 @@ def findings(
     """All that is found in a graph, by what it is about."""
     found = Found(graph, abstraction)
     for last in lasting(graph, abstraction):
-        way = trace(graph, last.entry)
-        told = [*_circles(last, way), *_roots(last, way)]
-        for finding in told or _no_progress(last, way, system):
+        told = [*_circles(last), *_roots(last)]
+        for finding in told or _no_progress(last, system):
             found.add(finding)
     for finding in _events(graph):
         found.add(finding)
-    for number, edge in graph.faults:
+    for number, edge in sorted(graph.faults, key=lambda fault: graph.cost(*fault)):
         for finding in _broken(graph, trace(graph, number, edge)):
             found.add(finding)
     for lost in lost_once(graph, abstraction):
@@ -132,10 +133,10 @@ def findings(
 # Machines that cannot go on.
 
 
-def _circles(last: Lasting, way: Trace) -> Iterator[Finding]:
+def _circles(last: Lasting) -> Iterator[Finding]:
     for circle in last.circles:
         members = [last.stuck[i] for i in circle]
-        lost = [f for s in members for f in _lost(last, s, way)]
+        lost = [f for s in members for f in _lost(last, s)]
         if lost:
             yield from lost
             continue
@@ -145,87 +146,87 @@ def _circles(last: Lasting, way: Trace) -> Iterator[Finding]:
             "W1002",
             f"{listed(names, 'and')} wait for one another",
             members[0].state.place,
-            _waiting(last, members[0], way),
+            _waiting(last, members[0]),
             "let one of them go on without the other, after some time or from the start",
-            way,
-            tuple(Related(s.state.place, _waiting(last, s, way)) for s in members[1:]),
+            last.way,
+            tuple(Related(s.state.place, _waiting(last, s)) for s in members[1:]),
         )
 
 
-def _roots(last: Lasting, way: Trace) -> Iterator[Finding]:
+def _roots(last: Lasting) -> Iterator[Finding]:
     for stuck in last.roots:
-        lost = list(_lost(last, stuck, way))
-        yield from lost or [_held(last, stuck, way)]
+        lost = list(_lost(last, stuck))
+        yield from lost or [_held(last, stuck)]
     for stuck in last.resting:
         for key in sorted(stuck.missing):
-            if _never_seen(last, stuck.index, key, way):
-                yield _missed(last, stuck, way, stuck.index, key)
+            if _never_seen(last, stuck.index, key):
+                yield _missed(last, stuck, stuck.index, key)
 
 
-def _never_seen(last: Lasting, index: int, key: InputName, way: Trace) -> bool:
+def _never_seen(last: Lasting, index: int, key: InputName) -> bool:
     """Whether all that was sent was missed, so that the end of the sender cannot be meant."""
     sender, output = last.sender(index, key)
-    sent = sum(s.index == sender and output in dict(s.move.sent) for s in way.steps)
-    missed = sum(s.index == index and key in s.move.lost for s in way.steps)
+    sent = sum(s.index == sender and output in dict(s.move.sent) for s in last.way.steps)
+    missed = sum(s.index == index and key in s.move.lost for s in last.way.steps)
     return sent == missed > 0
 
 
-def _held(last: Lasting, stuck: Stuck, way: Trace) -> Finding:
+def _held(last: Lasting, stuck: Stuck) -> Finding:
     name, state = last.walkers[stuck.index].name, stuck.state.name
     code, message = "W1004", f"`{name}` can never leave `{state}`"
     others = tuple(
-        Related(s.state.place, _waiting(last, s, way))
-        for i, s in last.stuck.items()
-        if i != stuck.index
+        Related(s.state.place, _waiting(last, s)) for i, s in last.stuck.items() if i != stuck.index
     )
     if last.still:
         code, message = "W1001", f"no machine can go on: `{name}` stays in `{state}`"
     elif stuck.missing:
-        code, message = "W1003", f"`{name}` waits in `{state}` for what {_gone(last, stuck, way)}"
+        code, message = "W1003", f"`{name}` waits in `{state}` for what {_gone(last, stuck)}"
     return Finding(
         (code, name, state),
         code,
         message,
         stuck.state.place,
-        _waiting(last, stuck, way),
+        _waiting(last, stuck),
         "let it be sent on every way, or leave the state after some time, with `elapsed`; an end "
         "that is meant is declared with `terminal: never`",
-        way,
+        last.way,
         others,
     )
 
 
-def _gone(last: Lasting, stuck: Stuck, way: Trace) -> str:
+def _gone(last: Lasting, stuck: Stuck) -> str:
     """Whether what a machine waits for came before, in words."""
     asked = [last.sender(stuck.index, key) for key in stuck.missing]
-    came = any((s.index, output) in asked for s in way.steps for output, _ in s.move.sent)
+    came = any((s.index, output) in asked for s in last.way.steps for output, _ in s.move.sent)
     return "no longer comes" if came else "never comes"
 
 
-def _waiting(last: Lasting, stuck: Stuck, way: Trace) -> str:
+def _waiting(last: Lasting, stuck: Stuck) -> str:
     name = f"`{last.walkers[stuck.index].name}`"
     if not stuck.needs:
         return f"no condition of {name} comes true any more"
     names = listed((f"`x.{p}.{e}`" for p, e in sorted(stuck.awaited)), "and")
     return f"{name} {'waits for' if stuck.missing else 'gets no other'} {names}" + (
-        f", which {_gone(last, stuck, way)}" if stuck.missing else ""
+        f", which {_gone(last, stuck)}" if stuck.missing else ""
     )
 
 
-def _lost(last: Lasting, stuck: Stuck, way: Trace) -> Iterator[Finding]:
+def _lost(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
     """What a machine waits for was not looked at when it came, or the question for it was not."""
     asked = [(stuck.index, key) for key in sorted(stuck.missing)]
     for sender in sorted(last.waits(stuck)):
-        keys = last.walkers[sender].inputs
+        walker = last.walkers[sender]
+        decides = frozenset[InputName]().union(*walker.looks_at.values())
+        keys = [key for key in walker.inputs if key in decides]
         asked += [(sender, key) for key in keys if last.sender(sender, key)[0] == stuck.index]
     for reader, key in asked:
         if key in last.walkers[reader].events:
             continue  # said of every state in which it is lost
         if last.sender(reader, key) in last.sent and _is_looked_at(last, reader, key):
             continue  # it comes again, and is passed over for something else
-        step = way.lost(reader, key)
-        if step or (reader, key) in way.overtaken:
-            yield _missed(last, stuck, way, reader, key)
+        step = last.way.lost(reader, key)
+        if step or (reader, key) in last.way.overtaken:
+            yield _missed(last, stuck, reader, key)
 
 
 def _is_looked_at(last: Lasting, reader: int, key: InputName) -> bool:
@@ -235,10 +236,10 @@ def _is_looked_at(last: Lasting, reader: int, key: InputName) -> bool:
     return any(key in walker.looks_at[s] or key in walker.looks_into[s] for s in states)
 
 
-def _missed(last: Lasting, stuck: Stuck, way: Trace, reader: int, key: InputName) -> Finding:
-    step = way.lost(reader, key)
-    waiting = Related(stuck.state.place, _waiting(last, stuck, way))
-    return _event(last.walkers[reader], key, way, step, (waiting,))
+def _missed(last: Lasting, stuck: Stuck, reader: int, key: InputName) -> Finding:
+    step = last.way.lost(reader, key)
+    waiting = Related(stuck.state.place, _waiting(last, stuck))
+    return _event(last.walkers[reader], key, last.way, step, (waiting,))
 
 
 def _event(
@@ -271,32 +272,34 @@ def _event(
 
 def _events(graph: Graph) -> Iterator[Finding]:
     """What is declared to be an event is looked at, or ignored, wherever it comes."""
-    composition, told = graph.composition, set[tuple[int, InputName, str]]()
-    walkers = composition.walkers
-    for number, out in enumerate(graph.edges):
-        frame = graph.frames[number]
+    walkers = graph.composition.walkers
+    easiest: dict[tuple[int, InputName, str], tuple[Cost, int, Edge]] = {}
+    declared = any(walker.events for walker in walkers)
+    for number, out in enumerate(graph.edges if declared else ()):
         for edge in out:
-            lost = [
-                (i, key, move.source)
-                for i, move in (composition.real_move(frame, *each) for each in edge.moves)
-                for key in move.lost
-                if key in walkers[i].events
-            ]
-            overtaken = composition.real_overtaken(frame, edge)
-            lost += [(i, key, "") for i, key in overtaken if key in walkers[i].events]
-            for each in lost:
-                if each not in told:
-                    told.add(each)
-                    reader, key, state = each
-                    way = trace(graph, number, edge)
-                    step = way.lost(reader, key) if state else None
-                    if not state:  # it is, before anybody moves
-                        before = trace(graph, number)
-                        way = replace(way, steps=before.steps, free=before.free)
-                    if walkers[reader].may_be_absent(key):
-                        coming = f"`x.{key[0]}.{key[1]}` coming then"
-                        way = replace(way, free=(*way.free, coming))
-                    yield _event(walkers[reader], key, way, step)
+            for lost in _lost_events(graph, number, edge):
+                one = graph.cost(number, edge), number, edge
+                easiest[lost] = min(easiest.get(lost, one), one, key=itemgetter(0))
+    for (reader, key, state), (_, number, edge) in easiest.items():
+        way = trace(graph, number, edge)
+        step = way.lost(reader, key) if state else None
+        if not state:  # it is, before anybody moves
+            before = trace(graph, number)
+            way = replace(way, steps=before.steps, free=before.free)
+        if walkers[reader].may_be_absent(key):
+            way = replace(way, free=(*way.free, f"`x.{key[0]}.{key[1]}` coming then"))
+        yield _event(walkers[reader], key, way, step)
+
+
+def _lost_events(graph: Graph, number: int, edge: Edge) -> Iterator[tuple[int, InputName, str]]:
+    """Machine, input and state in which it is not looked at, or none where it is overtaken."""
+    composition = graph.composition
+    frame, walkers = graph.frame(number), composition.walkers
+    for i, move in (composition.real_move(frame, *each) for each in edge.moves):
+        yield from ((i, key, move.source) for key in move.lost if key in walkers[i].events)
+    for i, key in composition.real_overtaken(frame, edge):
+        if key in walkers[i].events:
+            yield i, key, ""
 
 
 def _once(graph: Graph, lost: Lost) -> Finding:
@@ -321,7 +324,7 @@ def _once(graph: Graph, lost: Lost) -> Finding:
     )
 
 
-def _no_progress(last: Lasting, way: Trace, system: System) -> Iterator[Finding]:
+def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
     """The transition with which a cycle of the task ends is never taken again."""
     task = system.task
     names = last.graph.composition.names
@@ -342,7 +345,7 @@ def _no_progress(last: Lasting, way: Trace, system: System) -> Iterator[Finding]
         task.place,
         f"from `{task.source}` to `{task.target}`",
         "give these states a way back",
-        way,
+        last.way,
     )
 
 

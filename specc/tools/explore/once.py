@@ -14,7 +14,8 @@ from specc.model import expr as m
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
 from specc.tools.explore.abstraction import Abstraction, conditions_of
-from specc.tools.explore.composition import Edge, Graph
+from specc.tools.explore.composition import Edge
+from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import SOME
 
 
@@ -30,7 +31,7 @@ class Lost:
 
 
 def lost_once(graph: Graph, abstraction: Abstraction) -> Iterator[Lost]:
-    """The first loss of each input that is not declared to be an event, but sent once."""
+    """The easiest loss of each input that is not declared to be an event, but sent once."""
     composition = graph.composition
     if composition.copies:
         return  # ways on which copies were exchanged do not say which of them sends again
@@ -39,7 +40,7 @@ def lost_once(graph: Graph, abstraction: Abstraction) -> Iterator[Lost]:
             sent = _Sent(graph, abstraction, reader, key)
             found = None
             if key not in walker.events and sent.is_once and sent.asking:
-                found = sent.first_loss()
+                found = min(sent.losses(), key=lambda x: graph.cost(x.number, x.edge), default=None)
             if found is not None:
                 yield found
 
@@ -69,8 +70,8 @@ class _Sent:
             any(end.when == m.TRUE for _, end in state.behaviour.endings) for state in sending
         )
 
-    def first_loss(self) -> Lost | None:
-        """The first edge on which it is lost for good, if its reader asks for it after that."""
+    def losses(self) -> Iterator[Lost]:
+        """The edges on which it is lost for good, if its reader asks for it after that."""
         for number, out in enumerate(self.graph.edges):
             for edge in out:
                 overtaken = (self.reader, self.key) in edge.overtaken
@@ -79,8 +80,7 @@ class _Sent:
                     continue
                 again = self._sent_again(self._in_buffer(number) if overtaken else None)
                 if edge.target not in again and edge.target in self._before_asking:
-                    return Lost(self.reader, self.key, number, edge, overtaken)
-        return None
+                    yield Lost(self.reader, self.key, number, edge, overtaken)
 
     def _in_buffer(self, number: int) -> int:
         part = self._composition.parts_of(self.graph.configurations[number])[self.reader]

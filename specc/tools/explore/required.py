@@ -16,8 +16,9 @@ from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
 from specc.model.requirement import Requirement, is_timeless, reach_s
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.composition import Composition, Graph
+from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import Finding, Found
+from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError
 from specc.tools.explore.trace import Trace, trace
 
@@ -77,7 +78,7 @@ def judged(
     abstraction = Abstraction(facts, group.requirements)
     graphs = [_graph(group, abstraction, budget, exact=False)]
     again = graphs[0].violated or not graphs[0].complete
-    if again and graphs[0].composition.is_timed and not graphs[0].interrupted:
+    if again and graphs[0].composition.is_timed and not graphs[0].broken_off:
         least = budget if graphs[0].violated else budget // FOR_TIME
         graphs.append(_graph(group, abstraction, least, exact=True))
     best = graphs[-1:] if graphs[-1].complete else graphs
@@ -100,11 +101,11 @@ def _graph(group: Group, abstraction: Abstraction, budget: int, *, exact: bool) 
 def _ways(
     graph: Graph, index: int, requirement: Requirement, abstraction: Abstraction
 ) -> Sequence[Finding]:
-    """The way to the first violation, unless bounds of ours made it."""
+    """The easiest way to a violation, unless bounds of ours made it."""
     if index not in graph.violated:
         return ()
-    number, edge = graph.violated[index]
-    way = trace(graph, number, *((edge,) if edge else ()))
+    number, edges = graph.violation(index)
+    way = trace(graph, number, *edges)
     found = Found(graph, abstraction)
     found.add(_finding(requirement, way))
     return list(found.findings.values())

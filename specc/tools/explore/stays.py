@@ -16,8 +16,10 @@ from specc.model.fsm import State
 from specc.proof import InputName
 from specc.reachable import grouped, reachable
 from specc.tools.explore.abstraction import Abstraction, conditions_of
-from specc.tools.explore.composition import Graph, turned
+from specc.tools.explore.composition import turned
+from specc.tools.explore.graph import Graph
 from specc.tools.explore.symmetry import Frame
+from specc.tools.explore.trace import Trace, trace
 from specc.tools.explore.walker import Walker
 
 
@@ -71,9 +73,9 @@ class Lasting:
 
     def _frames(self) -> dict[int, Frame]:
         """Which machine each one stands for in each configuration, on ways from the entry."""
-        found = {self.entry: self.graph.frames[self.entry]}
         if not self.graph.composition.copies:
-            return dict.fromkeys(self.members, found[self.entry])
+            return dict.fromkeys(self.members, self.graph.frame(min(self.members)))
+        found = {self.entry: self.graph.frame(self.entry)}
         waiting = [self.entry]
         for number in waiting:
             for edge in self.graph.edges[number]:
@@ -110,10 +112,15 @@ class Lasting:
     def _size(self) -> int:
         return sum(map(len, self.states.values())) + len(self.rows) + len(self.sent)
 
-    @property
+    @cached_property
     def entry(self) -> int:
-        """The configuration that is found first."""
-        return min(self.members)
+        """The configuration that is come to most easily."""
+        return min(self.members, key=lambda number: (self.graph.cost(number), number))
+
+    @cached_property
+    def way(self) -> Trace:
+        """How it is come to."""
+        return trace(self.graph, self.entry)
 
     @property
     def walkers(self) -> tuple[Walker, ...]:

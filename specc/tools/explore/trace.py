@@ -11,7 +11,8 @@ from specc.lang.show import show
 from specc.model.fsm import Transition
 from specc.proof import InputName
 from specc.source import Place
-from specc.tools.explore.composition import Edge, Graph
+from specc.tools.explore.composition import Edge
+from specc.tools.explore.graph import Graph
 from specc.tools.explore.walker import Move, Walker
 
 MOST_SHOWN = 16
@@ -74,8 +75,10 @@ class Trace:
         return next(found, None)
 
     def related(self) -> tuple[Related, ...]:
-        """The steps that change a state or miss something, the last ones of many."""
-        told = [s for s in self.steps if s.move.source not in ("", s.move.target) or s.move.lost]
+        """The steps that change a state, or the last to miss something; the last ones of many."""
+        missed = {(s.index, s.move.target, key): s for s in self.steps for key in s.move.lost}
+        last = {id(step) for step in missed.values()}
+        told = [s for s in self.steps if s.move.source not in ("", s.move.target) or id(s) in last]
         shown = [Related(s.place, s.words()) for s in told[-MOST_SHOWN:]]
         if len(told) > MOST_SHOWN:
             words = f"after {len(told) - len(shown)} earlier steps, {shown[0].message}"
@@ -84,21 +87,16 @@ class Trace:
 
 
 def trace(graph: Graph, number: int, *last: Edge) -> Trace:
-    """The way on which a configuration was found, and what was done after it."""
-    way = [(number, edge) for edge in last]
-    found = graph.parents[number]
-    while found is not None:
-        way.append(found)
-        found = graph.parents[found[0]]
+    """The easiest way to a configuration, and what was done after it."""
     composition = graph.composition
     walkers = composition.walkers
     time_s, phase = Fraction(0), 0
     steps = [Step(time_s, i, walkers[i], move) for i, move in graph.begin]
     overtaken: list[tuple[int, InputName]] = []
-    for here, edge in sorted(way, key=lambda each: each[0]):
+    for here, edge in (*graph.way(number), *((number, edge) for edge in last)):
         after = composition.next_phase(phase)
         time_s, phase = time_s + composition.passed_s(phase, after), after
-        frame = graph.frames[here]
+        frame = graph.frame(here)
         for i, move in (composition.real_move(frame, *each) for each in edge.moves):
             steps.append(Step(time_s, i, walkers[i], move))
         overtaken += composition.real_overtaken(frame, edge)

@@ -1,0 +1,158 @@
+"""The configurations of a slice that exploring finds, and the easiest way to each of them.
+
+What lies on the way to a finding is to be told, and tried on the generated code: so of all ways the
+one counts on which least happens that need not, and that at once: while measurements stay as they
+are, a condition holds when it is first asked, or never.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cached_property, reduce
+from heapq import heappop, heappush
+from typing import Literal, NamedTuple
+
+from specc.tools.explore.composition import Composition, Configuration, Edge, turned
+from specc.tools.explore.symmetry import Frame
+
+Passage = tuple[int, Edge]
+"""An edge, and the configuration from which it leads."""
+Cost = tuple[int, int, int]
+"""Of a way: rows taken where something else was possible, steps, and how late these rows are."""
+BrokenOff = Literal["", "interrupted", "out of memory"]
+RESERVE = 1 << 25
+"""Bytes that are left for telling what was found when there is no memory for more."""
+_FAR: Cost = 1 << 62, 0, 0
+
+
+class Graph:
+    """The configurations that were found, and the steps between them.
+
+    The first one is come to by `begin`. `faults` are edges that end a run; `violated` are the
+    requirements that some edge, or the beginning, violates.
+    """
+
+    def __init__(self, composition: Composition, budget: int) -> None:
+        """At most about `budget` steps of single machines are taken."""
+        self.composition = composition
+        first, begun = composition.start()
+        self.begin = begun.moves
+        self.configurations = [first]
+        self.edges: list[list[Edge]] = []
+        self.faults: list[Passage] = []
+        self.violated = set(begun.violated)
+        self.steps = 0
+        self.broken_off: BrokenOff = ""
+        self._begun = begun
+        self._known = {first: 0}
+        self._depths = [0]
+        try:
+            reserve = bytearray(RESERVE)
+            self._explore(budget)
+            del reserve
+        except KeyboardInterrupt:  # what was found so far is told
+            self.broken_off = "interrupted"
+        except MemoryError:
+            self.broken_off = "out of memory"
+
+    @property
+    def complete(self) -> bool:
+        """Whether every configuration was followed."""
+        return len(self.edges) == len(self.configurations)
+
+    def depth_s(self, number: int) -> Fraction:
+        """The time at which a configuration was found."""
+        time_s, phase = Fraction(0), 0
+        for _ in range(self._depths[number]):
+            after = self.composition.next_phase(phase)
+            time_s, phase = time_s + self.composition.passed_s(phase, after), after
+        return time_s
+
+    def _explore(self, budget: int) -> None:
+        while len(self.edges) < len(self.configurations):
+            here = len(self.edges)
+            out: list[Edge] = []
+            for there, edge in self.composition.following(self.configurations[here]):
+                # One configuration may have more ways than there are steps.
+                if self.steps >= budget:
+                    return
+                self.steps += len(edge.moves)
+                if there is None:
+                    self.faults.append((here, edge))
+                    continue
+                out.append(edge._replace(target=self._number(there, here)))
+            self.edges.append(out)
+            self.violated.update(*(edge.violated for edge in out))
+
+    def _number(self, there: Configuration, here: int) -> int:
+        number = self._known.get(there)
+        if number is None:
+            number = self._known[there] = len(self.configurations)
+            self.configurations.append(there)
+            self._depths.append(self._depths[here] + 1)
+        return number
+
+    # The easiest ways.
+
+    def cost(self, number: int, *last: Edge) -> Cost:
+        """How hard it is to come to a configuration, and then to take an edge."""
+        return reduce(_after, last, self._ways.costs[number])
+
+    def way(self, number: int) -> list[Passage]:
+        """The edges that lead to a configuration, each with where it begins."""
+        found, before = list[Passage](), self._ways.before
+        while (passage := before[number]) is not None:
+            found.append(passage)
+            number = passage[0]
+        return found[::-1]
+
+    def frame(self, number: int) -> Frame:
+        """Which machine each one stands for on that way."""
+        return self._ways.frames[number] if self.composition.copies else self._ordered
+
+    def violation(self, requirement: int) -> tuple[int, tuple[Edge, ...]]:
+        """The easiest way to violate one: a configuration, and the edge from it if it needs one."""
+        if requirement in self._begun.violated:
+            return 0, ()
+        number, edge = min(
+            ((n, e) for n, out in enumerate(self.edges) for e in out if requirement in e.violated),
+            key=lambda passage: self.cost(*passage),
+        )
+        return number, (edge,)
+
+    @cached_property
+    def _ordered(self) -> Frame:
+        return tuple(range(len(self.composition.names)))
+
+    @cached_property
+    def _ways(self) -> _Ways:
+        every = len(self.configurations)
+        ways = _Ways([_FAR] * every, [None] * every, [self._ordered] * every)
+        ways.costs[0] = 0, 0, 0
+        waiting = [(ways.costs[0], 0)]
+        while waiting:
+            cost, number = heappop(waiting)
+            if cost > ways.costs[number] or number >= len(self.edges):
+                continue
+            for edge in self.edges[number]:
+                there = _after(cost, edge)
+                if there < ways.costs[edge.target]:
+                    ways.costs[edge.target] = there
+                    ways.before[edge.target] = number, edge
+                    ways.frames[edge.target] = turned(ways.frames[number], edge.turn)
+                    heappush(waiting, (there, edge.target))
+        return ways
+
+
+class _Ways(NamedTuple):
+    """The easiest way to each configuration: what it costs, its last edge, and the frame there."""
+
+    costs: list[Cost]
+    before: list[Passage | None]
+    frames: list[Frame]
+
+
+def _after(cost: Cost, edge: Edge) -> Cost:
+    turns, steps, late = cost
+    more = sum(move.row >= 0 and bool(move.free) for _, move in edge.moves)
+    return turns + more, steps + 1, late + more * steps
