@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -26,8 +26,9 @@ from specc_runtime.system import System
 
 Reports = Mapping[str, Sequence[tuple[int, Any]]]
 """Of each sensor what it reports from which base tick on, first from 0; `...` is nothing new."""
-GoesOn = Callable[[str, int, str, int], bool]
-"""Told of each step, its subsystem, stamp, state and row; whether another tick is to follow."""
+GoesOn = Callable[[str, int, str, int, Mapping[str, Any]], bool]
+"""Told of each step: its subsystem, stamp, state, row, and what it sent of numbers and vectors, in
+the form of recordings. Says whether another tick is to follow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ class Rehearsal:
         def observe(record: StepRecord) -> None:
             nonlocal going
             step = record.subsystem, record.stamp, record.state, record.transition
-            going = goes_on(*step) and going
+            going = goes_on(*step, dict(_plain(record.sent))) and going
 
         with np.errstate(all="ignore"):
             executor = Executor(self.again(), self.plant(reports), [observe], inline=True)
@@ -111,6 +112,14 @@ def record(
             session.run()
     finally:
         recorder.close()
+
+
+def _plain(sent: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Any]]:
+    for name, value in sent:
+        if isinstance(value, float):
+            yield name, value
+        elif isinstance(value, np.ndarray) and value.dtype == float and value.ndim == 1:
+            yield name, value.tolist()
 
 
 def _nearest_first(near: dict[str, None], system: System) -> Iterator[str]:

@@ -8,26 +8,21 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-import numpy as np
 import pytest
 from mcap.reader import make_reader
 from specc_runtime import temporal
-from specc_runtime.cycle import Executor
 
 from specc.cli import main
-from specc.emit import filled
-from specc.lower import lower
 from specc.model import requirement as r
 from specc.model.expr import TRUE
 from specc.pipeline import Result, compile_spec
 from specc.source import Place
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
+from tests.explore.verdicts import misjudged
 from tests.scenarios.runs import SPECS
-from tests.soundness.law import marks_of
-from tests.soundness.running import NothingProved, Script, ScriptedPlant, compiled, package
+from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
-from tests.soundness.values import NASTY
 
 CASES = sorted(Path(__file__).parent.glob("cases/required-*.yaml"))
 TICKS = 60
@@ -168,27 +163,6 @@ def required(seed: int, folder: Path) -> Result | None:
     return compiled(tree, folder)
 
 
-def monitored(result: Result, seed: int) -> tuple[list[str], float]:
-    """The verdicts of a run, and how long it was."""
-    assert result.system is not None
-    script = Script(result.system, str(seed), marks_of(result.system), NASTY)
-    with package(filled(lower(result.system, NothingProved()))) as modules:
-        made = modules["system.py"].build("")
-        required = made.requirements
-        assert required is not None
-        required.follow(
-            {s.subsystem.name: (s.subsystem, s.ticks) for s in made.subsystems}, made.tick_s
-        )
-        plant = ScriptedPlant(script) if made.plant else None
-        executor = Executor(made, plant, [required], inline=True)
-        with np.errstate(all="ignore"):
-            while executor.tick < TICKS and executor.advance():
-                required.advance(executor.tick)
-            executor.finish()
-        required.finish(executor.tick)
-        return [item["verdict"] for item in required.as_data()], executor.time_s
-
-
 def test_what_is_said_of_random_requirements_holds(tmp_path: Path) -> None:
     said = dict.fromkeys(["proved", "violated", "may be violated", "open", "not explored"], 0)
     for seed in range(1000, 1030):
@@ -196,15 +170,7 @@ def test_what_is_said_of_random_requirements_holds(tmp_path: Path) -> None:
         if result is None or not result.ok:
             continue
         found = explore(result.proofs, 6_000)
-        ways = {f.about[1]: f.way for f in found.findings if f.code == "W1007"}
-        for run in range(2):
-            verdicts, lasted_s = monitored(result, run)
-            for judged, verdict in zip(found.requirements, verdicts, strict=True):
-                assert not (judged.verdict == "proved" and verdict == "violated"), (seed, run)
-                if judged.verdict == "violated":
-                    way = ways[judged.requirement.that]
-                    late_s = way.time_s + 2 * r.reach_s(judged.requirement.formula)
-                    assert verdict == "violated" or lasted_s <= late_s, (seed, run)
+        assert misjudged(result, found, range(2), TICKS) == [], seed
         for judged in found.requirements:
             said[judged.verdict] += 1
     assert said["proved"] > 20

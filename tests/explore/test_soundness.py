@@ -7,18 +7,15 @@ from random import Random
 
 import pytest
 
-from specc.model.system import System
 from specc.pipeline import Result, compile_spec
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
-from tests.soundness.interpreter import Interpreter, Run
-from tests.soundness.law import marks_of
-from tests.soundness.operators import PLAIN
-from tests.soundness.running import Script, compiled
+from tests.explore.verdicts import belied, interpreted
+from tests.soundness.interpreter import Run
+from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
-from tests.soundness.values import NASTY
 
 ROOT = Path(__file__).parents[2]
 TICKS = 60
@@ -50,17 +47,12 @@ def run_through(composition: Composition, run: Run) -> Reached:
     raise AssertionError("the run does not end")
 
 
-def interpreted(system: System, seed: str) -> Run:
-    script = Script(system, seed, marks_of(system), NASTY)
-    return Interpreter(system, PLAIN, script.measure).run(TICKS)
-
-
 def missed(result: Result, seeds: range) -> tuple[list[str], int]:
     """What runs reach and exploring does not, and how many slices were compared."""
     assert result.system is not None
     found, compared = [], 0
     abstraction = Abstraction(result.proofs)
-    runs = [interpreted(result.system, str(seed)) for seed in seeds]
+    runs = [interpreted(result.system, seed, TICKS) for seed in seeds]
     for names in abstraction.slices():
         for exact in (False, True):
             composition = Composition(names, abstraction, exact=exact)
@@ -117,40 +109,13 @@ def test_written_systems(spec: str) -> None:
     assert compared >= 1
 
 
-def belied(result: Result, seeds: range) -> tuple[list[str], int]:
-    """What exploring says of all runs and a run belies, and how many such things it said."""
-    assert result.system is not None
-    found, said = [], 0
-    there = explore(result.proofs, BUDGET)
-    runs = [interpreted(result.system, str(seed)) for seed in seeds]
-    for name, axiom, verdict in there.assumptions:
-        subsystem = next(s for s in result.system.subsystems if s.qualified_name == name)
-        index = str(subsystem.axioms.index(axiom))
-        for failure in (f for run in runs for f in run.failures):
-            wrong = failure.subsystem == name and failure.kind == "AxiomViolated"
-            if verdict == "proved" and wrong and index in failure.about:
-                found.append(f"{name} {index}: {failure}")
-        said += verdict == "proved"
-    for finding in (f for f in there.findings if f.way.is_decided and f.code != "W1006"):
-        said += 1
-        for run in runs:
-            ran = {name: iter(steps) for name, steps in run.steps.items()}
-            for step in finding.way.steps:
-                took = next(ran[step.walker.name], None)
-                if took and (took.state, took.transition) != (step.move.target, step.move.row):
-                    found.append(f"{finding.message}: {step.words()}, but {took}")
-            if finding.code in ("W1001", "W1003", "W1004") and finding.about[-1] != "task":
-                _, name, state = finding.about
-                found += [f"{finding.message}: {s}" for s in ran[str(name)] if s.state != state]
-    return found, said
-
-
 def test_what_is_said_of_random_systems_holds(tmp_path: Path) -> None:
     total = 0
     for seed in range(1000, 1060):
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok:
-            found, said = belied(result, range(2))
+            there = explore(result.proofs, BUDGET)
+            found, said = belied(result, there, range(2), TICKS)
             assert not found, seed
             total += said
         if total >= 2:
@@ -164,7 +129,8 @@ def test_what_is_said_of_more_random_systems_holds(tmp_path: Path) -> None:
     for seed in range(1000, 1100):
         result = compiled(specification(Random(seed)), tmp_path)
         if result.ok:
-            found, said = belied(result, range(3))
+            there = explore(result.proofs, BUDGET)
+            found, said = belied(result, there, range(3), TICKS)
             assert not found, seed
             total += said
     assert total >= 3

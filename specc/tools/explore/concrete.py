@@ -1,19 +1,23 @@
 """Making a trace a run of the generated code: what devices report so that it goes that way.
 
 A run is rehearsed from its beginning. Where a machine first does something else, a sensor is made
-to report another value some periods before, and whatever gets furthest is kept. So nothing is taken
-for true that the code does not do, and what only operators decide is decided by them.
+to report another value some periods before; runs that get further are kept, and changed further. So
+nothing is taken for true that the code does not do, and what only operators decide is decided by
+them.
 """
 
 from __future__ import annotations
 
 import time
+from bisect import insort
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from itertools import pairwise, product
 from typing import Any, Protocol
 
+from specc.lang.evaluate import Environment, evaluate
 from specc.model import expr as m
 from specc.model.system import System
 from specc.model.types import (
@@ -33,16 +37,19 @@ from specc.model.types import (
 )
 from specc.model.units import Dimensions
 from specc.proof.search import first_value, others
+from specc.tools.explore.partial import Known, filled, is_literal
 from specc.tools.explore.trace import Step, Trace
 
 Reports = dict[str, list[tuple[int, Any]]]
 """Of each sensor what it reports from which base tick on; `...` is nothing new."""
-MOST_RUNS = 400
+MOST_RUNS = 2000
 """Rehearsals of one trace."""
 MOST_S = 20
 """Processor time after which no other is begun: operators take what they take."""
-MOST_VALUES, MOST_MOMENTS, MOST_SENSORS = 12, 8, 8
+MOST_VALUES, MOST_MOMENTS, MOST_SENSORS = 16, 8, 8
 """Of a sensor that are tried; how long before a step; how many that it depends on."""
+MOST_SENT = 8
+"""Values of its type that were sent before, and are tried too."""
 
 
 class Failure(Protocol):
@@ -75,13 +82,15 @@ class Rehearsal(Protocol):
 class Stray:
     """Where a run first does something else than a trace: base tick, subsystem, in words.
 
-    `others` are the subsystems that stray at the same tick.
+    `others` are the subsystems that stray at the same tick; `sent` has the numbers and vectors that
+    were sent before, by their type, the latest first.
     """
 
     tick: int
     subsystem: str
     words: str
     others: int = 0
+    sent: Mapping[Type, Sequence[Any]] = field(default_factory=dict)
 
     @property
     def reach(self) -> tuple[int, int]:
@@ -104,25 +113,29 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
     for name in values.silent & known.keys():
         known[name].append((1, ...))
     expected = _Expected(way, system, rehearsal)
+    first = expected.stray(known)
+    if first is None:
+        return known
     ends_s = time.process_time() + MOST_S
-    runs, stray = MOST_RUNS, expected.stray(known)
-    while stray is not None:
-        best = None
-        for changed in _changed(known, stray, rehearsal, values):
-            if not runs:
+    ways = [(first, _changed(known, first, rehearsal, values))]
+    for run in range(MOST_RUNS):
+        # Half of the runs for the one that gets furthest, half for those that it came from.
+        each = ways[-1] if run % 2 else ways[run // 2 % len(ways)]
+        changed = next(each[1], None)
+        if changed is None:
+            ways.remove(each)
+            if not ways:
                 break
-            if time.process_time() > ends_s:
-                raise NotConcreteError(f"{stray.words}, as far as {MOST_S} s reach")
-            runs -= 1
-            other = expected.stray(changed)
-            if other is None:
-                return changed
-            if other.reach > (best[0] if best else stray).reach:
-                best = other, changed
-        if best is None:
-            raise NotConcreteError(_why(stray, rehearsal))
-        stray, known = best
-    return known
+            continue
+        if time.process_time() > ends_s:
+            raise NotConcreteError(f"{ways[-1][0].words}, as far as {MOST_S} s reach")
+        stray = expected.stray(changed)
+        if stray is None:
+            return changed
+        if stray.reach > each[0].reach:
+            further = stray, _changed(changed, stray, rehearsal, values)
+            insort(ways, further, key=lambda one: one[0].reach)
+    raise NotConcreteError(_why(first, rehearsal))
 
 
 def _why(stray: Stray, rehearsal: Rehearsal) -> str:
@@ -145,13 +158,26 @@ class _Expected:
             if p.direction == "x"
             for e in p.elements
         }
+        self._types = {
+            (s.qualified_name, f"{p.peer}_{e.name}"): _present(e.type)
+            for s in system.subsystems
+            for p in s.ports
+            if p.direction == "y"
+            for e in p.elements
+        }
 
     def stray(self, known: Reports) -> Stray | None:
         """Where a run first leaves the trace."""
         found: list[Stray] = []
         ticks = self._rehearsal.ticks
+        sent: dict[Type, list[Any]] = {}
 
-        def goes_on(name: str, stamp: int, state: str, row: int) -> bool:
+        def goes_on(name: str, stamp: int, state: str, row: int, values: Mapping[str, Any]) -> bool:
+            for element, value in values.items():
+                before = sent.setdefault(self._types[name, element], [])
+                if value in before:
+                    before.remove(value)
+                before.insert(0, value)
             step = self._steps.get((name, stamp))
             if step is not None and (state, row) != (step.move.target, step.move.row):
                 words = f"at {stamp * ticks[name] * self._rehearsal.tick_s:g} s `{name}` "
@@ -168,7 +194,8 @@ class _Expected:
         if not found:
             return None
         first = min(found, key=lambda stray: stray.tick)
-        return replace(first, others=sum(stray.tick == first.tick for stray in found) - 1)
+        others = sum(stray.tick == first.tick for stray in found) - 1
+        return replace(first, others=others, sent=sent)
 
     def _is_meant(self, failure: Failure) -> bool:
         step = self._steps.get((failure.subsystem, failure.stamp))
@@ -182,6 +209,11 @@ class _Expected:
                 said = known.get(self._bound.get((name, key), ""), ())
                 if [data for begin, data in said if begin <= tick][-1:] == [...]:
                     yield Stray(tick, name, f"`x.{key[0]}.{key[1]}` does not come then")
+
+
+def _present(type_: Type) -> Type:
+    """The type of a value that is there."""
+    return type_.value if isinstance(type_, OptionalOf) else type_
 
 
 def _numbered(way: Trace) -> Iterator[tuple[Step, int]]:
@@ -203,7 +235,9 @@ def _changed(
     moments = dict.fromkeys((last, 0, *earlier))
     for moment, sensor in product(moments, sensors):
         said = [each for each in known[sensor] if each[0] < moment]
-        for value in values.of(sensor) if moment else values.given(sensor):
+        # Devices may well come to report what was asked of them.
+        asked = stray.sent.get(_present(values.types[sensor]), ())[:MOST_SENT]
+        for value in (*asked, *(values.of(sensor) if moment else values.given(sensor))):
             if said[-1:] and said[-1][1] == value:
                 continue
             rest = [(moment + 1, ...)] if sensor in values.silent and value is not ... else []
@@ -214,13 +248,15 @@ class _Values:
     """Values of sensors that are worth trying, in the form of recordings."""
 
     def __init__(self, system: System) -> None:
-        self._types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
+        self.types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
         bindings = system.plant.bindings if system.plant else ()
         sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
         self.sporadic = sporadic.keys()
         self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
         """Those that need not report anything for as long as one likes."""
-        self._numbers = set(_numbers(system))
+        nodes = list(_nodes(system))
+        self._numbers = set(_numbers(nodes))
+        self._vectors = dict.fromkeys(_vectors(nodes, system))
         self._known: dict[str, list[Any]] = {}
 
     def of(self, sensor: str) -> list[Any]:
@@ -230,9 +266,10 @@ class _Values:
     def given(self, sensor: str) -> list[Any]:
         """Those with a value."""
         if sensor not in self._known:
-            type_ = self._types[sensor]
+            type_ = self.types[sensor]
             found = [first_value(type_), *others(first_value(type_), type_)]
             marks = self._marks(type_)
+            found += [numbers for kind, numbers in self._vectors if kind == type_]
             found += [first_value(type_, mark) for mark in marks]
             made = [_plain(value, type_) for value in found]
             if isinstance(type_, OptionalOf):
@@ -249,16 +286,36 @@ class _Values:
         return [marks[-1] + 1, marks[0] - 1, *_spread(between), *_spread(marks)]
 
 
-def _numbers(system: System) -> Iterator[tuple[Dimensions, float]]:
-    """The numbers in what a system asks and computes, with their units."""
+def _nodes(system: System) -> Iterator[m.Expr]:
+    """The parts of what a system asks and computes."""
     exprs = [item.value for item in system.constants]
     for subsystem in system.subsystems:
         exprs += [condition.when for condition in subsystem.conditions]
         exprs += [item.value for item in subsystem.lets]
         exprs += [item.value for item in subsystem.constants]
         exprs += [item.value for state in subsystem.states for item in state.behaviour.assignments]
-    numbers = (n for expr in exprs for n in m.walk(expr) if isinstance(n, m.Number))
+    for expr in exprs:
+        yield from m.walk(expr)
+
+
+def _numbers(nodes: Sequence[m.Expr]) -> Iterator[tuple[Dimensions, float]]:
+    """The numbers among them, with their units."""
+    numbers = (node for node in nodes if isinstance(node, m.Number))
     yield from ((unit, float(n.value)) for n in numbers for unit in _units(n.type))
+
+
+def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, Any]]:
+    """The vectors among them, such as points, with their types."""
+    known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
+    for node in nodes:
+        if isinstance(node, m.Items) and isinstance(node.type, Vector):
+            made = node if _has_lets(node) else filled(node, known)
+            if is_literal(made):
+                yield node.type, evaluate(made, Environment())
+
+
+def _has_lets(expr: m.Expr) -> bool:
+    return any(isinstance(node, m.LetRef) for node in m.walk(expr))
 
 
 def _units(type_: Type) -> Iterator[Dimensions]:

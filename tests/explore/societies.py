@@ -1,0 +1,246 @@
+"""Random systems of many agents: copies, readers of many, events, sporadic devices, rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any
+
+Tree = dict[str, Any]
+LITERALS = {"bool": ("True", "False"), "int": ("0", "1", "2"), "Mode": ("a", "b", "c")}
+RATES_HZ = (10, 20, 50, 100)
+REQUIRED = (
+    "always(not ({} and {}))",
+    "always({} or {})",
+    "always({} implies within(0.2[s], {}))",
+    "always({} implies throughout(0.1[s], {}))",
+    "always({} implies once(0.2[s], {}))",
+    "always({} or not since({}, True))",
+)
+
+
+@dataclass(slots=True)
+class Role:
+    """What the machine of a control subsystem may ask and send."""
+
+    values: list[tuple[str, str]] = field(default_factory=list)
+    """Texts that have a value from the start, with their types."""
+    arrivals: list[str] = field(default_factory=list)
+    """What `fresh` can be asked of."""
+    many: list[tuple[str, str]] = field(default_factory=list)
+    """Elements of each worker, `w.NAME`, with their types."""
+    events: list[str] = field(default_factory=list)
+    """Inputs that may be ignored."""
+    outputs: list[tuple[str, str]] = field(default_factory=list)
+
+
+class Author:
+    """Writes one system: a boss, its workers, and sometimes a clerk whom only the boss knows."""
+
+    def __init__(self, rng: Random) -> None:
+        self.rng = rng
+        self.workers = rng.choice((1, 2, 2, 3))
+        self.roles = {name: Role() for name in ("boss", "workers", "clerk")}
+        self.trees: dict[str, Tree] = {name: {"x": {}, "y": {}} for name in self.roles}
+        self.bound: Tree = {}
+
+    def system(self) -> Tree:
+        """The specification."""
+        rng = self.rng
+        self._connect("boss", "workers")
+        self._connect("workers", "boss")
+        if rng.randrange(2):
+            self._connect("boss", "clerk")
+            self._connect("clerk", "boss")
+        else:
+            del self.roles["clerk"]
+        agents: Tree = {}
+        for name in self.roles:
+            agents[name] = {"for": {"i": f"1..{self.workers}"}} if name == "workers" else {}
+            if name == "workers" or rng.randrange(4) == 0:
+                self._eye(agents[name], name)
+        for name, role in self.roles.items():
+            agents[name]["control"] = self._control(role, self.trees[name])
+        tree: Tree = {
+            "specc": 1.1,
+            "system": "society",
+            "types": {"Mode": "enum[a, b, c]"},
+            "agents": agents,
+            "require": [
+                {"that": form.format(self._state(), self._state()), "because": "it is so"}
+                for form in REQUIRED
+            ],
+        }
+        return tree | (
+            {"plant": {"python": "world:World", "bind": self.bound}} if self.bound else {}
+        )
+
+    def _state(self) -> str:
+        """A question about a machine's state, which its tree does not have yet: S0 to S3."""
+        name = self.rng.choice([*self.roles])
+        if name == "workers":
+            name = f"workers_{self.rng.randrange(self.workers) + 1}"
+        return f"state({name}.c) == S{self.rng.randrange(2)}"
+
+    def _connect(self, sender: str, reader: str) -> None:
+        rng = self.rng
+        for index in range(rng.randrange(1, 3)):
+            kind, name = rng.choice([*LITERALS]), f"e{index}"
+            is_event = rng.randrange(3) == 0
+            element = {"type": kind, "init": rng.choice(LITERALS[kind])}
+            if is_event:
+                element = {"type": kind, "event": True}
+            self.trees[sender]["y"].setdefault(reader, {})[name] = kind
+            self.trees[reader]["x"].setdefault(sender, {})[name] = element
+            self.roles[sender].outputs.append((f"y.{reader}.{name}", kind))
+            role, text = self.roles[reader], f"x.{sender}.{name}"
+            if sender != "workers":
+                role.arrivals.append(text)
+                role.values += [] if is_event else [(text, kind)]
+                role.events += [text] if is_event else []
+                continue
+            role.many.append((name, "" if is_event else kind))
+            each = [f"x.workers_{i + 1}.{name}" for i in range(self.workers)]
+            role.arrivals += each
+            role.events += each if is_event else []
+            role.values += [] if is_event else [(one, kind) for one in each]
+
+    def _eye(self, agent: Tree, name: str) -> None:
+        """A virtual receptor that says what it sees, in every period or now and then."""
+        rng, role = self.rng, self.roles[name]
+        agent["real_receptors"] = {"eye": {"y": {"d": "real[m]"}}}
+        key = "workers_{i}.R.eye.d" if name == "workers" else f"{name}.R.eye.d"
+        self.bound[key] = {"sporadic": True} if rng.randrange(2) else {}
+        if name == "workers":
+            self.bound[key]["for"] = {"i": f"1..{self.workers}"}
+        look: Tree = {
+            "rate": f"{rng.choice(RATES_HZ)} Hz",
+            "x": {"R": {"d": "real[m]"}},
+            "y": {"c": {"near": "bool"}},
+            "states": {"S0": "look"},
+            "initial_state": "S0",
+        }
+        say = [{"y.c.near": "x.R.d < 1[m]"}]
+        if rng.randrange(2):
+            look["behaviours"] = {"look": {"functions": say, "terminal": "never"}}
+        else:
+            look["conditions"] = {"terminal": {"seen": "fresh(x.R.d) and x.R.d < 1[m]"}}
+            look["behaviours"] = {
+                "look": {"terminal": "seen"},
+                "say": {"functions": say, "terminal": "always"},
+            }
+            look["states"] = {"S0": "look", "S1": "say"}
+            look["transitions"] = [
+                ["S0", "terminal", "always", "S1"],
+                ["S1", "terminal", "always", "S0"],
+            ]
+        agent["virtual_receptors"] = {"eye": look}
+        self.trees[name]["x"]["eye"] = {"near": {"type": "bool", "init": "False"}}
+        role.values.append(("x.eye.near", "bool"))
+        role.arrivals.append("x.eye.near")
+
+    def _control(self, role: Role, tree: Tree) -> Tree:
+        rng = self.rng
+        conditions: Tree = {"initial": {}, "terminal": {}, "error": {}}
+        memory = {"k": {"type": "int", "init": 0}, "m": {"type": "Mode", "init": "a"}}
+        role.values += [("k", "int"), ("m", "Mode")]
+        states = [f"S{i}" for i in range(rng.randrange(2, 4 if self.workers > 1 else 5))]
+        behaviours: Tree = {}
+        for state in states:
+            behaviours[f"b{state}"] = {
+                "functions": [dict(self._assigned(role))],
+                "terminal": self._end(role, conditions["terminal"], rng.choice((0, 0, 1, 1, 1, 2))),
+                "error": self._end(role, conditions["error"], rng.choice((1, 2, 2, 2))),
+            }
+        rows = []
+        for state in states:
+            for cause in ("terminal", "error"):
+                if behaviours[f"b{state}"][cause] != "never":
+                    rows += self._rows(state, cause, states, role, conditions["initial"])
+        tree = {key: part for key, part in tree.items() if part}
+        named: Tree = {}
+        for state in states:
+            ignored = [event for event in role.events if rng.randrange(3) == 0]
+            named[state] = f"b{state}"
+            if ignored:
+                named[state] = {"behaviour": f"b{state}", "ignores": ignored}
+        return tree | {
+            "rate": f"{rng.choice(RATES_HZ)} Hz",
+            "memory": memory,
+            "conditions": {kind: part for kind, part in conditions.items() if part},
+            "behaviours": behaviours,
+            "states": named,
+            "initial_state": "S0",
+            "transitions": rows,
+        }
+
+    def _assigned(self, role: Role) -> list[tuple[str, Any]]:
+        rng = self.rng
+        found: list[tuple[str, Any]] = []
+        for target, kind in role.outputs:
+            if rng.randrange(2):
+                continue
+            text = self._value(role, kind)
+            if target.startswith("y.workers."):
+                each: Tree = {"for": {"i": f"1..{self.workers}"}, "is": text}
+                found.append((target.replace("workers", "workers_{i}"), each))
+            else:
+                found.append((target, text))
+        if rng.randrange(2):
+            found.append(("k", rng.choice(("min(k + 1, 3)", "0", "1 if k == 0 else 0"))))
+        if rng.randrange(3) == 0:
+            found.append(("m", self._value(role, "Mode")))
+        return found or [("k", "k")]
+
+    def _value(self, role: Role, kind: str) -> str:
+        same = [text for text, other in role.values if other == kind]
+        return self.rng.choice((*LITERALS[kind], *same))
+
+    def _end(self, role: Role, known: Tree, way: int) -> str:
+        """`always`, a condition of its own, or `never`."""
+        if way != 1:
+            return "always" if way == 0 else "never"
+        known[f"c{len(known)}"] = self._asked(role, 1)
+        return f"c{len(known) - 1}"
+
+    def _rows(
+        self, state: str, cause: str, states: list[str], role: Role, known: Tree
+    ) -> list[list[str]]:
+        rng = self.rng
+        if rng.randrange(2):
+            return [[state, cause, "always", rng.choice(states)]]
+        name = f"r{len(known)}"
+        known[name] = self._asked(role, 1)
+        return [
+            [state, cause, name, rng.choice(states)],
+            [state, cause, "otherwise", rng.choice(states)],
+        ]
+
+    def _asked(self, role: Role, depth: int) -> str:
+        rng = self.rng
+        if depth and rng.randrange(3) == 0:
+            a, b = self._asked(role, depth - 1), self._asked(role, depth - 1)
+            return rng.choice((f"({a} and {b})", f"({a} or {b})", f"(not {a})"))
+        way = rng.randrange(5)
+        if way == 0:
+            return f"(elapsed {rng.choice(('>=', '>'))} 0.{rng.randrange(1, 4)}[s])"
+        if way == 1 and role.arrivals:
+            return f"fresh({rng.choice(role.arrivals)})"
+        if way < 4 and role.many:
+            name, kind = rng.choice(role.many)
+            test = _test(rng, f"w.{name}", kind) if kind else f"fresh(w.{name})"
+            return f"{rng.choice(('any', 'all'))}({test} for w in x.workers)"
+        text, kind = rng.choice(role.values)
+        return _test(rng, text, kind)
+
+
+def _test(rng: Random, text: str, kind: str) -> str:
+    if kind == "bool":
+        return f"({rng.choice(('', 'not '))}{text})"
+    op = rng.choice(("==", "!=", "<", ">=") if kind == "int" else ("==", "!="))
+    return f"({text} {op} {rng.choice(LITERALS[kind])})"
+
+
+def society(rng: Random) -> Tree:
+    """A random system of agents (see `Author`)."""
+    return Author(rng).system()

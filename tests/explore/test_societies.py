@@ -1,0 +1,183 @@
+"""What exploring says of random systems of many agents holds in every run of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from specc.lang.evaluate import Environment, evaluate
+from specc.model.system import System
+from specc.pipeline import Result
+from specc.proof import InputName
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition, Edge
+from specc.tools.explore.explorer import explore
+from specc.tools.explore.findings import findings
+from specc.tools.explore.graph import Graph
+from specc.tools.explore.partial import Values
+from tests.explore.societies import society
+from tests.explore.verdicts import belied, misjudged
+from tests.soundness.evaluator import Key, Value
+from tests.soundness.interpreter import Interpreter, Run, Step
+from tests.soundness.law import marks_of
+from tests.soundness.operators import PLAIN
+from tests.soundness.running import Script, compiled
+
+TICKS = 120
+BUDGET = 10_000
+COPY = re.compile(r"workers_\d")
+
+
+class Followed(Interpreter):
+    """A run that remembers what was new to whom."""
+
+    def __init__(self, system: System, seed: int) -> None:
+        script = Script(system, str(seed), marks_of(system))
+        super().__init__(system, PLAIN, script.measure)
+        self.fresh: dict[str, list[frozenset[Key]]] = {name: [] for name in self.machines}
+
+    def snapshot(self, name: str, tick: int) -> tuple[dict[Key, Value], frozenset[Key]]:
+        inputs, fresh = super().snapshot(name, tick)
+        self.fresh[name].append(fresh)
+        return inputs, fresh
+
+
+def strayed(graph: Graph, run: Run, fresh: dict[str, list[frozenset[Key]]]) -> str:
+    """Where a run is no way of the graph, with what is known of values; nothing if it is one."""
+    composition, here = graph.composition, {0}
+    for tick in range(1, 10**6):
+        due = composition.due[tick % composition.hyperperiod]
+        stamps = {i: tick // composition.ticks[i] for i in due}
+        names = {i: composition.names[i] for i in due}
+        if any(len(run.steps[names[i]]) <= stamps[i] for i in due):
+            return ""
+        if not due:
+            continue
+        steps = {i: run.steps[names[i]][stamps[i]] for i in due}
+        new = {i: fresh[names[i]][stamps[i]] for i in due}
+        there = {
+            edge.target
+            for number in here
+            for edge in graph.edges[number]
+            if _is(edge, steps, new, graph)
+        }
+        if not there:
+            return f"{composition.names} at tick {tick}: {steps}"
+        here = there
+    raise AssertionError("the run does not end")
+
+
+def _is(edge: Edge, steps: dict[int, Step], fresh: dict[int, frozenset[Key]], graph: Graph) -> bool:
+    composition = graph.composition
+    parts = composition.parts_of(graph.configurations[edge.target])
+    for i, move in edge.moves:
+        walker, step = composition.walkers[i], steps[i]
+        if (move.target, move.row) != (step.state, step.transition):
+            return False
+        looked = walker.looks_at.get(move.source, frozenset()) | walker.looks_into[move.target]
+        ignored = set(walker.subsystem.state(move.source).ignores)
+        lost = {k for k in walker.events & fresh[i] if k not in looked and k not in ignored}
+        if lost != walker.events & set(move.lost):
+            return False
+        memory = walker.locals.things[parts[i].local].memory
+        slots = walker.memory_slots.items()
+        kept = [(dict(step.memory)[name], memory[slot]) for name, slot in slots]
+        kept += [(dict(step.sent)[f"{p}_{e}"], number) for (p, e), number in move.sent]
+        if not all(_fits(value, number, composition.values) for value, number in kept):
+            return False
+    return True
+
+
+def _fits(value: Value, number: int, values: Values) -> bool:
+    """Whether a value is what is known of it."""
+    known = values.value(number)
+    return known is None or isinstance(known, str) or evaluate(known, Environment()) == value
+
+
+def overtaken(run: Followed, reader: str, key: InputName) -> Iterator[int]:
+    """The base ticks at which a value replaced one that its reader had not seen."""
+    ticks = run.ticks(reader)
+    seen = sorted(s.visible for s in run.sent if (s.to, s.key) == (reader, key))
+    for one, other in pairwise(seen):
+        if (one + ticks - 1) // ticks == (other + ticks - 1) // ticks:
+            yield other
+
+
+def described(graph: Graph, abstraction: Abstraction, system: System) -> set[str]:
+    found = findings(graph, abstraction, system).values()
+    return {COPY.sub("workers", f"{f.code} {f.message} {f.way.time_s}") for f in found}
+
+
+def reached(graph: Graph) -> set[tuple[Any, ...]]:
+    """States, whatever copy is in which."""
+    composition = graph.composition
+    places = [COPY.sub("workers", name) for name in composition.names]
+    return {
+        (c.phase, tuple(sorted(map("{} {}".format, places, composition.states(c)))))
+        for c in graph.configurations
+    }
+
+
+def compare(result: Result, seed: int) -> dict[str, int]:
+    """Explores a system in all ways, and runs it; says how much was compared."""
+    system = result.system
+    assert system is not None
+    abstraction = Abstraction(result.proofs)
+    runs = []
+    for number in range(3):
+        runs.append(Followed(system, number))
+        runs[-1].run(TICKS)
+    told = {"slices": 0, "copies": 0, "events": 0}
+    for names in abstraction.slices():
+        for exact in (False, True):
+            graph = Graph(Composition(names, abstraction, exact=exact, symmetric=False), BUDGET)
+            if not graph.complete:
+                continue
+            told["slices"] += 1
+            for run in runs:
+                assert not (stray := strayed(graph, run.run_, run.fresh)), (seed, exact, stray)
+            lost = {(i, key) for out in graph.edges for edge in out for i, key in edge.overtaken}
+            for i, walker in enumerate(graph.composition.walkers):
+                for key in walker.events & walker.slots.keys():
+                    told["events"] += 1
+                    late = [t for run in runs for t in overtaken(run, names[i], key)]
+                    assert not late or (i, key) in lost, (seed, names[i], key, late)
+            folded = Graph(Composition(names, abstraction, exact=exact), BUDGET)
+            if folded.composition.copies:
+                told["copies"] += 1
+                assert folded.complete
+                assert reached(folded) == reached(graph), seed
+                one, all_ = (described(g, abstraction, system) for g in (folded, graph))
+                assert one == {each for each in all_ if "W1008" not in each}, seed
+    return told
+
+
+def judge(seeds: range, folder: Path) -> dict[str, int]:
+    total = dict.fromkeys(("slices", "copies", "events", "said"), 0)
+    for seed in seeds:
+        result = compiled(society(Random(seed)), folder)
+        if result.ok:
+            told = compare(result, seed)
+            there = explore(result.proofs, BUDGET)
+            found, said = belied(result, there, range(2), TICKS)
+            assert not found, (seed, found)
+            assert misjudged(result, there, range(2), TICKS) == [], seed
+            said += sum(each.verdict == "proved" for each in there.requirements)
+            total = {name: n + (told | {"said": said})[name] for name, n in total.items()}
+    return total
+
+
+def test_what_is_said_of_societies_holds(tmp_path: Path) -> None:
+    total = judge(range(16), tmp_path)
+    assert all(total.values()), total
+
+
+@pytest.mark.long
+def test_what_is_said_of_more_societies_holds(tmp_path: Path) -> None:
+    assert all(judge(range(100, 300), tmp_path).values())
