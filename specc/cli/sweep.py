@@ -249,13 +249,11 @@ def _run(
     first: Build,
 ) -> int:
     """Make the runs that are missing."""
-    from specc.tools.sweep.table import key_of
-
     left = [
         (number, seed)
         for seed in asked.seeds
         for number, setting in enumerate(asked.settings)
-        if key_of(setting, seed) not in folder.done
+        if folder.lacks(setting, seed, options.limit)
     ]
     count = len(asked.settings) * len(asked.seeds)
     if len(left) < count:
@@ -360,6 +358,8 @@ def _conclude(asked: _Asked, folder: Folder) -> None:
 
 
 def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], folder: Path) -> None:
+    for old in (*folder.glob("*.png"), *folder.glob("*.svg")):
+        old.unlink()
     if len(swept) > 2:
         streams.say("specc: plots show one or two constants; hold the others fixed for them")
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from specc.tools.sweep.running import figures_of
 from specc.tools.sweep.settings import SweepError, axis_of, seeds_of, settings_of
 
 UNITS = {"d": "kg/s", "n": ""}
@@ -18,6 +19,8 @@ def values(name: str, text: str) -> tuple[str, ...]:
     [
         ("d", "100:1000:4", ("100[kg/s]", "400[kg/s]", "700[kg/s]", "1000[kg/s]")),
         ("d", "100[kg/s]:200[kg/s]:2", ("100[kg/s]", "200[kg/s]")),
+        ("d", "100:200[kg/s]:2", ("100[kg/s]", "200[kg/s]")),
+        ("d", "100[kg/s]:200:2", ("100[kg/s]", "200[kg/s]")),
         ("d", "0.1:0.3:3", ("0.1[kg/s]", "0.2[kg/s]", "0.3[kg/s]")),
         ("d", "1e-3:-1e-3:3", ("0.001[kg/s]", "0[kg/s]", "-0.001[kg/s]")),
         ("n", "1,2.5, 7", ("1", "2.5", "7")),
@@ -47,6 +50,9 @@ def test_values(name: str, text: str, expected: tuple[str, ...]) -> None:
         "1:1:2",
         "1,1.0",
         "1,1[]",
+        "1,1[1]",
+        "2000[ms],2[s]",
+        "1:2[m]:3",
         "1e999:2:3",
         f"0:{'9' * 5000}:3",
         f"0:1:{'0' * 9}{'9' * 9}",
@@ -62,6 +68,15 @@ def test_numbers_of_one_unit_are_numbers_of_the_table() -> None:
     assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d [kg/s]", [1.0, 1.5, 2.0])
     axis = axis_of("d", "1[g/s],2[kg/s]", UNITS.__getitem__)
     assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d", ["1[g/s]", "2[kg/s]"])
+
+
+def test_no_constant_hides_a_column_of_the_table() -> None:
+    report = {
+        **{"ended": "completed", "simulated_s": 1.0, "cycles": [], "faults": [], "subsystems": {}},
+        **{"records_sha256": "", "wall_s": 1.0},
+    }
+    for column in (*figures_of(report, 0), "seed", "runs"):
+        assert axis_of(column, "1,2", lambda _: "").title == f"constant {column}"
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.sweep.plots import plot
-from specc.tools.sweep.summary import as_rows, cells_of, median, rate, reasons
+from specc.tools.sweep.summary import as_rows, as_text, cells_of, median, rate, reasons
 
 
 def covering(count: int, share: float) -> float:
@@ -54,6 +54,12 @@ def test_order_statistics_around_the_median(count: int, ranks: tuple[int, int]) 
     assert (found.low, found.value, found.high) == (ranks[0], (count + 1) / 2, ranks[1])
 
 
+def test_order_statistics_of_very_many_numbers() -> None:
+    """n / 2 - z / 2 * sqrt(n), as the normal distribution has it."""
+    found = median([float(i) for i in range(1, 1_000_001)])
+    assert (found.low, found.high) == (pytest.approx(499_020, abs=2), pytest.approx(500_981, abs=2))
+
+
 def test_five_numbers_are_too_few() -> None:
     assert median([3.0, 1.0, 2.0, 5.0, 4.0]).value == 3.0
     assert median([3.0, 1.0, 2.0, 5.0, 4.0]).low is None
@@ -81,8 +87,29 @@ def test_cells() -> None:
     assert first.estimates["success"].value == 7 / 8
     force = first.estimates["cycle.max_force_N"]
     assert (force.count, force.value, force.low, force.high) == (7, 1.4, 1.1, 1.7)
-    assert as_rows(cells, ["d [kg/s]"])[0]["cycle.max_force_N high"] == 1.7
+    row = as_rows(cells, ["d [kg/s]"])[0]
+    assert (row["cycle.max_force_N high"], row["cycle.max_force_N runs"], row["runs"]) == (
+        1.7,
+        7,
+        8,
+    )
     assert reasons(ROWS) == [("too hard", 1)]
+
+
+def test_what_is_not_decided_is_no_success() -> None:
+    verdicts = ("met", "violated", "unknown", "unknown")
+    successes = (True, False, None, None)
+    rows = [
+        {"success": success, "reason": "", "verdict of p": verdict}
+        for success, verdict in zip(successes, verdicts, strict=True)
+    ]
+    cells = cells_of(rows, [])
+    assert cells[0].estimates["success"] == cells[0].estimates["verdict of p"] == rate(1, 2)
+    head, line = as_text(cells, [])
+    assert dict(zip(head, line, strict=True)).items() >= {"runs": "4", "undecided": "2"}.items()
+    head, line = as_text(cells_of(rows[2:], []), [])
+    assert line == ["2", "", "", "2"]
+    assert as_text(cells_of(rows[:2], []), [])[0] == ["runs", "success", "95 %"]
 
 
 @pytest.mark.parametrize("names", [["d [kg/s]"], ["d [kg/s]", "m"]])

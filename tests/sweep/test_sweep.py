@@ -122,6 +122,32 @@ def _arguments(process: Path) -> str:
         return ""
 
 
+def test_a_run_that_a_limit_ended_is_made_again_with_a_longer_one(tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    options = ("--seeds", "0:1", "--duration", "1")
+    for limit, reason in (("0.01", "ended after 0.01 s of wall time"), ("60", ""), ("90", "")):
+        done = swept(tmp_path, spec, *options, "--limit", limit)
+        assert [row["reason"] for row in table(tmp_path)] == [reason], done.stderr
+    assert len(lines(tmp_path)) == 2
+
+
+def test_a_run_in_which_nothing_was_decided_is_no_success(tmp_path: Path) -> None:
+    spec = ROOT / "specs/architectures/sense_plan_act.yaml"
+    done = swept(tmp_path, spec, "--seeds", "0:1", "--duration", "0.1")
+    (row,) = table(tmp_path)
+    assert (row["success"], row["ended"]) == ("", "completed")
+    assert row["reason"].startswith("undecided: within(59[s]")
+    assert done.stdout.splitlines()[0].split() == ["runs", "success", "95", "%", "undecided"]
+    assert swept(tmp_path, spec, "--seeds", "0:1", "--duration", "0.1").returncode == 0
+
+
+def test_a_value_that_is_spelled_otherwise_is_the_same_run(tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    for values in ("0.1,2", "0.10,2000[mm]"):
+        swept(tmp_path, spec, "--set", f"level={values}", "--seeds", "0:1", "--duration", "1")
+    assert len(lines(tmp_path)) == 2
+
+
 def test_more_seeds_and_values_are_added_to_what_is_there(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     swept(tmp_path, spec, "--set", "level=1,2", "--seeds", "0:2", "--duration", "1")
@@ -130,6 +156,9 @@ def test_more_seeds_and_values_are_added_to_what_is_there(tmp_path: Path) -> Non
     assert "4 of 9 runs are done already" in done.stderr
     assert lines(tmp_path)[:4] == before
     assert len(lines(tmp_path)) == len(table(tmp_path)) == 9
+    assert (tmp_path / "out/plots/success.png").exists()
+    swept(tmp_path, spec, "--set", "level=1", "--seeds", "0:1", "--duration", "1")
+    assert not list((tmp_path / "out/plots").iterdir())
 
 
 @pytest.mark.parametrize("what", ["specification", "cycle_limit", "duration"])
@@ -200,7 +229,14 @@ def test_a_folder_of_something_else_is_left_as_it_is(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ["x", "[]", '{"set": {}, "seed": 0, "run": {}}', '{"set": {}, "seed": [], "run": {}}']
+    "line",
+    [
+        "x",
+        "[]",
+        '{"set": {}, "seed": 0, "run": {}}',
+        '{"set": {}, "seed": [], "run": {}}',
+        '{"set": {}, "seed": 0, "run": {"success": false, "reason": "", "ended": "limit"}}',
+    ],
 )
 def test_a_line_that_is_of_no_run_is_refused(line: str, tmp_path: Path) -> None:
     with Folder(tmp_path, {}):
@@ -292,7 +328,7 @@ def test_nothing_outlives_a_sweep_that_is_killed_while_code_is_generated(tmp_pat
         # They hold its standard error, so this waits for their end.
         _, told = sweep.communicate(timeout=60)
         assert sweep.returncode == code
-        assert "Traceback" not in told
+        assert sign == signal.SIGKILL or "Traceback" not in told
         assert not any(_arguments(Path("/proc", str(child))) for child in children)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from itertools import count
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -85,8 +86,9 @@ def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -
     places, ticks = _scale([cell.values[0] for cell in cells])
     known = [(x, e) for x, cell in zip(places, cells, strict=True) if (e := _of(cell, column))]
     xs, ys = [x for x, _ in known], [e.value for _, e in known]
-    below = [e.value - (e.value if e.low is None else e.low) for _, e in known]
-    above = [(e.value if e.high is None else e.high) - e.value for _, e in known]
+    # Where there is no interval nothing is drawn: one of no length would look like certainty.
+    below = [nan if e.low is None else e.value - e.low for _, e in known]
+    above = [nan if e.high is None else e.high - e.value for _, e in known]
     axes.errorbar(xs, ys, (below, above), fmt="o-", capsize=3, markersize=4, linewidth=1.2)
     axes.set_xticks(places, ticks)
     axes.set_xlabel(names[0])
@@ -99,7 +101,7 @@ def _line(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -
 def _map(axes: Any, cells: Sequence[Cell], names: Sequence[str], column: str) -> None:
     first, second = (list(dict.fromkeys(c.values[i] for c in cells)) for i in (0, 1))
     known = {cell.values: e.value for cell in cells if (e := _of(cell, column))}
-    grid = [[known.get((x, y), float("nan")) for x in first] for y in second]
+    grid = [[known.get((x, y), nan) for x in first] for y in second]
     is_rate = _is_rate(cells, column)
     low, high = (0.0, 1.0) if is_rate else (None, None)
     image = axes.imshow(grid, vmin=low, vmax=high, origin="lower", aspect="auto")

@@ -24,8 +24,15 @@ from typing import Any
 TRIES = 3
 """Of a run whose process dies."""
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-STEPS = "steps of "
-"""Columns that say how long a subsystem was in a state."""
+OWN = (
+    *("runs", "seed", "success", "ended", "reason", "simulated_s", "cycles", "faults"),
+    *("records_sha256", "wall_s"),
+)
+"""Columns that every table has; those of parts of a specification have a space or a dot."""
+STEPS, VERDICT = "steps of ", "verdict of "
+"""Columns that say how long a subsystem was in a state, and what became of a requirement."""
+LIMIT = "limit"
+"""How a run ended that took too long; its wall time is the limit."""
 _GROWN = 2.0
 """Times the memory of its first run, after which a process is replaced: operators may keep some."""
 _LONGEST_REASON = 300
@@ -119,7 +126,8 @@ class _Process:
             self._process.stdin.flush()
         if not select.select([self._process.stdout], [], [], limit_s)[0]:
             self.end()
-            return failed(f"ended after {limit_s:g} s of wall time{self._last_words(': ')}")
+            reason = f"ended after {limit_s:g} s of wall time{self._last_words(': ')}"
+            return {**failed(reason), "ended": LIMIT, "wall_s": limit_s}
         line = self._process.stdout.readline()
         if not line.endswith(b"\n"):
             self.end()
@@ -232,10 +240,12 @@ def leave(name: str) -> None:
 def figures_of(report: Mapping[str, Any], code: int) -> Figures:
     """The figures of a report: of the run, of its cycles, of its requirements."""
     cycles = report["cycles"]
+    # Without a cycle only requirements tell a success, and those that are unknown do not.
+    undecided = [] if code or cycles else _of_verdict(report, "unknown")
     row: Figures = {
-        "success": code == 0,
+        "success": None if undecided else code == 0,
         "ended": report["ended"],
-        "reason": _reason(report, code),
+        "reason": _reason(report, code, undecided),
         "simulated_s": report["simulated_s"],
         "cycles": len(cycles),
         "faults": len(report["faults"]),
@@ -247,22 +257,25 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
         for state, steps in subsystem["states_visited"].items():
             row[f"{STEPS}{name} in {state}"] = steps
     for requirement in report.get("requirements", ()):
-        row[f"verdict of {requirement['that']}"] = requirement["verdict"]
+        row[f"{VERDICT}{requirement['that']}"] = requirement["verdict"]
         row[f"margin of {requirement['that']}"] = requirement["margin"]
     return row | {"records_sha256": report["records_sha256"], "wall_s": report["wall_s"]}
 
 
-def _reason(report: Mapping[str, Any], code: int) -> str:
+def _reason(report: Mapping[str, Any], code: int, undecided: Sequence[str]) -> str:
     """Why a run did not succeed; empty if it did."""
     if code == 0:
-        return ""
+        return f"undecided: {'; '.join(undecided)}"[:_LONGEST_REASON] if undecided else ""
     for fault in report["faults"]:
         return f"{fault['culprit']}: {fault['message']}"[:_LONGEST_REASON]
-    violated = [r["that"] for r in report.get("requirements", ()) if r["verdict"] == "violated"]
-    if violated:
+    if violated := _of_verdict(report, "violated"):
         return f"violated: {'; '.join(violated)}"[:_LONGEST_REASON]
     endings = [cycle["ended"] for cycle in report["cycles"] if cycle["ended"] != "completed"]
     return endings[0] if endings else "not fulfilled"
+
+
+def _of_verdict(report: Mapping[str, Any], verdict: str) -> list[str]:
+    return [r["that"] for r in report.get("requirements", ()) if r["verdict"] == verdict]
 
 
 def _of_cycles(values: Sequence[Any]) -> Any:

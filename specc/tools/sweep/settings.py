@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import product
 from math import isfinite, prod
 
 from specc.frozen import frozen
+from specc.model.units import UnitError, parse_unit
+from specc.tools.sweep.running import OWN
 
 MOST_RUNS = 1_000_000
 """Of one sweep."""
@@ -45,8 +48,10 @@ class Axis:
 
     @property
     def title(self) -> str:
-        """What stands over the values: `damping [kg/s]`."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        """What stands over the values: `damping [kg/s]`, and no column of the table itself."""
+        if self.unit:
+            return f"{self.name} [{self.unit}]"
+        return f"constant {self.name}" if self.name in OWN else self.name
 
     def shown(self, value: str) -> float | str:
         """A value below the title: a number, if all are."""
@@ -63,19 +68,19 @@ def axis_of(name: str, text: str, unit_of: Callable[[str], str]) -> Axis:
         SweepError: it is neither, or a value is there twice.
     """
     ends = _split(text, ":")
-    if len(ends) == 1:
-        values = [value.strip() for value in _split(text, ",")]
-    elif len(ends) == 3:
-        values = _between(name, *ends)
-    else:
+    if len(ends) not in (1, 3):
         raise SweepError(f"--set {name}={text}: write FROM:TO:COUNT or values between commas")
+    values = [value.strip() for value in (_split(text, ",") if len(ends) == 1 else ends[:2])]
     unit = unit_of(name) if any(map(_is_bare, values)) else ""
     values = [f"{value}[{unit}]" if unit and _is_bare(value) else value for value in values]
+    if len(ends) == 3:
+        first, last = values
+        values = _between(name, first, last, ends[2])
     if not all(values):
         raise SweepError(f"--set {name}={text}: a value is empty")
-    # The same runs twice would pass for more of them: 1 and 1.0 are one value.
-    counts = Counter(same := [quantity(value) or value for value in values])
-    if twice := [v for v, key in zip(values, same, strict=True) if counts[key] > 1]:
+    # The same runs twice would pass for more of them.
+    counts = Counter(keys := [meaning(value) for value in values])
+    if twice := [v for v, key in zip(values, keys, strict=True) if counts[key] > 1]:
         raise SweepError(f"--set {name}={text}: {twice[-1]} is there twice")
     return Axis(name, tuple(values))
 
@@ -113,6 +118,19 @@ def quantity(text: str) -> tuple[Fraction, str] | None:
     if not found or len(found[1]) > _LONGEST_NUMBER or not isfinite(float(found[1])):
         return None
     return Fraction(found[1]), (found[2] or "").strip()
+
+
+@lru_cache(MOST_SETTINGS)
+def meaning(value: str) -> Hashable:
+    """What is the same of 1, 1.0 and of 1[s], 1000[ms]; of all but quantities the text."""
+    number = quantity(value)
+    try:
+        unit = parse_unit(number[1] or "1") if number else None
+    except UnitError:
+        unit = None
+    if number is None or unit is None:
+        return value.strip()
+    return unit.to_si(float(number[0])), unit.dimensions
 
 
 def _is_bare(value: str) -> bool:

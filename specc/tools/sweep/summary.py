@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import comb, sqrt
+from functools import cache
+from math import exp, lgamma, log, sqrt
 from typing import Any
 
 from specc.frozen import frozen
+from specc.tools.sweep.running import VERDICT
 from specc.tools.sweep.table import Row, columns_of
 
 Z = 1.959963984540054
 """Of the normal distribution at 97.5 %."""
 _MISSED = 0.025
+_MET = {"met": True, "violated": False}
 # Not measured: how the run was made.
 _ASIDE = ("seed", "wall_s")
 
@@ -50,12 +53,21 @@ def median(numbers: Sequence[float]) -> Estimate:
     """The median, between two order statistics; they need six numbers, and no distribution."""
     ordered, count = sorted(numbers), len(numbers)
     value = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
-    rank, tail = 0, 0.0  # so many numbers may be left out on either side
-    while (tail := tail + comb(count, rank) / 2**count) <= _MISSED:
-        rank += 1
-    if rank == 0:
+    if not (rank := _spared(count)):
         return Estimate(count, value, None, None)
     return Estimate(count, value, ordered[rank - 1], ordered[count - rank])
+
+
+@cache
+def _spared(count: int) -> int:
+    """Of so many numbers, those that lie outside the interval on either side, and one more."""
+    rank, tail = 0, 0.0
+    while True:  # the binomial distribution at 1/2, in logarithms: its terms are tiny
+        ways = lgamma(count + 1) - lgamma(rank + 1) - lgamma(count - rank + 1)
+        tail += exp(ways - count * log(2))
+        if tail > _MISSED:
+            return rank
+        rank += 1
 
 
 def cells_of(rows: Sequence[Row], names: Sequence[str]) -> list[Cell]:
@@ -70,7 +82,10 @@ def cells_of(rows: Sequence[Row], names: Sequence[str]) -> list[Cell]:
 def _estimates(rows: Sequence[Row], columns: Sequence[str]) -> dict[str, Estimate]:
     found = {}
     for column in columns:
-        values = [value for row in rows if (value := row.get(column)) is not None]
+        every = [row.get(column) for row in rows]
+        if column.startswith(VERDICT):
+            every = [_MET.get(str(verdict)) for verdict in every]
+        values = [value for value in every if value is not None]
         if values and all(isinstance(value, bool) for value in values):
             found[column] = rate(sum(values), len(values))
         elif values and all(isinstance(value, int | float) for value in values):
@@ -79,7 +94,7 @@ def _estimates(rows: Sequence[Row], columns: Sequence[str]) -> dict[str, Estimat
 
 
 def as_rows(cells: Sequence[Cell], names: Sequence[str]) -> list[Row]:
-    """The cells as a table: of every column the estimate, and its interval under `low`, `high`."""
+    """The cells as a table: of every column the estimate, its interval, and of how many runs."""
     return [
         {**dict(zip(names, cell.values, strict=True)), "runs": cell.runs, **_spread(cell)}
         for cell in cells
@@ -90,19 +105,21 @@ def _spread(cell: Cell) -> Row:
     spread: Row = {}
     for name, e in cell.estimates.items():
         spread |= {name: e.value, f"{name} low": e.low, f"{name} high": e.high}
+        spread[f"{name} runs"] = e.count
     return spread
 
 
 def as_text(cells: Sequence[Cell], names: Sequence[str]) -> list[list[str]]:
-    """What people see: success of every setting."""
-    head = [*names, "runs", "success", "95 %"]
-    lines = []
+    """What people see: success of every setting, of the runs in which it was decided."""
+    lines = [[*names, "runs", "success", "95 %", "undecided"]]
     for cell in cells:
-        success = cell.estimates["success"]
-        between = f"{percent(success.low)} to {percent(success.high)}"
+        success = cell.estimates.get("success")
+        told = ["", "", str(cell.runs - (success.count if success else 0))]
+        if success:
+            told[:2] = percent(success.value), f"{percent(success.low)} to {percent(success.high)}"
         shown = [v if isinstance(v, str) else f"{v:.12g}" for v in cell.values]
-        lines.append([*shown, str(cell.runs), percent(success.value), between])
-    return [head, *lines]
+        lines.append([*shown, str(cell.runs), *told])
+    return lines if any(line[-1] != "0" for line in lines[1:]) else [line[:-1] for line in lines]
 
 
 def reasons(rows: Sequence[Row]) -> list[tuple[str, int]]:

@@ -13,26 +13,26 @@ import fcntl
 import io
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from specc.tools.sweep.running import Figures
-from specc.tools.sweep.settings import Setting, SweepError
+from specc.tools.sweep.running import LIMIT, Figures
+from specc.tools.sweep.settings import Setting, SweepError, meaning
 
 VERSION = 1
 LOG, TABLE, ABOUT = "runs.jsonl", "runs.csv", "sweep.json"
 # What a table ends with: figures that are not of interest one by one.
 _LAST = ("records_sha256", "wall_s")
 
-Key = tuple[tuple[tuple[str, str], ...], int]
+Key = tuple[frozenset[tuple[str, Hashable]], int]
 Row = dict[str, Any]
 
 
 def key_of(setting: Setting, seed: int) -> Key:
     """What tells a run from all others of the same specification and options."""
-    return tuple(sorted(setting.items())), seed
+    return frozenset((name, meaning(value)) for name, value in setting.items()), seed
 
 
 class Folder:
@@ -118,6 +118,11 @@ class Folder:
             raise OSError(error.errno, error.strerror, str(self.path / LOG)) from None
         self.done[key_of(setting, seed)] = figures
 
+    def lacks(self, setting: Setting, seed: int, limit_s: float) -> bool:
+        """Whether a run is to be made: it is not there, or ended by a shorter limit than this."""
+        run = self.done.get(key_of(setting, seed))
+        return run is None or (run.get("ended") == LIMIT and run["wall_s"] < limit_s)
+
     def runs(
         self, settings: Sequence[Setting], seeds: Sequence[int]
     ) -> Iterator[tuple[Setting, int, Figures]]:
@@ -130,7 +135,9 @@ class Folder:
 def _entry(line: bytes) -> tuple[Key, Figures]:
     entry = json.loads(line)
     run = dict(entry["run"])
-    if not isinstance(run["success"], bool) or not isinstance(run["reason"], str):
+    if not isinstance(run["success"], bool | None) or not isinstance(run["reason"], str):
+        raise ValueError
+    if run.get("ended") == LIMIT and not isinstance(run["wall_s"], int | float):
         raise ValueError
     return key_of(entry["set"], entry["seed"]), run
 

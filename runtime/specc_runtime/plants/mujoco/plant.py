@@ -67,11 +67,6 @@ class MujocoPlant:
         """Simulated time since the reset."""
         return float(self._data.time)
 
-    @property
-    def timestep_s(self) -> float:
-        """Time step of the simulation."""
-        return self._timestep_s
-
     def reset(self, seed: int) -> None:
         """Back to time 0 at rest in the home configuration, without commands.
 
