@@ -12,11 +12,12 @@ from specc.frozen import frozen
 from specc.limits import one_run
 from specc.model.system import System
 from specc.policy import reach_of
+from specc.read import Document, read_file, read_text
 from specc.resolve import Findings, Loaded, resolve
 from specc.resolve.alone import is_certain, resolve_alone
 from specc.resolve.expressions import told_of_comments
 from specc.resolve.loader import Loader
-from specc.source import Place, Sources
+from specc.source import Place, Sources, real_path
 
 _AS_WRITTEN: Mapping[str, str] = MappingProxyType({})
 
@@ -54,12 +55,22 @@ class Build:
     files: dict[str, str]
 
 
-def compile_spec(path: str, values: Mapping[str, str] = _AS_WRITTEN) -> Result:
+def compile_spec(
+    path: str,
+    values: Mapping[str, str] = _AS_WRITTEN,
+    texts: Mapping[str, str] = _AS_WRITTEN,
+) -> Result:
     """Read, shape, resolve and check the system at `path`; any other file is refused (E0102).
 
-    `values` are texts of constants, by name, that take the place of those in the files.
+    `values` are texts of constants, by name, that take the place of those in the files; `texts`
+    those of files, by real path, that are read instead.
     """
-    loader = Loader(Findings(), reach=reach_of(path))
+
+    def read(named: str, row_keys: tuple[str, ...]) -> Document:
+        text = texts.get(real_path(named))
+        return read_file(named, row_keys) if text is None else read_text(named, text, row_keys)
+
+    loader = Loader(Findings(), read, reach_of(path))
     with one_run():
         return _compiled(loader.load(path), loader, values)
 
@@ -121,9 +132,13 @@ def read_spec(path: str) -> Result:
     return Result(resolved.system, None, diagnostics, loader.sources, resolved.broken)
 
 
-def build(path: str, values: Mapping[str, str] = _AS_WRITTEN) -> Build:
-    """Compile the specification at `path`, with `values` of constants, then lower and emit it."""
-    result = compile_spec(path, values=values)
+def build(
+    path: str,
+    values: Mapping[str, str] = _AS_WRITTEN,
+    texts: Mapping[str, str] = _AS_WRITTEN,
+) -> Build:
+    """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
+    result = compile_spec(path, values, texts)
     if not result.ok or result.system is None:
         return Build(result, "", {})
     from specc.emit import FormatError, emit

@@ -7,12 +7,13 @@ import threading
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Keeper, OutputLost, Viewer
+from specc_runtime.cycle import REST_S
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
@@ -20,13 +21,16 @@ from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.records import Observer
 from specc_runtime.report import Report, check_writable, stillborn, write
-from specc_runtime.session import Session
+from specc_runtime.savable import Savable
+from specc_runtime.session import Recording, Session
 from specc_runtime.system import PlantSpec, System, Task
 from specc_runtime.task import Judge, Scene, drawn
 from specc_runtime.telling import say
 from specc_runtime.watchdog import Watchdog
+
+if TYPE_CHECKING:
+    from specc_runtime.recording.snapshots import Kept
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
@@ -70,6 +74,7 @@ class _Attempt:
         self._clock = WallClock()
         self._faults: list[Fault] = []
         self._plant: Any = None
+        self._plant_of = ""
         self._is_closing = False
         self._companions: list[Companion] = []
 
@@ -96,43 +101,85 @@ class _Attempt:
                 self._close()
 
     def _go(self) -> None:
-        past = self._past()
+        kept = self._kept()
         options, interruption = self._options, self._interruption
-        system = load_system(
-            options.directory, options.base, check_operators=options.check_operators
-        )
+        examined = options.check_operators
+        system = load_system(options.directory, options.base, check_operators=examined)
         self._check_interrupted()
-        if past is not None:
-            past.enter(system)
-            for lost in past.lost:
-                say(f"--from: {lost}")
         plant = None
         if system.plant is not None:
-            plant = self._plant = _plant(system.plant, Path(options.base), options.renderer)
-            self._check_interrupted()
-            _prepare(plant, system.task, options.seed)
+            plant = self._handed_over(system.plant) or self._set_up(system)
         recorder = self._recorder(system, plant)
         session = _session(options, system, plant, self._clock, interruption, recorder)
         if recorder is not None:
             recorder.report = session.report
+        for lost in kept.go_on(session, system) if kept else ():
+            say(f"--from: {lost}")
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(Keeper(session.report, options.report, self._clock))
         self.session = session
         session.run(self._companions)
 
-    def _past(self) -> Any:
+    def _handed_over(self, spec: PlantSpec) -> Any:
+        """The plant in Python that the run goes on with, since it cannot be kept."""
+        if self._plant is not None and self._plant_of != spec.python:
+            say("--from: the plant is as at the beginning: it is another one")
+            self._plant.close()
+            self._plant = None
+        return self._plant
+
+    def _set_up(self, system: System) -> Any:
+        assert system.plant is not None
+        options = self._options
+        self._plant = plant = _plant(system.plant, Path(options.base), options.renderer)
+        self._check_interrupted()
+        _prepare(plant, system.task, options.seed)
+        return plant
+
+    def _kept(self) -> Kept | None:
         """What the run goes on from, if anything; the run gets its seed."""
         resume, record = self._options.resume, self._options.record
         if resume is None:
             return None
         if record is not None and record.exists() and record.samefile(resume[0]):
             raise UsageError(f"cannot write {record}: the run goes on from it")
-        from specc_runtime.recording.past import Past
+        from specc_runtime.recording.snapshots import last_before
 
-        past = Past(*resume, self._options.built_with)
-        self._options = replace(self._options, seed=past.seed)
-        return past
+        kept = last_before(*resume)
+        self._options = options = replace(self._options, seed=kept.seed)
+        if kept.is_of(options):
+            if kept.saved is None and resume[1] >= REST_S:
+                say(f"--from: the run is repeated from its start: {kept.missing}")
+            return kept
+        if kept.is_set_otherwise(options):
+            say(f"--from: the recorded run had other constants set: {kept.set}")
+        if options.past is not None:
+            self._repeat(kept, options.past, resume[1])
+        elif kept.saved is None:
+            raise UsageError(f"{resume[0]} has nothing to go on from: {kept.missing}")
+        if abs(kept.time_s - resume[1]) > 1e-6:
+            say(f"--from: the specification goes on from {kept.time_s:g} s, where all are due")
+        return kept
+
+    def _repeat(self, kept: Kept, past: Path, until_s: float) -> None:
+        """Let the recorded specification run until then, and keep what the other goes on from."""
+        system = load_system(past, self._options.base)
+        plant = self._set_up(system) if system.plant is not None else None
+        judge, options = open_judge(system, plant), self._options
+        session = Session(options, system, plant, judge, self._clock, self._interruption)
+        try:
+            kept.go_on(session, system)
+            self.session = session
+            session.go_to(until_s)
+            kept.take(session, system)
+        finally:
+            self.session = None
+            session.close()
+        self._plant_of = system.plant.python if system.plant else ""
+        if plant is not None and not shortcomings(plant, Savable):
+            self._plant = None
+            plant.close()
 
     def _recorder(self, system: System, plant: Any) -> Any:
         """What records the run, if anything does."""
@@ -282,7 +329,7 @@ def _session(
     plant: Any,
     clock: WallClock,
     interruption: Interruption,
-    observer: Observer | None,
+    recorder: Recording | None,
 ) -> Session:
     if options.cycles is not None and system.task is None:
         raise UsageError(f"--cycles: {system.name} has no task; use --duration")
@@ -290,7 +337,7 @@ def _session(
     if options.cycle_limit_s is not None and (alone or system.task is None):
         raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
     judge = open_judge(system, plant)
-    return Session(options, system, plant, judge, clock, interruption, observer)
+    return Session(options, system, plant, judge, clock, interruption, recorder)
 
 
 def _accompany(

@@ -6,7 +6,10 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Any
 
 from specc_runtime.blame import Blame
 from specc_runtime.clock import WallClock
@@ -16,10 +19,15 @@ from specc_runtime.plant import Plant
 from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, leave_safe
 from specc_runtime.sampling import Onlooker, Sensor
+from specc_runtime.snapshot import Values
+from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
 from specc_runtime.wiring import sensor_rates, timeline, tracks, worker_pool
+
+REST_S = 1.0
+_ROUNDING = 1e-6  # of a rest; times are multiples of a rounded tick
 
 
 class Executor:
@@ -34,8 +42,11 @@ class Executor:
         onlooker: Onlooker | None = None,
         inline: bool = False,
         clock: WallClock | None = None,
+        at_rest: Callable[[], None] = lambda: None,
     ) -> None:
         """`plant` must be there, and reset, if the system has devices; `inline` forbids workers.
+
+        `at_rest` is called about every `REST_S` of simulated time, when nothing is under way.
 
         Raises ValueError if it is not, or lacks a method that the run calls.
         """
@@ -73,6 +84,8 @@ class Executor:
             for slot in set(slots)
         }
         self._table: list[tuple[tuple[Track, ...], tuple[Sensor, ...]]] = [rows[s] for s in slots]
+        self._at_rest = at_rest
+        self._rest = len(slots) * max(1, round(REST_S / (len(slots) * self._tick_s)))
 
     @property
     def time_s(self) -> float:
@@ -88,11 +101,10 @@ class Executor:
         """One base tick: commit, sample, step, let the plant move. False after a fault."""
         tick = self.tick
         due, sensors = self._table[tick % len(self._table)]
-        for track in due:
-            if track.pending:
-                self._commit(track)
-        if self.faults:
+        if not self.settle():
             return False
+        if tick % self._rest == 0:
+            self._at_rest()
         try:
             time_s = self.time_s
             for sensor in sensors:
@@ -113,6 +125,68 @@ class Executor:
             return False
         self.tick = tick + 1
         return True
+
+    def rest_before(self, time_s: float) -> float:
+        """The last simulated time until then at which all subsystems are due."""
+        rest_s = len(self._table) * self._tick_s
+        return math.floor(time_s / rest_s + _ROUNDING) * rest_s
+
+    def settle(self) -> bool:
+        """Commit the steps that are due now. False after a fault."""
+        for track in self._table[self.tick % len(self._table)][0]:
+            if track.pending:
+                self._commit(track)
+        return not self.faults
+
+    def saved(self, values: Values) -> dict[str, Any]:
+        """What goes on between the subsystems, at rest; raises NotRecorded.
+
+        All subsystems are due now, so what they sent is in their buffers, and of sensors there are
+        new samples to come.
+        """
+        return {
+            "tick": self.tick,
+            "stamps": {name: track.stamp for name, track in self._tracks.items()},
+            "sensors": {
+                name: sensor.saved(partial(values.told, "sensor"))
+                for name, sensor in self._sensors.items()
+            },
+            "commands": {
+                name: {"by": by, "value": values.told("actuator", name, value)}
+                for name, (by, value) in self._commands.items()
+            },
+        }
+
+    def restore(self, saved: Any, values: Values) -> None:
+        """Go on from there, with the devices that there are.
+
+        Raises LookupError, TypeError, ValueError for other data.
+        """
+        self.tick = round(saved["time"] / self._tick_s)
+        for track in self._tracks.values():
+            track.stamp = -(-self.tick // track.ticks) - 1
+        for name, sensor in self._sensors.items():
+            if name in saved["sensors"]:
+                sensor.restore(saved["sensors"][name], partial(values.value, "sensor"))
+        for port in [port for track in self._tracks.values() for port in track.ports]:
+            port.skip()
+        for name, told in saved["commands"].items():
+            if not values.has("actuator", name):
+                continue
+            value = values.value("actuator", name, told["value"])
+            self._commands[name] = str(told["by"]), value
+            if self._plant is not None:
+                self._plant.actuate(name, value)
+
+    def inboxes(self) -> Iterator[tuple[Subsystem, Any]]:
+        """All subsystems, each with the inputs of its next step."""
+        runners = [track.runner for track in self._tracks.values()]
+        return ((runner.subsystem, runner.inbox) for runner in runners)
+
+    @property
+    def renewed(self) -> frozenset[str]:
+        """The sensors of which there is a new sample when their readers are due now."""
+        return frozenset(name for name, sensor in self._sensors.items() if sensor.is_renewed)
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""

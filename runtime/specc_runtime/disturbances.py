@@ -71,6 +71,27 @@ class Disturbances:
                 each.over = True
                 self._act(each)
 
+    def saved(self) -> list[dict[str, Any]]:
+        """What is under way and over."""
+        told = [{"over": each.over} for each in self._all]
+        return [one | data for one, data in zip(self.as_data(), told, strict=True)]
+
+    def restore(self, saved: Any) -> list[str]:
+        """Go on from there; which of them are new, and begin when it is their time.
+
+        Raises KeyError, TypeError, ValueError for other data.
+        """
+        same = zip(self._all, saved, strict=False)
+        known = [(one, each) for one, each in same if one.what.because == each["because"]]
+        for one, each in known:
+            if each["began_s"] is not None:
+                one.began_s, one.over = float(each["began_s"]), bool(each["over"])
+        for one, _ in known:
+            if one.began_s is not None:
+                self._act(one)
+        olds = [one for one, _ in known]
+        return [one.what.because for one in self._all if one not in olds]
+
     def as_data(self) -> list[dict[str, Any]]:
         """What the report says of each; `began_s` is null if it never began."""
         return [{"because": each.what.because, "began_s": each.began_s} for each in self._all]

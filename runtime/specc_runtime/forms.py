@@ -8,6 +8,7 @@ What is too large for a line of text, images and what a codec gives, goes aside 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -17,10 +18,13 @@ import numpy as np
 from specc_runtime.contracts import builder
 
 Schema = dict[str, Any]
-Encode = Callable[[Any], bytes]
-Decode = Callable[[bytes], Any]
+Packed = bytes | tuple[np.ndarray[Any, Any], ...]
+"""What a codec gives."""
+Encode = Callable[[Any], Packed]
+Decode = Callable[[Any], Any]
 _LARGEST_INT = 2**63 - 1
 _MOST_DIGITS = 4000
+_NUMBERS = re.compile(r"[<>|][fiub][1248]\Z")
 
 
 class Misshapen(Exception):
@@ -43,8 +47,11 @@ class Aside(Protocol):
     def image(self, value: np.ndarray[Any, Any]) -> Any:
         """An image of `Image`."""
 
-    def packed(self, kind: str, data: bytes) -> Any:
-        """What the codec of an opaque type made of a value."""
+    def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
+        """What the codec of an opaque type made of a value, or an array of it."""
+
+    def left_out(self, kind: str) -> Any:
+        """An opaque value that has no codec, or is not asked for."""
 
 
 class Fetch(Protocol):
@@ -250,14 +257,40 @@ class _Opaque(Form):
 
     def data(self, value: Any, aside: Aside) -> Any:
         if self._encode is None or not aside.exact:
-            return {"type": self._kind}
+            return aside.left_out(self._kind)
         data = self._encode(value)
+        if type(data) is tuple and all(type(part) is np.ndarray for part in data):
+            return {"type": self._kind, "arrays": [self._array(part, aside) for part in data]}
         if type(data) is not bytes:
-            raise TypeError(f"the codec of {self._kind} gave {_said(data)} where bytes are wanted")
+            wanted = "bytes, or a tuple of arrays, are wanted"
+            raise TypeError(f"the codec of {self._kind} gave {_said(data)} where {wanted}")
         return aside.packed(self._kind, data)
 
+    def _array(self, array: np.ndarray[Any, Any], aside: Aside) -> Any:
+        if not _NUMBERS.match(array.dtype.str):
+            raise TypeError(f"the codec of {self._kind} gave an array of {array.dtype}")
+        shaped = {"dtype": array.dtype.str, "shape": list(array.shape)}
+        return {**aside.packed(self._kind, np.ascontiguousarray(array)), **shaped}
+
+    def _unpacked(self, data: Any, fetch: Fetch) -> Packed:
+        if not isinstance(data, dict) or type(data.get("arrays")) is not list:
+            return fetch.packed(self._kind, data)
+        arrays = []
+        for part in data["arrays"]:
+            packed = fetch.packed(self._kind, part)
+            dtype, shape = part.get("dtype"), part.get("shape")
+            if type(dtype) is not str or not _NUMBERS.match(dtype) or type(shape) is not list:
+                raise Misshapen(f"{_said(part)} is no array")
+            try:
+                array = np.frombuffer(packed, dtype).reshape(shape).copy()
+            except (TypeError, ValueError) as error:
+                raise Misshapen(f"no array: {error}") from None
+            array.setflags(write=False)
+            arrays.append(array)
+        return tuple(arrays)
+
     def value(self, data: Any, fetch: Fetch) -> Any:
-        packed = fetch.packed(self._kind, data)
+        packed = self._unpacked(data, fetch)
         if self._decode is None:
             raise NotRecorded(f"a value of {self._kind}, which has no codec any more")
         try:

@@ -40,6 +40,8 @@ class Options:
     check_operators: bool = False
     resume: tuple[Path, float] | None = None
     """A recording and the simulated time from which the run goes on."""
+    past: Path | None = None
+    """The package of the recorded specification, where it is another one."""
     record: Path | None = None
     record_exact: bool = False
     texts: Mapping[str, str] = field(default_factory=dict)

@@ -70,10 +70,10 @@ def _of_array(value: np.ndarray[Any, Any]) -> bytes:
             raise TypeError("arrays of objects have no stable encoding")
         text = f"{value.dtype.str}{value.shape}".encode()
         head = _HEADS[key] = _length(b"a", len(text)) + text
-    return head + (value.tobytes() if value.nbytes < LARGE_ARRAY_BYTES else _digest(value))
+    return head + (value.tobytes() if value.nbytes < LARGE_ARRAY_BYTES else digest(value))
 
 
-def _digest(array: np.ndarray[Any, Any]) -> bytes:
+def digest(array: np.ndarray[Any, Any]) -> bytes:
     """SHA-256 of the bytes, which are read once of an array that nobody can change.
 
     Objects are seen again and again with the same descriptors and colours.
@@ -82,10 +82,10 @@ def _digest(array: np.ndarray[Any, Any]) -> bytes:
     known = _DIGESTS.get(key)
     if known is not None and known[0]() is array:
         return known[1]
-    digest = hashlib.sha256(array.tobytes()).digest()
+    found = hashlib.sha256(array.tobytes()).digest()
     if array.base is None and not array.flags.writeable:
-        _DIGESTS[key] = weakref.ref(array, lambda _: _DIGESTS.pop(key, None)), digest
-    return digest
+        _DIGESTS[key] = weakref.ref(array, lambda _: _DIGESTS.pop(key, None)), found
+    return found
 
 
 _DIGESTS: dict[int, tuple[weakref.ref[np.ndarray[Any, Any]], bytes]] = {}
@@ -161,6 +161,8 @@ class RecordDigest:
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
+        self._folded = b""
+        self._is_folded = True
         self._texts = _Texts()
         self._last: dict[tuple[str, str], tuple[Any, bytes]] = {}
 
@@ -178,6 +180,21 @@ class RecordDigest:
         except TypeError as error:
             raise UnrecordableValue(name, record.state, element, error) from error
         self._hash.update(b"".join(parts))
+        self._is_folded = False
+
+    def fold(self) -> None:
+        """Go on from the digest of all until now, so that this is all that has to be kept."""
+        if not self._is_folded:
+            self.restore(self._hash.hexdigest())
+
+    def saved(self) -> str:
+        """What was folded last."""
+        return self._folded.hex()
+
+    def restore(self, saved: str) -> None:
+        """Go on from there; raises ValueError for what is no digest."""
+        self._folded, self._is_folded = bytes.fromhex(saved), True
+        self._hash = hashlib.sha256(self._folded)
 
     def hexdigest(self) -> str:
         """The digest so far."""

@@ -9,6 +9,7 @@ import platform
 import resource
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -89,6 +90,25 @@ class Statistics:
         tally = self.tallies[record.subsystem]
         tally.paths[tally.state, record.transition, record.state] += 1
         tally.state = record.state
+
+    def saved(self) -> dict[str, Any]:
+        """The tallies as plain data, with the rows as texts."""
+        found = {}
+        for name, tally in self.tallies.items():
+            rows = {-1: "", **{i: str(row) for i, row in enumerate(tally.subsystem.transitions)}}
+            paths = [[a, rows[row], b, count] for (a, row, b), count in tally.paths.items()]
+            found[name] = {"state": tally.state, "paths": paths}
+        return found
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from there; raises KeyError, TypeError, ValueError for other data."""
+        for name, tally in self.tallies.items():
+            if name not in saved:
+                continue
+            rows = {str(row): index for index, row in enumerate(tally.subsystem.transitions)}
+            tally.state = str(saved[name]["state"])
+            for before, row, state, count in saved[name]["paths"]:
+                tally.paths[str(before), rows.get(row, -1), str(state)] += int(count)
 
     @property
     def states(self) -> dict[str, str]:

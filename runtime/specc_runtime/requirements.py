@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any, ClassVar, Literal
 
 from specc_runtime.faults import text_of
 from specc_runtime.records import StepRecord
 from specc_runtime.sampling import PLANT
-from specc_runtime.temporal import TRUE, UNKNOWN, Formula, Judgement
+from specc_runtime.temporal import (
+    TRUE,
+    UNKNOWN,
+    Formula,
+    Judgement,
+    of_judgement,
+    read_judgement,
+)
 
 Verdict = Literal["met", "violated", "unknown"]
+Told = Callable[[Mapping[str, Any]], dict[str, Any]]
+"""Makes plain data of values by their attributes, or values of the data."""
 
 
 class Requirement:
@@ -42,8 +52,8 @@ class Requirement:
         self._count = 0
         self._over = False
         self._earlier: deque[Mapping[str, Any]] = deque()
-        self._violated: tuple[int, Mapping[str, Any]] | None = None
-        self._unknown: tuple[int, Mapping[str, Any]] | None = None
+        self._first: dict[str, tuple[int, dict[str, Any]]] = {}
+        """By the verdict that it makes, the first such tick and the values that are told of it."""
 
     def step(self, values: Mapping[str, Any]) -> None:
         """Take in a tick with the values that are there then."""
@@ -60,15 +70,19 @@ class Requirement:
     def _judge(self, found: Judgement, then: Mapping[str, Any]) -> None:
         (low, high), worst = found, self._worst
         self._worst = min(low, worst[0]), min(high, worst[1])
-        if not high[0]:
-            self._violated = self._violated or (self._count, then)
-        elif not low[0]:
-            self._unknown = self._unknown or (self._count, then)
+        if not low[0]:
+            verdict = "unknown" if high[0] else "violated"
+            if verdict not in self._first:
+                self._first[verdict] = self._count, self._shown(then)
+
+    def pass_over(self, ticks: int) -> None:
+        """Nothing is known of so many ticks; all atoms are unknown."""
+        for _ in range(ticks):
+            self.step({})
 
     def finish(self, missed: int) -> None:
         """The run is over, `missed` ticks ago: all that is still to be judged is unknown."""
-        for _ in range(0 if self._over else missed + self.formula.delay):
-            self.step({})
+        self.pass_over(0 if self._over else missed + self.formula.delay)
         self._over = True
 
     @property
@@ -82,15 +96,37 @@ class Requirement:
         """The entry of the report; `time_s` is the first tick that makes the verdict."""
         verdict = self.verdict
         margin = {"met": self._worst[0][1], "violated": self._worst[1][1], "unknown": None}[verdict]
-        first = {"met": None, "violated": self._violated, "unknown": self._unknown}[verdict]
+        first = self._first.get(verdict)
         return {
             "that": self.that,
             "because": self.because,
             "verdict": verdict,
             "margin": None if margin is None or math.isinf(margin) else margin,
             "time_s": first[0] * tick_s if first else None,
-            "values": self._shown(first[1]) if first else {},
+            "values": first[1] if first else {},
         }
+
+    def saved(self, told: Told) -> dict[str, Any]:
+        """What it remembers of the run."""
+        runs = [list(same) for _, same in groupby(self._earlier, id)]
+        return {
+            "that": self.that,
+            "formula": self.formula.saved(),
+            "holds": self.holds,
+            "worst": of_judgement(self._worst),
+            "count": self._count,
+            "earlier": [[len(same), told(same[0])] for same in runs],
+            "first": self._first,
+        }
+
+    def restore(self, saved: Any, values_of: Told) -> None:
+        """Remember that; raises KeyError, TypeError, ValueError for other data."""
+        self.formula.restore(saved["formula"])
+        self.holds, self._count = bool(saved["holds"]), int(saved["count"])
+        self._worst = read_judgement(saved["worst"])
+        runs = [(int(count), values_of(values)) for count, values in saved["earlier"]]
+        self._earlier = deque([values for count, values in runs for _ in range(count)])
+        self._first = {str(v): (int(at), dict(shown)) for v, (at, shown) in saved["first"].items()}
 
     def _shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         plain = (bool, int, float, str)
@@ -185,6 +221,47 @@ class _Alike:
             for requirement in self.requirements:
                 requirement.step(self._known)
             self.tick += 1
+
+    def saved(self, told: Told) -> dict[str, Any]:
+        """What is known of the run so far."""
+        changes = {}
+        for tick, change in self._changes.items():
+            gone = [name for name, value in change.items() if value is ABSENT]
+            there = {name: value for name, value in change.items() if value is not ABSENT}
+            changes[str(tick)] = [told(there), gone]
+        return {
+            "tick": self.tick,
+            "settled": self.settled,
+            "known": told(self._known),
+            "changes": changes,
+            "each": [requirement.saved(told) for requirement in self.requirements],
+        }
+
+    def restore(self, saved: Any, tick: int, values_of: Told) -> list[str]:
+        """See `Requirements`; nothing is known of the run if `saved` is None."""
+        saved = saved or {"tick": tick, "settled": {}, "known": {}, "changes": {}, "each": []}
+        self.tick = min(tick, int(saved["tick"]))
+        self.settled = {name: int(saved["settled"].get(name, tick)) for name in self.settled}
+        self._known = values_of(saved["known"])
+        self._changes.clear()
+        for at, (there, gone) in saved["changes"].items():
+            self._changes[int(at)] = values_of(there) | dict.fromkeys(gone, ABSENT)
+        known = {each["that"]: each for each in saved["each"]}
+        new = [each for each in self.requirements if each.that not in known]
+        for atom in self._atoms:
+            atom.now = UNKNOWN
+        for each in new:
+            each.pass_over(self.tick)
+        for each in self.requirements:
+            if each.that in known:
+                each.restore(known[each.that], values_of)
+        for name in vars(type(self.values)).get("__slots__", ()):
+            if name not in self._known and hasattr(self.values, name):
+                delattr(self.values, name)
+        for name, value in self._known.items():
+            setattr(self.values, name, value)
+        self.begin()
+        return [each.that for each in new]
 
     def abandon(self, tick: int) -> None:
         """What is not judged by then is unknown."""
@@ -283,6 +360,21 @@ class Requirements:
         """The run is over after so many ticks; those that are not judged yet are unknown."""
         for group in self._groups:
             group.abandon(tick)
+
+    def saved(self, told: Told) -> list[dict[str, Any]]:
+        """What is known of the run so far."""
+        return [group.saved(told) for group in self._groups]
+
+    def restore(self, saved: Any, tick: int, values_of: Told) -> list[str]:
+        """Go on from there at a tick; which of them are new, and know nothing of those before.
+
+        Raises LookupError, TypeError, ValueError for other data.
+        """
+        known = {frozenset(each["settled"]): each for each in saved}
+        new: list[str] = []
+        for group in self._judged():
+            new += group.restore(known.get(frozenset(group.settled)), tick, values_of)
+        return new
 
     @property
     def violated(self) -> bool:

@@ -37,6 +37,22 @@ class Sensor:
         self._sample = sample
         self._taken_s = 0.0
 
+    @property
+    def is_renewed(self) -> bool:
+        """Whether there is a new sample whenever one is due, as far as is known."""
+        return not (self.silent or self._binding.sporadic)
+
+    def saved(self, told: Callable[[str, Any], Any]) -> dict[str, Any]:
+        """What it remembers; `told` makes plain data of a value."""
+        own = {"count": self.count, "taken_s": self._taken_s}
+        return own if self.is_renewed else own | {"value": told(self.name, self.value)}
+
+    def restore(self, saved: Any, value_of: Callable[[str, Any], Any]) -> None:
+        """Remember that; raises KeyError, TypeError, ValueError for other data."""
+        self.count, self._taken_s = int(saved["count"]), float(saved["taken_s"])
+        if "value" in saved:
+            self.value = value_of(self.name, saved["value"])
+
     def update(self, time_s: float) -> None:
         """Take a sample, if there is one; raises `DeviceFailed`."""
         value = self._given(self._sample, self.name)
@@ -116,6 +132,10 @@ class Port:
         self._sensor = sensor
         self._put = put
         self._seen = 0
+
+    def skip(self) -> None:
+        """The reader has had the latest sample."""
+        self._seen = self._sensor.count
 
     def deliver(self) -> None:
         """Give the reader the latest sample, unless it has had it."""

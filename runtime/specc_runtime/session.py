@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
+from typing import Any, Protocol
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
 from specc_runtime.cycle import Executor
 from specc_runtime.disturbances import Disturbances
 from specc_runtime.faults import Fault, JudgeFailed, PlantFailed
+from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
-from specc_runtime.options import CYCLE_LIMIT_S, Options
+from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
 from specc_runtime.plant import Plant
-from specc_runtime.records import Observer, RecordDigest
+from specc_runtime.records import Observer, RecordDigest, StepRecord
 from specc_runtime.report import (
     Ending,
     Report,
@@ -26,11 +29,23 @@ from specc_runtime.report import (
 from specc_runtime.requirements import Requirements
 from specc_runtime.safety import LastOutput
 from specc_runtime.sampling import Onlooker
+from specc_runtime.savable import restored, saved_by
+from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Cycles, Judge, drawn
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
+
+
+class Recording(Protocol):
+    """What records a run: an observer that keeps snapshots."""
+
+    def __call__(self, record: StepRecord) -> None:
+        """See `Observer`."""
+
+    def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
+        """Called now and then between two ticks with what gives a snapshot."""
 
 
 class Session:
@@ -44,7 +59,7 @@ class Session:
         judge: Judge | None,
         clock: WallClock,
         interruption: Interruption,
-        recorder: Observer | None = None,
+        recorder: Recording | None = None,
     ) -> None:
         """The plant is reset and its scene set. Raises ValueError, AttributeError for a system
         that does not hang together, UsageError for a plant that cannot be disturbed as it says.
@@ -85,7 +100,13 @@ class Session:
             onlooker=_onlooker(system, plant, recorder, self._followers),
             inline=options.inline,
             clock=clock,
+            at_rest=self._rest,
         )
+        self._plant = plant
+        self._judge = judge
+        self._recorder = recorder
+        self._kept = 0
+        """The tick of the last snapshot."""
         self._disturbances = Disturbances(
             system.task.disturb if system.task else (),
             system.triggers,
@@ -93,6 +114,90 @@ class Session:
             self._executor.silence,
             options.seed,
         )
+
+    def _rest(self) -> None:
+        """Nothing is under way: let the recorder keep all that there is, once."""
+        self._digest.fold()
+        before, self._kept = self._kept, self._executor.tick
+        if self._recorder is not None and self._kept > before:
+            self._recorder.keep(self._executor.time_s, self.saved)
+
+    def saved(self, values: Values) -> dict[str, Any]:
+        """A snapshot, plain data; raises NotRecorded for what has none."""
+        executor, keeps = self._executor, partial(saved_by, is_lenient=values.is_lenient)
+        return {
+            **executor.saved(values),
+            "time": executor.time_s,
+            "subsystems": {
+                subsystem.name: values.of_subsystem(subsystem, x, executor.renewed)
+                for subsystem, x in executor.inboxes()
+            },
+            "records": self._digest.saved(),
+            "tallies": self._statistics.saved(),
+            "task": self._cycles.saved() | {"judge": keeps("the judge", self._judge)},
+            **{of: each.saved(partial(values.read, of)) for of, each in self._followed()},
+            "disturbances": self._disturbances.saved(),
+            "plant": keeps("the plant", self._plant),
+        }
+
+    def restore(self, saved: Mapping[str, Any], values: Values) -> list[str]:
+        """Go on from a snapshot; what of it has no place, or is not in it.
+
+        Raises Misshapen, and LookupError, TypeError, ValueError, for what is no snapshot.
+        """
+        lost = [f"{n}: there is no such subsystem" for n in saved["subsystems"] if n not in values]
+        if len(lost) == len(saved["subsystems"]):
+            raise Misshapen(f"it is of another system: it has no step of {self._system.name}")
+        self._executor.restore(saved, values)
+        for scheduled in self._system.subsystems:
+            subsystem = scheduled.subsystem
+            if subsystem.name in saved["subsystems"]:
+                lost += values.place(subsystem, saved["subsystems"][subsystem.name])
+            else:
+                lost.append(f"{subsystem.name}: is at its beginning: it was not recorded")
+        self._digest.restore(saved["records"])
+        self._statistics.restore(saved["tallies"])
+        self._cycles.restore(saved["task"])
+        for of, each in self._followed():
+            tick = self._executor.tick
+            known = (
+                saved.get(of, ()) if tick == saved["tick"] else ()
+            )  # in ticks of the same length
+            new = each.restore(known, tick, partial(values.values_read, of))
+            lost += [f"nothing is known of the past for: {that}" for that in new]
+        begun = self._disturbances.restore(saved["disturbances"])
+        lost += [f"nothing is known of the disturbance: {because}" for because in begun]
+        restored(self._judge, saved["task"]["judge"])
+        restored(self._plant, saved["plant"])
+        if self._judge is not None and saved["task"]["judge"] is None:
+            lost.append("the judge begins anew: it could not be kept")
+        return lost
+
+    def go_to(self, time_s: float) -> None:
+        """Run to the last moment until then at which nothing is under way.
+
+        Raises UsageError if a fault ends it before.
+        """
+        self.duration_s, self.wanted = self._executor.rest_before(time_s), None
+        self._guarded(lambda: self._advance(()))
+        if self.interruption.requested:
+            raise KeyboardInterrupt
+        if self.faults or not self._executor.settle():
+            raise UsageError(f"the recorded run ends by a fault: {self.faults[0].message}")
+        self._digest.fold()
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time."""
+        return self._executor.time_s
+
+    def close(self) -> None:
+        """End what goes on in other threads, without a word to devices."""
+        self._executor.close()
+
+    def _followed(self) -> list[tuple[str, Requirements]]:
+        both = ("requirements", self._system.requirements), ("triggers", self._system.triggers)
+        return [(of, each) for of, each in both if each is not None]
 
     @property
     def progress(self) -> int:
@@ -115,6 +220,7 @@ class Session:
         Wall time counts from when every subsystem has made its first step, with all that it loads.
         """
         self._begin_s = self._clock.now_s()
+        self._rest()
         try:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)

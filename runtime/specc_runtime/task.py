@@ -5,7 +5,7 @@ Scene and judge see the plant as it really is. Nothing of them reaches an agent.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from specc_runtime.contracts import as_bool
 from specc_runtime.faults import JudgeFailed
 from specc_runtime.records import StepRecord
+from specc_runtime.savable import from_plain, plain
 from specc_runtime.streams import stream
 from specc_runtime.system import Start, System
 from specc_runtime.wrong import Blamed, Unfit
@@ -123,6 +124,17 @@ class Cycles:
                 raise self._failed(error) from error
             self.results[-1] = {**found, **own}
         self.fulfilled[-1] = good and why == "completed"
+
+    def saved(self) -> dict[str, Any]:
+        """What is known of the cycles so far, without the judge; raises NotRecorded."""
+        own = {"fulfilled": self.fulfilled, "begun_s": self.begun_s}
+        return own | {"results": plain(self.results)}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from there; raises KeyError, TypeError, ValueError for other data."""
+        self.results = [dict(result) for result in from_plain(saved["results"])]
+        self.fulfilled = [bool(good) for good in saved["fulfilled"]]
+        self.begun_s = float(saved["begun_s"])
 
     def _failed(self, error: BaseException) -> BaseException:
         """The fault of a judge, which is not asked again; Ctrl-C stays what it is."""

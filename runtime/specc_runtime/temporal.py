@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from typing import ClassVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain, groupby, repeat
+from typing import Any, ClassVar, NamedTuple
 
 Known = tuple[bool, float]
 """Truth and margin, which is not negative where it is true and not positive where it is not."""
@@ -33,7 +34,83 @@ def judged(holds: bool, margin: float = math.inf) -> Judgement:
     return known, known
 
 
-class Formula(ABC):
+class _Data(NamedTuple):
+    """How something is plain data, and what it is of such data: raises TypeError, ValueError."""
+
+    of: Callable[[Any], Any]
+    read: Callable[[Any], Any]
+
+
+def _of_known(known: Known) -> list[Any]:
+    holds, margin = known
+    return [holds] if math.isinf(margin) else [holds, margin]
+
+
+def _known(data: Any) -> Known:
+    holds, *margin = data
+    size = margin[0] if margin else math.inf if holds else -math.inf
+    if type(holds) is not bool or type(size) is not float:
+        raise TypeError("neither truth nor margin")
+    return holds, size
+
+
+def of_judgement(judgement: Judgement) -> list[Any]:
+    """Plain data; one bound where both are the same."""
+    low, high = judgement
+    return [_of_known(low)] if low == high else [_of_known(low), _of_known(high)]
+
+
+def read_judgement(data: Any) -> Judgement:
+    """Of plain data; raises TypeError, ValueError for other data."""
+    low, *high = map(_known, data)
+    return low, high[0] if high else low
+
+
+def _of_waiting(waiting: deque[Judgement | None]) -> list[Any]:
+    runs = [(len(list(same)), item) for item, same in groupby(waiting)]
+    return [[count, None if item is None else of_judgement(item)] for count, item in runs]
+
+
+def _waiting(data: Any) -> deque[Judgement | None]:
+    runs = [(int(count), None if item is None else read_judgement(item)) for count, item in data]
+    return deque(chain.from_iterable(repeat(item, count) for count, item in runs))
+
+
+_NUMBER = _Data(int, int)
+_LAST = _Data(of_judgement, read_judgement)
+_WAITING = _Data(_of_waiting, _waiting)
+_BEST = _Data(
+    lambda kept: [[tick, _of_known(known)] for tick, known in kept],
+    lambda data: deque([(int(tick), _known(known)) for tick, known in data]),
+)
+
+
+class _Kept:
+    """What remembers something of the ticks that were: its `keeps`, and its `parts`.
+
+    `keeps` has for each attribute how it is plain data.
+    """
+
+    keeps: ClassVar[Mapping[str, _Data]] = {}
+    parts: Sequence[_Kept] = ()
+
+    def saved(self) -> list[Any]:
+        """All of it."""
+        own = [data.of(getattr(self, name)) for name, data in self.keeps.items()]
+        return [*own, *[part.saved() for part in self.parts]]
+
+    def restore(self, saved: Any) -> None:
+        """Remember that; raises TypeError, ValueError for other data."""
+        readers = [
+            *[data.read for data in self.keeps.values()],
+            *[part.restore for part in self.parts],
+        ]
+        found = [read(item) for read, item in zip(readers, saved, strict=True)]
+        for name, value in zip(self.keeps, found, strict=False):
+            setattr(self, name, value)
+
+
+class Formula(_Kept, ABC):
     """A formula that follows a run. What it says at a tick is known `delay` ticks later."""
 
     delay: int = 0
@@ -82,6 +159,7 @@ class Not(Formula):
     def __init__(self, operand: Formula) -> None:
         self.delay = operand.delay
         self.operands = (operand,)
+        self.parts = (operand,)
 
     def step(self) -> Judgement | None:
         """See `Formula`."""
@@ -93,11 +171,14 @@ def _opposite(known: Known) -> Known:
     return not known[0], -known[1]
 
 
-class _Delayed:
+class _Delayed(_Kept):
     """A formula whose judgements come `by` ticks later than it gives them."""
+
+    keeps: ClassVar[Mapping[str, _Data]] = {"_waiting": _WAITING}
 
     def __init__(self, formula: Formula, delay: int) -> None:
         self._formula = formula
+        self.parts = (formula,)
         self._by = delay - formula.delay
         self._waiting: deque[Judgement | None] = deque()
 
@@ -114,6 +195,7 @@ class _Junction(Formula):
         self.delay = max(operand.delay for operand in operands)
         self.operands = operands
         self._delayed = [_Delayed(operand, self.delay) for operand in operands]
+        self.parts = self._delayed
 
     def step(self) -> Judgement | None:
         """See `Formula`."""
@@ -143,10 +225,12 @@ class _Window(Formula):
 
     best: ClassVar[bool]
     ahead: ClassVar[bool]
+    keeps: ClassVar[Mapping[str, _Data]] = {"_count": _NUMBER, "_lows": _BEST, "_highs": _BEST}
 
     def __init__(self, ticks: int, operand: Formula) -> None:
         self._ticks = ticks
         self.operands = (operand,)
+        self.parts = (operand,)
         self._count = 0
         # Of each bound the ticks that may still be the best, each with a better one before it.
         self._lows: deque[tuple[int, Known]] = deque()
@@ -198,11 +282,14 @@ class Historically(_Window):
 class Since(Formula):
     """The second held at some tick until now, and the first at all ticks after that one."""
 
+    keeps: ClassVar[Mapping[str, _Data]] = {"_last": _LAST}
+
     def __init__(self, first: Formula, second: Formula) -> None:
         self.delay = max(first.delay, second.delay)
         self.operands = (first, second)
         self._first = _Delayed(first, self.delay)
         self._second = _Delayed(second, self.delay)
+        self.parts = self._first, self._second
         self._last = FALSE
 
     def step(self) -> Judgement | None:

@@ -55,6 +55,11 @@ class Track:
         self._watch = watch
 
     @property
+    def ticks(self) -> int:
+        """From one step to the next."""
+        return self._scheduled.ticks
+
+    @property
     def visible_tick(self) -> int:
         """When the others may see the step that is pending."""
         return self.started_tick + self._scheduled.ticks
@@ -88,7 +93,7 @@ class Runner(ABC):
     """Starts a step and gives its outcome later; `busy_s` is the wall time of all steps.
 
     A step begins with the deferred samples among its inputs `sensed`; `clear` lowers the fresh
-    flags of the inbox.
+    flags of the `inbox`, where new inputs go.
     """
 
     def __init__(
@@ -99,6 +104,7 @@ class Runner(ABC):
         clock: WallClock,
     ) -> None:
         self.subsystem = subsystem
+        self.inbox = subsystem.x
         self.busy_s = 0.0
         self._sensed = sensed
         self._clear = clear
@@ -146,13 +152,12 @@ class WorkerRunner(Runner):
         pool: Workers,
     ) -> None:
         super().__init__(subsystem, sensed, clear, clock)
-        self._inbox = subsystem.x
         self._pool = pool
         self._future: Future[Outcome] | None = None
 
     def start(self) -> None:
         """See `Runner`."""
-        self.subsystem.x = copy.copy(self._inbox)
+        self.subsystem.x = copy.copy(self.inbox)
         self._clear()
         self._future = self._pool.submit(self._step)
 

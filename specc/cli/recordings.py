@@ -32,9 +32,9 @@ def recover(options: Namespace) -> int:
     try:
         saved = called("recording.reading", "Recovered", Path(options.file), out)
     except Refused as refused:
-        return _unusable(str(refused))
+        return unusable(str(refused))
     except OSError as error:
-        return _unusable(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
+        return unusable(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
     missing = f", {saved.damaged} damaged parts left out" if saved.damaged else ""
     words = "it had been cut" if saved.cut else "it was whole"
     streams.say(
@@ -49,7 +49,7 @@ def replay(options: Namespace) -> int:
         told = called("recording.replay", "about", Path(options.file))
         return _replay(options, options.spec or _spec_of(told), told)
     except Refused as refused:
-        return _unusable(str(refused))
+        return unusable(str(refused))
 
 
 def _replay(options: Namespace, spec: str, told: Any) -> int:
@@ -57,7 +57,7 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
     from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
 
-    built = pipeline.build(spec, _values(told))
+    built = pipeline.build(spec, values_of(told))
     result = built.result
     if not result.ok or result.system is None:
         return tell(report(resolve(result.diagnostics, result.sources), [spec])) or DIFFERS
@@ -155,7 +155,7 @@ def _spec_of(told: Any) -> str:
     return spec
 
 
-def _values(told: Any) -> dict[str, str]:
+def values_of(told: Any) -> dict[str, str]:
     """Constants that were set for the run."""
     try:
         values = json.loads(told.get("set", "{}"))
@@ -179,6 +179,7 @@ def called(module: str, function: str, *arguments: Any) -> Any:
         raise Refused(str(error)) from error
 
 
-def _unusable(words: str) -> int:
+def unusable(words: str) -> int:
+    """Say why a file cannot be used; the exit code."""
     streams.say(f"specc: {words}")
     return UNUSABLE

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 from specc import output
 from specc.checks.plant import without_plant
 from specc.cli.inspect import judged, overrides_of
+from specc.cli.recorded import recorded_package, texts_of
+from specc.cli.recordings import Refused, unusable
 from specc.cli.streams import tell
 from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import report, resolve
@@ -42,6 +44,12 @@ def run(options: Namespace) -> int:
         findings += resolve(output.write(directory, built.files), Sources())
         if findings and (code := tell(report(findings, [options.spec]))):
             return code
+        options.past = None
+        if options.resume:
+            try:
+                options.past = recorded_package(options, built, Path(scratch, "recorded"))
+            except Refused as refused:
+                return unusable(str(refused))
         return launch(directory, options, built.result.sources)
 
 
@@ -64,20 +72,6 @@ def missing(result: Result, path: str, *, counts: bool) -> Iterator[Diagnostic]:
         )
 
 
-def texts_of(sources: Sources, spec: str) -> dict[str, str]:
-    """The files of a specification as a recording has them."""
-    return {_named(s.path, spec): s.text for s in sources}
-
-
-def _named(path: str, spec: str) -> str:
-    """How a recording names a file: as it is found from here, or from the specification."""
-    if not os.path.isabs(path):
-        return path
-    inside = os.path.relpath(path)
-    is_below = inside.split(os.sep)[0] != os.pardir
-    return inside if is_below else os.path.relpath(path, os.path.dirname(spec))
-
-
 def launch(directory: Path, found: Namespace, sources: Sources) -> int:
     """Exit code of a run of the code in `directory`; `found` is what was asked on the command line.
 
@@ -89,7 +83,7 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         directory=directory,
         base=Path(os.path.dirname(found.spec)),
         built_with=found.set,
-        texts=texts_of(sources, found.spec) if found.record else {},
+        texts=texts_of(sources, found.spec) if found.record or found.resume else {},
     )
     try:
         return int(import_module("specc_runtime.main").run(options) or 0)

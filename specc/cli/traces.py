@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc import output
+from specc.cli.recorded import texts_of
 from specc.cli.recordings import Refused, called
-from specc.cli.run import texts_of
 from specc.frozen import frozen
 from specc.model.requirement import reach_s
 

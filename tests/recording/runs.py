@@ -31,6 +31,20 @@ def begun(*arguments: object) -> subprocess.Popen[str]:
     )
 
 
+MEASURED = {"wall_s", "real_time_factor", "peak_memory_mb", "versions", "mean_step_us"}
+
+
+def report_of(file: Path) -> dict[str, Any]:
+    """What a run came to, without what depends on the machine."""
+
+    def kept(data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        return {name: kept(value) for name, value in data.items() if name not in MEASURED}
+
+    return dict(kept(json.loads(file.read_text())))
+
+
 def messages(file: Path) -> dict[str, list[tuple[Any, Any]]]:
     """The messages of a finished recording by topic, each with its record and its data."""
     found = defaultdict(list)

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from specc_runtime.operators.arrays import Array
 from specc_runtime.operators.irp6 import FINGERS_UPPER
-from specc_runtime.operators.vision.clouds import move_points
-from specc_runtime.operators.vision.values import Object
+from specc_runtime.operators.vision.values import Object, move_points
 
 MARGIN_M = 0.006
 FINGER_HALF_WIDTH_M = 0.011

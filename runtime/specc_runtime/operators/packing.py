@@ -1,12 +1,10 @@
-"""Codecs: values that operators exchange as bytes, and back, bit for bit."""
+"""Codecs: values that operators exchange as bytes or arrays, and back, bit for bit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import astuple, fields
-from io import BytesIO
 from struct import Struct, pack
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -20,53 +18,44 @@ from specc_runtime.operators.vision.values import (
     PoseHypothesis,
 )
 
-T = TypeVar("T")
+Arrays = tuple[Any, ...]
 _INTRINSICS = Struct("<4d")
 
 
-def encode_arrays(value: Any) -> bytes:
-    """The fields of a dataclass, arrays and numbers, each in NumPy's own format."""
-    file = BytesIO()
-    for part in fields(value):
-        array = np.ascontiguousarray(getattr(value, part.name))
-        np.lib.format.write_array(file, array, allow_pickle=False)
-    return file.getvalue()
+def encode_arrays(value: Any) -> Arrays:
+    """The fields of a dataclass: arrays, numbers, the moves (m, 4, 4) of a cloud."""
+    return tuple(_array(getattr(value, part.name)) for part in fields(value))
 
 
-def _decoded(kind: Callable[..., T], count: int, data: bytes) -> T:
-    """What `kind` makes of so many arrays, read-only. Raises ValueError for other bytes."""
-    file = BytesIO(data)
-    arrays = [np.lib.format.read_array(file, allow_pickle=False) for _ in range(count)]
-    if file.read(1):
-        raise ValueError("more bytes than the value has")
-    for array in arrays:
-        array.setflags(write=False)
-    return kind(*arrays)
+def _array(part: Any) -> Any:
+    return np.array(part).reshape(-1, 4, 4) if type(part) is tuple else np.ascontiguousarray(part)
 
 
-def decode_cloud(data: bytes) -> Cloud:
-    """See `encode_arrays`."""
-    return _decoded(Cloud, 2, data)
+def decode_cloud(data: Arrays) -> Cloud:
+    """See `encode_arrays`. Raises ValueError for other arrays."""
+    points, colours, moves = data
+    return Cloud(points, colours, tuple(moves))
 
 
-def decode_feature_cloud(data: bytes) -> FeatureCloud:
-    """See `encode_arrays`."""
-    return _decoded(FeatureCloud, 3, data)
+def decode_feature_cloud(data: Arrays) -> FeatureCloud:
+    """See `encode_arrays`. Raises ValueError for other arrays."""
+    points, seen_from, descriptors, moves = data
+    return FeatureCloud(points, seen_from, descriptors, tuple(moves))
 
 
-def decode_features(data: bytes) -> Features:
-    """See `encode_arrays`."""
-    return _decoded(Features, 2, data)
+def decode_features(data: Arrays) -> Features:
+    """See `encode_arrays`. Raises TypeError for other arrays."""
+    return Features(*data)
 
 
-def decode_matches(data: bytes) -> Matches:
-    """See `encode_arrays`."""
-    return _decoded(Matches, 3, data)
+def decode_matches(data: Arrays) -> Matches:
+    """See `encode_arrays`. Raises TypeError for other arrays."""
+    return Matches(*data)
 
 
-def decode_hypothesis(data: bytes) -> PoseHypothesis:
-    """See `encode_arrays`."""
-    model, pose, support = _decoded(lambda *parts: parts, 3, data)
+def decode_hypothesis(data: Arrays) -> PoseHypothesis:
+    """See `encode_arrays`. Raises ValueError for other arrays."""
+    model, pose, support = data
     return PoseHypothesis(int(model[0]), pose, int(support[0]))
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from specc_runtime.operators.arrays import Array
 from specc_runtime.operators.clearance import hand_has_room
 from specc_runtime.operators.grasping import grasp_pose, graspable, left_right_grasp
-from specc_runtime.operators.vision.clouds import move_cloud, move_feature_cloud
 from specc_runtime.operators.vision.values import Object, label_of, model_label_of
 
 SAME_POSITION_M = 0.03
@@ -30,8 +29,8 @@ def transform_objects(X_BK: Array, objects: Objects) -> Objects:
         replace(
             each,
             X=X_BK @ each.X,
-            C_rgb=move_cloud(X_BK, each.C_rgb),
-            C_sift=move_feature_cloud(X_BK, each.C_sift),
+            C_rgb=each.C_rgb.moved(X_BK),
+            C_sift=each.C_sift.moved(X_BK),
         )
         for each in objects
     )

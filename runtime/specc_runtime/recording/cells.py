@@ -17,8 +17,10 @@ from specc_runtime.forms import Element, object_schema
 from specc_runtime.recording.log import Channel, Log
 from specc_runtime.recording.pictures import compressed, raw
 from specc_runtime.recording.text import dumped, dumped_each
+from specc_runtime.records import digest
 
 VALUES, VALUE_SCHEMA = "/values", "specc.Value"
+VALUE = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
 SMALL_BYTES = 512
 """A codec's bytes up to this size stand in the message itself."""
 WINDOW = 32
@@ -56,24 +58,30 @@ class Shelf:
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
-        digest = digest_of(value.tobytes())
-        if self.log is not None and self._is_new(digest):
+        name = digest_of(value.tobytes())
+        if self.log is not None and self._is_new(name):
             kind, schema, make = (raw if self.exact else compressed)(value)
             channel = self.log.channel(self._topic, kind, schema)
             make = partial(make, value, self._time_s, self._topic)
             self._precede(self.log, channel, make, value.nbytes)
-        return {"image": digest}
+        return {"image": name}
 
-    def packed(self, kind: str, data: bytes) -> Any:
+    def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
         """See `Aside`."""
-        if len(data) <= SMALL_BYTES:
-            return {"type": kind, "bytes": b64encode(data).decode()}
-        digest = digest_of(data)
-        if self.log is not None and self._is_new(digest):
-            form = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
-            channel = self.log.channel(VALUES, VALUE_SCHEMA, form)
-            self._precede(self.log, channel, partial(_value, kind, data), len(data))
-        return {"type": kind, "digest": digest}
+        size = len(data) if isinstance(data, bytes) else data.nbytes
+        if size <= SMALL_BYTES:
+            return {"type": kind, "bytes": _base64(data)}
+        name = digest_of(data)
+        if self.log is not None and self._is_new(name):
+            self._put(self.log, partial(_value, kind, data), size)
+        return {"type": kind, "digest": name}
+
+    def left_out(self, kind: str) -> Any:
+        """See `Aside`."""
+        return {"type": kind}
+
+    def _put(self, log: Log, make: Callable[[], bytes], size: int) -> None:
+        self._precede(log, log.channel(VALUES, VALUE_SCHEMA, VALUE), make, size)
 
     def _precede(self, log: Log, channel: Channel, make: Callable[[], bytes], size: int) -> None:
         log.precede((channel.number, round(self._time_s * 1e9), self._date_ns, make), size)
@@ -85,13 +93,18 @@ class Shelf:
         return True
 
 
-def digest_of(data: bytes) -> str:
+def digest_of(data: bytes | np.ndarray[Any, Any]) -> str:
     """What stands for bytes that are aside: the first 16 digits of their SHA-256."""
-    return sha256(data).hexdigest()[:16]
+    found = digest(data) if isinstance(data, np.ndarray) else sha256(data).digest()
+    return found.hex()[:16]
 
 
-def _value(kind: str, data: bytes) -> bytes:
-    return dumped({"type": kind, "bytes": b64encode(data).decode()})
+def _base64(data: bytes | np.ndarray[Any, Any]) -> str:
+    return b64encode(data if isinstance(data, bytes) else data.tobytes()).decode()
+
+
+def _value(kind: str, data: bytes | np.ndarray[Any, Any]) -> bytes:
+    return dumped({"type": kind, "bytes": _base64(data)})
 
 
 class Cell:

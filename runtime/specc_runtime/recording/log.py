@@ -20,6 +20,8 @@ from specc_runtime.recording.container import Container, Message
 from specc_runtime.recording.text import dumped
 
 LIBRARY = "specc"
+FORMAT = "1"
+"""Of what is inside of the messages; replay knows the ones that it can read."""
 INTERVAL_S = 0.4
 """Wall time between two moments at which all that there is goes to the file."""
 MOST_BYTES = 1 << 26
@@ -59,6 +61,7 @@ class Log:
         self._over = False
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, Channel] = {}
+        self._apart: set[int] = set()
         self._container: Container
         self._guarded(self._begin)
         self._thread = Thread(target=self._work, name="specc-recording", daemon=True)
@@ -83,14 +86,18 @@ class Log:
         texts: Texts = lambda contents, *_: contents,
         *,
         is_preceded: bool = False,
+        is_apart: bool = False,
     ) -> Channel:
         """The channel of a topic, whose messages have a schema of that name.
 
         The texts of those that may be preceded by others are made in the order of their dates.
+        Those that are apart have chunks of their own, so that they are found without the rest.
         """
         if topic not in self._channels:
             channel = self._channels[topic] = Channel(self, texts, self._clock, is_preceded)
             self._guarded(lambda: self._register(channel, topic, schema, form))
+            if is_apart:
+                self._apart.add(channel.number)
         return self._channels[topic]
 
     def _register(self, channel: Channel, topic: str, schema: str, form: Schema) -> None:
@@ -162,15 +169,19 @@ class Log:
         for channel in list(self._channels.values()):
             self._take(channel)
         self._batch.sort(key=_date)
-        messages, size = list[Message](), 0
+        messages, apart, size = list[Message](), list[Message](), 0
         for channel_, time_ns, date_ns, content in self._batch:
             data = content if isinstance(content, bytes) else content()
+            if channel_ in self._apart:
+                apart.append((channel_, time_ns, date_ns, data))
+                continue
             messages.append((channel_, time_ns, date_ns, data))
             size += len(data)
             if size > _CHUNK_BYTES:
                 self._container.chunk(messages)
                 messages, size = [], 0
         self._container.chunk(messages)
+        self._container.chunk(apart)
         self._batch.clear()
         self._size = 0
         self._file.flush()

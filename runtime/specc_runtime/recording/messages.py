@@ -13,8 +13,10 @@ from typing import Any
 
 from specc_runtime.forms import Element, Misshapen, NotRecorded
 from specc_runtime.recording.cells import VALUE_SCHEMA, WINDOW, digest_of
+from specc_runtime.recording.log import FORMAT
 from specc_runtime.recording.pictures import RAW, read_raw
 from specc_runtime.recording.reading import (
+    Attachment,
     Channel,
     Message,
     Metadata,
@@ -22,7 +24,6 @@ from specc_runtime.recording.reading import (
     Schema,
     Unusable,
 )
-from specc_runtime.recording.recorder import FORMAT
 from specc_runtime.recording.steps import STEP_SCHEMA, TRUTH_SCHEMA
 from specc_runtime.recording.text import loaded
 
@@ -120,6 +121,17 @@ def about(file: Path) -> Mapping[str, str]:
         if isinstance(record, Message):
             break
     raise Unusable(f"{file} is no recording of specc")
+
+
+def recorded(file: Path) -> tuple[Mapping[str, str], dict[str, str]]:
+    """What `about` says, and the specification with the files that it uses. Raises Unusable."""
+    texts = {}
+    for record in Reading(file):
+        if isinstance(record, Attachment):
+            texts[record.name] = record.data.decode(errors="replace")
+        elif isinstance(record, Message):
+            break
+    return about(file), texts
 
 
 def steps_of(

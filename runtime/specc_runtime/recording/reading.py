@@ -3,21 +3,40 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from errno import EISDIR
 from io import BytesIO
 from pathlib import Path
 
 import zstandard
 from mcap.exceptions import EndOfFile
-from mcap.records import Attachment, Channel, Chunk, DataEnd, McapRecord, Message, Metadata, Schema
+from mcap.records import (
+    Attachment,
+    Channel,
+    Chunk,
+    DataEnd,
+    McapRecord,
+    Message,
+    MessageIndex,
+    Metadata,
+    Schema,
+)
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.writer import Writer
 
 from specc_runtime.recording.container import MAGIC
 from specc_runtime.recording.log import LIBRARY
 
-__all__ = ["Channel", "Message", "Metadata", "Reading", "Recovered", "Schema", "Unusable"]
+__all__ = [
+    "Attachment",
+    "Channel",
+    "Message",
+    "Metadata",
+    "Reading",
+    "Recovered",
+    "Schema",
+    "Unusable",
+]
 
 LARGEST_BYTES = 1 << 28
 """Of one record, packed or unpacked."""
@@ -30,13 +49,18 @@ class Unusable(Exception):
 class Reading:
     """The records of a file in their order, as far as they can be read.
 
-    `cut` says that the file has no proper end, `damaged` counts chunks that were passed over.
+    `cut` says that the file has no proper end, `damaged` counts chunks that were passed over,
+    `last_s` is the last simulated time. With `topics`, parts without messages of these are passed
+    over as far as the file tells.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, topics: Collection[str] = ()) -> None:
         self.cut = False
         self.damaged = 0
+        self.last_s = 0.0
         self._path = path
+        self._topics = topics
+        self._unwanted: set[int] = set()
 
     def __iter__(self) -> Iterator[McapRecord]:
         """Schemas, channels, messages, metadata and attachments. Raises Unusable."""
@@ -49,18 +73,41 @@ class Reading:
                 raise Unusable(f"{self._path} is no MCAP file")
             file.seek(0)
             reader = StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_BYTES)
-            records = iter(reader.records)
             is_over = False
-            while True:
-                try:
-                    record = next(records)
-                except Exception:  # noqa: BLE001  # the library reads what is no record as it may
-                    break
+            for record in self._wanted(reader.records):
                 is_over |= isinstance(record, DataEnd)
                 if is_over:  # an index follows, made from the rest
                     continue
-                yield from self._inside(record)
+                for found in self._inside(record):
+                    if isinstance(found, Channel) and found.topic not in self._topics:
+                        self._unwanted.add(found.id)
+                    yield found
             self.cut = not is_over
+
+    def _wanted(self, records: Iterable[McapRecord]) -> Iterator[McapRecord]:
+        """The records without chunks that have nothing wanted, as the indexes behind them say."""
+        chunk: Chunk | None = None
+        inside: set[int] = set()
+        try:
+            for record in records:
+                if isinstance(record, MessageIndex):
+                    inside.add(record.channel_id)
+                    continue
+                if chunk is not None and self._is_wanted(inside):
+                    yield chunk
+                chunk, inside = None, set()
+                if isinstance(record, Chunk):
+                    chunk = record
+                    self.last_s = max(self.last_s, record.message_end_time / 1e9)
+                else:
+                    yield record
+        except Exception:  # noqa: BLE001  # the library reads what is no record as it may
+            pass
+        if chunk is not None and self._is_wanted(inside):
+            yield chunk
+
+    def _is_wanted(self, channels: set[int]) -> bool:
+        return not (self._topics and channels and channels <= self._unwanted)
 
     def _inside(self, record: McapRecord) -> Iterator[McapRecord]:
         if not isinstance(record, Chunk):

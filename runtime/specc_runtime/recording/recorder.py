@@ -13,17 +13,16 @@ from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Shelf
-from specc_runtime.recording.log import Log
+from specc_runtime.recording.log import FORMAT, Log
 from specc_runtime.recording.scene import PERIOD_S, Scene
+from specc_runtime.recording.snapshots import Snapshots
 from specc_runtime.recording.steps import Steps, Truth
 from specc_runtime.recording.text import dumped
 from specc_runtime.records import StepRecord
 from specc_runtime.report import Report, versions
 from specc_runtime.sampling import PLANT
+from specc_runtime.snapshot import Values
 from specc_runtime.system import System
-
-FORMAT = "1"
-"""Of what is inside of the messages; replay knows the ones that it can read."""
 
 
 class Recorder:
@@ -42,6 +41,7 @@ class Recorder:
             s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self.log)
             for s in system.subsystems
         }
+        self._snapshots = Snapshots(self.log, system, layouts)
         self._truth = Truth(layouts[PLANT], shelf, self.log) if PLANT in layouts else None
         posed = plant is not None and not shortcomings(plant, Posed)
         self._scene = Scene(self.log, plant) if posed else None
@@ -54,6 +54,10 @@ class Recorder:
             self._truth.add(record)
         else:
             self._steps[record.subsystem].add(record)
+
+    def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
+        """See `specc_runtime.session.Recording`."""
+        self._snapshots.keep(time_s, saved)
 
     def tick(self, view: View) -> None:
         """See `Companion`."""
@@ -84,6 +88,7 @@ def _about(options: Options, system: System) -> dict[str, str]:
         "spec": next(iter(options.texts), ""),
         "seed": str(options.seed),
         "exact": str(options.record_exact).lower(),
+        "from": str(options.resume[1]) if options.resume else "",
         "set": dumped(dict(options.built_with)).decode(),
         "versions": dumped(versions()).decode(),
         "options": dumped(

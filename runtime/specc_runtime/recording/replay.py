@@ -28,11 +28,14 @@ from specc_runtime.recording.messages import (
 )
 from specc_runtime.recording.reading import Unusable
 from specc_runtime.recording.required import Watch
+from specc_runtime.recording.snapshots import WRONG, first_of
 from specc_runtime.recording.steps import passage_of, remembered, topic_of
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.sampling import PLANT
+from specc_runtime.snapshot import Values
 from specc_runtime.stepping import Stepper
 from specc_runtime.subsystem import Subsystem
+from specc_runtime.system import System
 from specc_runtime.track import outcome_of
 
 
@@ -87,6 +90,12 @@ class _Replayed:
         self.outcome.left_out.update(m.name[0] for m in layout.memory if m not in kept)
         self._fed: dict[str, tuple[Any, Any]] = {}
         self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
+        self._stamp = 0
+
+    def begin(self, values: Values, saved: Mapping[str, Any], stamp: int) -> None:
+        """Go on after the step of this stamp; raises what is no snapshot of it."""
+        list(values.place(self._subsystem, saved))
+        self._stamp = stamp + 1
 
     @property
     def is_over(self) -> bool:
@@ -96,8 +105,8 @@ class _Replayed:
     def step(self, text: bytes) -> None:
         """Make the next step and compare; raises Misshapen for what is no message of a step."""
         told = step_of(text)
-        if told["stamp"] != self.outcome.steps:
-            self.outcome.unknown = f"the steps from stamp {self.outcome.steps} on are missing"
+        if told["stamp"] != self._stamp:
+            self.outcome.unknown = f"the steps from stamp {self._stamp} on are missing"
             return
         try:
             self._feed(told)
@@ -109,6 +118,7 @@ class _Replayed:
         self.outcome.difference = self._difference(told, before, outcome)
         if self.outcome.difference is None:
             self.outcome.steps += 1
+            self._stamp += 1
 
     def _feed(self, told: Mapping[str, Any]) -> None:
         fresh = told["fresh"]
@@ -194,6 +204,25 @@ def _pairs(
         yield ".".join(element.name), then, now.get(attribute, NOTHING)
 
 
+def _begin_later(
+    file: Path, system: System, replayed: Mapping[str, _Replayed], watch: Watch | None
+) -> None:
+    """Begin where the recorded run did, which went on from another one. Raises Unusable."""
+    try:
+        saved, shelf = first_of(file)
+        if saved is None:
+            return
+        values = Values(system, load_layouts(system), shelf)
+        for one in replayed.values():
+            name = one.outcome.subsystem
+            if name in saved["subsystems"]:
+                one.begin(values, saved["subsystems"][name], saved["stamps"][name])
+        if watch is not None:
+            watch.begin(saved, values)
+    except WRONG as error:
+        raise Unusable(f"{file}: its first snapshot is damaged: {error}") from error
+
+
 def replay(
     package: Path, base: Path, file: Path, only: str = "", until_s: float = inf
 ) -> tuple[list[Outcome], Watch | None]:
@@ -215,6 +244,8 @@ def replay(
     }
     outcomes = [one.outcome for one in replayed.values()]
     watch = None if only or system.requirements is None else Watch(system, layouts, shelf)
+    if told.get("from"):
+        _begin_later(file, system, replayed, watch)
     gone: set[str] = set()
     for topic, time_s, text in steps_of(file, shelf):
         one = replayed.get(topic)

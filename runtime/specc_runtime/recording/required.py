@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from math import isfinite
 from types import SimpleNamespace
 from typing import Any
@@ -15,10 +16,8 @@ from specc_runtime.recording.text import loaded
 from specc_runtime.records import StepRecord
 from specc_runtime.requirements import Reading, Requirements
 from specc_runtime.sampling import PLANT
+from specc_runtime.snapshot import PART, Values
 from specc_runtime.system import System
-
-_PART = {"memory": "memory", "reported": "x", "sent": "y", "observed": "y"}
-"""The part of a message that has what a reading asks for."""
 
 
 class Watch:
@@ -44,6 +43,14 @@ class Watch:
         }
         followed = {told.name: (told, told.ticks) for told in self._told.values()}
         self._requirements.follow(followed, system.tick_s)
+
+    def begin(self, saved: Mapping[str, Any], values: Values) -> None:
+        """Go on from a snapshot; raises what is none."""
+        known, tick = saved.get("requirements", ()), int(saved["tick"])
+        self._requirements.restore(known, tick, partial(values.values_read, "requirements"))
+        for told in self._told.values():
+            stamp = saved["tick"] - 1 if told.name == PLANT else saved["stamps"][told.name]
+            told.begin(int(stamp) + 1)
 
     def take(self, topic: str, text: bytes) -> None:
         """Take note of a message; raises Misshapen."""
@@ -99,7 +106,7 @@ def _elements(
 ) -> Iterator[tuple[Reading, str, Element | None]]:
     """Each with the part of a message that has it, and its element there; a state has none."""
     for reading in readings:
-        part, layout = _PART.get(reading.kind, ""), layouts.get(reading.subsystem)
+        part, layout = PART.get(reading.kind, ""), layouts.get(reading.subsystem)
         members = getattr(layout, part) if part and layout else ()
         found = (element for element in members if element.attribute == reading.element)
         yield reading, part, next(found, None)
@@ -125,6 +132,10 @@ class _Told:
         self._shelf = shelf
         self._stamp = 0
         self._last: dict[Element, tuple[Any, Any]] = {}
+
+    def begin(self, stamp: int) -> None:
+        """The next step has this stamp."""
+        self._stamp = stamp
 
     @property
     def begun(self) -> int:

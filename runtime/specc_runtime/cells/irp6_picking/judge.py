@@ -1,6 +1,6 @@
 """What a run made of the picking task, measured on the ground truth that agents never see."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import acos, degrees
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +49,7 @@ class PickJudge:
     def __init__(self, plant: "MujocoPlant", objects: tuple[str, ...] = OBJECTS) -> None:
         self._truth: GroundTruth = plant.truth
         self._objects = objects
-        self._watched: dict[str, Any] = {}
+        self._watched: dict[str, Any] = {}  # labels and poses of what was seen last
         self.begin_cycle()
 
     def begin_cycle(self) -> None:
@@ -71,12 +71,24 @@ class PickJudge:
 
         Of a tuple the last one counts; a value that was seen before says nothing new.
         """
-        if self._watched.get(name) is value:
-            return
-        self._watched[name] = value
         chosen = value[-1:] if isinstance(value, tuple) else (value,)
+        seen = [[each.label, each.X.ravel().tolist()] for each in chosen]
+        if self._watched.get(name) == seen:
+            return
+        self._watched[name] = seen
         for each in chosen:
             self.recognised(each.label, each.X)
+
+    def saved(self) -> dict[str, Any]:
+        """See `specc_runtime.savable.Savable`."""
+        next_s = self._next_look_s
+        return {"cycle": asdict(self._cycle), "watched": self._watched, "next_look_s": next_s}
+
+    def restore(self, saved: Any) -> None:
+        """See `specc_runtime.savable.Savable`."""
+        self._cycle = _Cycle(**saved["cycle"])
+        self._watched = dict(saved["watched"])
+        self._next_look_s = saved["next_look_s"]
 
     def recognised(self, label: str, X_BO: Array) -> None:
         """The agent is going for the object of that label and believes it at X_BO (4, 4).

@@ -6,9 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from specc_runtime.operators.arrays import Array
-from specc_runtime.operators.vision.clouds import move_points
 from specc_runtime.operators.vision.rigid import fit_rigid
-from specc_runtime.operators.vision.values import FeatureCloud, Matches, ObjectModel, PoseHypothesis
+from specc_runtime.operators.vision.values import (
+    FeatureCloud,
+    Matches,
+    ObjectModel,
+    PoseHypothesis,
+    move_points,
+)
 
 Indices = NDArray[np.int64]
 

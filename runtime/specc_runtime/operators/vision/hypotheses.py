@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from specc_runtime.operators.vision.clouds import move_cloud, move_feature_cloud
 from specc_runtime.operators.vision.values import Object, ObjectModel, PoseHypothesis, label_of
 
 
@@ -22,8 +21,8 @@ def project_hypotheses(
 
 def _projected(hypothesis: PoseHypothesis, model: ObjectModel, number: int) -> Object:
     return Object(
-        C_rgb=move_cloud(hypothesis.X_KO, model.C_rgb),
-        C_sift=move_feature_cloud(hypothesis.X_KO, model.C_sift),
+        C_rgb=model.C_rgb.moved(hypothesis.X_KO),
+        C_sift=model.C_sift.moved(hypothesis.X_KO),
         X=hypothesis.X_KO,
         confidence=hypothesis.support / len(model.C_sift.points),
         label=label_of(model.label, number),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from specc_runtime.operators.arrays import Array
 Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]
 Descriptors = NDArray[np.float32]
+Moves = tuple[Array, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,26 +25,75 @@ class Features:
     descriptors: Descriptors
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FeatureCloud:
     """C^SIFT in some frame: where each of n features is and from where it was seen.
 
     `points` (n, 3) in metres; `seen_from` (n, 3) are unit vectors: the outward normal of the
     surface for a feature of a model, the direction to the camera for one of a scene;
-    `descriptors` (n, 128).
+    `descriptors` (n, 128). Like those of a `Cloud`, both are computed when they are asked for, from
+    what they were in the first frame.
     """
 
-    points: Array
-    seen_from: Array
+    first_points: Array
+    first_seen_from: Array
     descriptors: Descriptors
+    moves: Moves = ()
+
+    @cached_property
+    def points(self) -> Array:
+        """(n, 3) m."""
+        return _moved(self.first_points, self.moves, move_points)
+
+    @cached_property
+    def seen_from(self) -> Array:
+        """(n, 3) unit vectors."""
+        return _moved(self.first_seen_from, self.moves, _turned)
+
+    def moved(self, X_AB: Array) -> FeatureCloud:
+        """The cloud, which is known in B, in A."""
+        return replace(self, moves=(*self.moves, X_AB))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Cloud:
-    """C^RGB in some frame: `points` (n, 3) in metres with `colours` (n, 3) RGB."""
+    """C^RGB in some frame: `points` (n, 3) in metres with `colours` (n, 3) RGB.
 
-    points: Array
+    A cloud that is moved from frame to frame shares `first_points`, those in the first one;
+    `moves` are poses (4, 4) of each frame in the next.
+    """
+
+    first_points: Array
     colours: Image
+    moves: Moves = ()
+
+    @cached_property
+    def points(self) -> Array:
+        """(n, 3) m."""
+        return _moved(self.first_points, self.moves, move_points)
+
+    def moved(self, X_AB: Array) -> Cloud:
+        """The cloud, which is known in B, in A."""
+        return replace(self, moves=(*self.moves, X_AB))
+
+
+def move_points(X_AB: Array, points: Array) -> Array:
+    """Points of B (n, 3) in A, for X_AB (4, 4)."""
+    moved: Array = points @ X_AB[:3, :3].T + X_AB[:3, 3]
+    return moved
+
+
+def _turned(X_AB: Array, directions: Array) -> Array:
+    turned: Array = directions @ X_AB[:3, :3].T
+    return turned
+
+
+def _moved(vectors: Array, moves: Moves, move: Callable[[Array, Array], Array]) -> Array:
+    """Points or directions (n, 3) after all moves, read-only."""
+    for X in moves:
+        vectors = move(X, vectors)
+    vectors.setflags(write=False)
+    return vectors
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

@@ -25,6 +25,10 @@ from specc_runtime.plants.mujoco.truth import GroundTruth
 from specc_runtime.plants.mujoco.viewer import Viewer
 
 _WHOLE = 1e-6  # tolerance, in time steps, on durations
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
+_MOST_SAMPLES = 10**8  # passed over in seconds
+_DERIVED = ("sensordata", "actuator_force", "qacc", "cfrc_ext")
+"""What is of the last step, and is read before the next one."""
 
 
 class MujocoPlant:
@@ -169,6 +173,30 @@ class MujocoPlant:
     def block(self, joint: str, blocked: bool) -> None:
         """Let a joint be stuck from now on, or not any more."""
         self._brakes.set(joint, blocked)
+
+    def saved(self) -> dict[str, Any]:
+        """See `specc_runtime.savable.Savable`; commands and what is blocked are not in it."""
+        state = np.empty(mujoco.mj_stateSize(self._model, _STATE))
+        mujoco.mj_getState(self._model, self._data, state, _STATE)
+        derived = {name: np.array(getattr(self._data, name)).ravel() for name in _DERIVED}
+        samples = {name: sensor.samples for name, sensor in self._sensors.items()}
+        return {"state": state, **derived, "samples": samples}
+
+    def restore(self, saved: Any) -> None:
+        """See `specc_runtime.savable.Savable`. Raises PlantError for the state of another model."""
+        size = mujoco.mj_stateSize(self._model, _STATE)
+        state = np.array(saved["state"], dtype=np.float64)
+        if state.shape != (size,):
+            raise PlantError(f"the state of a model with {state.size} numbers, not {size}")
+        mujoco.mj_setState(self._model, self._data, state, _STATE)
+        self._brakes.hold()
+        for name in _DERIVED:
+            array = getattr(self._data, name)
+            array[:] = np.array(saved[name], dtype=np.float64).reshape(array.shape)
+        for name, count in saved["samples"].items():
+            if name in self._sensors:
+                self._sensors[name].skip(min(int(count), _MOST_SAMPLES))
+        self._cameras.forget()
 
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""

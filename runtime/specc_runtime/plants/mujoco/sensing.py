@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import islice
 from math import floor
 from typing import Any
 
@@ -47,7 +48,8 @@ class Sensor:
         self._seed = seed
         rng = stream(seed, self._binding.name)
         self._noise = None if self._sigma is None else noise.gaussian(rng, self._sigma)
-        self._images = 0
+        self.samples = 0
+        """How many were taken; the noise of the next one follows from it."""
         self._period: float | None = None
         self._value: Any = None
 
@@ -61,7 +63,14 @@ class Sensor:
             period = floor(period * self._rate_hz + _TICK_TOLERANCE)
         if period != self._period:
             self._period, self._value = period, self._take()
+            self.samples += 1
         return self._value
+
+    def skip(self, samples: int) -> None:
+        """Be as after so many samples since the reset."""
+        if self._noise is not None:
+            next(islice(self._noise, samples, samples), None)
+        self.samples = samples
 
     def _take_numbers(self) -> Any:
         raw = self._read()
@@ -71,8 +80,7 @@ class Sensor:
     def _take_image(self) -> Deferred:
         camera, cameras, shot = self._camera, self._cameras, self._cameras.shot()
         noisy = self._binding.depth_noise == "kinect"
-        grain: Callable[[], Any] = partial(self._grain, self._seed, self._images)
-        self._images += 1
+        grain: Callable[[], Any] = partial(self._grain, self._seed, self.samples)
         grains = []
 
         def begin() -> None:

@@ -1,0 +1,69 @@
+"""Snapshots of all that a run is: what disturbs it, ground truth, requirements, noise, silence."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+
+from tests.recording.runs import ROOT, messages, report_of, specc
+from tests.runtime.test_disturbances import MODEL, SPEC
+
+HAPPENS = (
+    'because: a push, at: ["0.4[s]", "1.6[s]"], lasts: "0.9[s]", push: {cart: ["30[N]", 0, 0]}',
+    'because: a block, when: "plant.s > 0.2[m]", lasts: "0.7[s]", block: [cart]',
+    'because: silence, at: "1.3[s]", lasts: "1.1[s]", silent: [cart.E.wheels.s]',
+    'because: the box jumps, at: ["0.5[s]", "2.5[s]"], shift: {box.x: "0.3[m]"}',
+)
+REQUIRED = (
+    "always(plant.s < 2.5[m])",
+    "always(plant.box.x > 0.1[m] implies within(1.5[s], state(cart.c) == stopping))",
+    "within(3[s], plant.s > 1[m])",
+    "always(since(plant.s >= 0[m], state(cart.c) == going))",
+    "always(once(0.8[s], cart.E.wheels.v_d > 0.5[m/s]))",
+)
+
+
+def spec_in(folder: Path) -> Path:
+    """A specification with all of these."""
+    (folder / "cart.xml").write_text(MODEL)
+    disturb = "".join(f"    - {{{each}}}\n" for each in HAPPENS)
+    require = "".join(f'  - {{that: "{that}", because: test}}\n' for that in REQUIRED)
+    spec = folder / "cart.yaml"
+    spec.write_text(f"{SPEC}  disturb:\n{disturb}require:\n{require}")
+    return spec
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_disturbed_run_goes_on_as_it_did(seed: int, tmp_path: Path) -> None:
+    spec, file = spec_in(tmp_path), tmp_path / "run.mcap"
+    whole = ("run", spec, "--duration", 5, "--report")
+    first = specc(*whole, tmp_path / "a.json", "--seed", seed, "--record", file)
+    assert first.returncode in (0, 1) and not report_of(tmp_path / "a.json")["faults"]
+    told = report_of(tmp_path / "a.json")
+    assert len([each for each in told["disturbances"] if each["began_s"]]) >= 3
+    for at in random.Random(seed).sample(range(100, 499), 3):
+        done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@{at / 100}")
+        assert done.returncode == first.returncode, done.stderr
+        assert report_of(tmp_path / "b.json") == told
+    replayed = specc("replay", file, "--spec", spec)
+    assert replayed.returncode == first.returncode, replayed.stdout + replayed.stderr
+    for each in told["requirements"]:
+        assert f"{each['verdict']} {each['that']}" in replayed.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "duration_s"),
+    [("rovers", 6), ("architectures/services", 4), ("architectures/sense_plan_act", 6)],
+)
+def test_other_systems_go_on_as_they_did(name: str, duration_s: int, tmp_path: Path) -> None:
+    spec, file = ROOT / "specs" / f"{name}.yaml", tmp_path / "run.mcap"
+    whole = ("run", spec, "--duration", duration_s, "--report")
+    first = specc(*whole, tmp_path / "a.json", "--seed", 7, "--record", file)
+    assert any("tick" in data for _, data in messages(file)["/snapshot"])
+    at = random.Random(name).uniform(duration_s / 2, duration_s - 0.1)
+    done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@{at}")
+    assert done.returncode == first.returncode, done.stderr
+    assert report_of(tmp_path / "b.json") == report_of(tmp_path / "a.json")
+    assert "--from" not in done.stderr
