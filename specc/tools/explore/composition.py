@@ -97,10 +97,12 @@ class Composition:
             self._parts[index] = self._parts[first]
         self.due = [self._due(phase) for phase in range(self.hyperperiod)]
         self._next = [self.next_phase(phase) for phase in range(self.hyperperiod)]
-        every = abstraction.facts.system.subsystems
-        whole_s = base_tick(1 / subsystem.rate_hz for subsystem in every)
+        system = abstraction.facts.system
+        whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
         self._lasts = [int(self.passed_s(p, n) / whole_s) for p, n in enumerate(self._next)]
-        self.watch = Watch(watched, self.walkers, self.values, whole_s) if watched else None
+        self.watch: Watch | None = None
+        if watched:
+            self.watch = Watch(watched, self.walkers, self.values, system, whole_s)
 
     def _alike(self) -> Iterator[tuple[int, int]]:
         """Machines that are the same, the first of them in front of each other one."""

@@ -8,9 +8,19 @@ from typing import NamedTuple
 
 from specc.model import expr as m
 from specc.model.requirement import Reading, Requirement
+from specc.model.system import System
 from specc.proof import InputName
 from specc.tools.explore.monitor import Monitor, State, Truth
-from specc.tools.explore.partial import ABSENT, UNKNOWN, Known, Numbers, Value, Values, filled
+from specc.tools.explore.partial import (
+    ABSENT,
+    UNKNOWN,
+    Known,
+    Numbers,
+    Value,
+    Values,
+    filled,
+    static,
+)
 from specc.tools.explore.walker import Local, Walker
 
 Visible = Iterable[tuple[int, InputName, int]]
@@ -36,12 +46,14 @@ class Watch:
         requirements: Sequence[Requirement],
         walkers: Sequence[Walker],
         values: Values,
+        system: System,
         tick_s: Fraction,
     ) -> None:
         """`tick_s` is the base tick of the whole system. Raises NotFollowedError."""
         self.monitors = [Monitor(requirement, tick_s) for requirement in requirements]
         self.said: list[set[Truth]] = [set() for _ in requirements]
         self._walkers = {walker.name: walker for walker in walkers}
+        self._system = system
         self._index = {walker.name: index for index, walker in enumerate(walkers)}
         self._values = values
         found = {x.name: x for requirement in requirements for x in requirement.readings}
@@ -68,11 +80,11 @@ class Watch:
         if reading.initial is None:
             return ABSENT
         reader, peer, element = reading.initial
-        walker = self._walkers.get(reader)
-        init = walker.subsystem.inputs[peer, element].init if walker else None
-        if walker is None or init is None:
-            return UNKNOWN
-        return self._values.of(reading.name, filled(init, walker.static), walker.static)
+        subsystem = next(s for s in self._system.subsystems if s.qualified_name == reader)
+        init, known = subsystem.inputs[peer, element].init, static(subsystem, self._system)
+        return (
+            UNKNOWN if init is None else self._values.of(reading.name, filled(init, known), known)
+        )
 
     def after(
         self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
