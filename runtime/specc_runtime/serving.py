@@ -1,27 +1,34 @@
-"""Runs one after another in one process, so that what they import is loaded once.
+"""Runs one after another, each in a copy of this process, which has loaded what all of them need.
 
 `python -m specc_runtime.serving` reads jobs from standard input, each a line of JSON with options
-of a run, and answers each with a line: exit code and report. What runs print goes to standard
-error, which the caller should send to a file. The process ends at once when its input does, even
-during a run, and so never outlives whoever started it.
+of a run, and answers each with a line: exit code and report, or the code with which its process
+died. No run leaves anything to the next one, in memory or in modules of operators. What runs print
+goes to standard error, which the caller should send to a file. The process ends at once when its
+input does, with the run that is under way, and so never outlives whoever started it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import json
 import os
+import select
 import signal
 import sys
-import threading
+import traceback
 from collections.abc import Mapping
 from ctypes import CDLL
+from importlib import import_module
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any, TextIO
+from typing import Any, NoReturn
 
 from specc_runtime.main import run
 from specc_runtime.options import Options
+
+_SHARED = ("application", "builtins", "values", "plants.mujoco")
+"""Modules of the runtime that most runs need, with numpy and MuJoCo."""
+_PR_SET_PDEATHSIG = 1
 
 
 def serve(scratch: Path) -> None:
@@ -30,45 +37,55 @@ def serve(scratch: Path) -> None:
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
-    waiting: SimpleQueue[str] = SimpleQueue()
-    threading.Thread(target=_listen, args=(jobs, waiting), daemon=True).start()
-    while True:
-        answer = _answer(json.loads(waiting.get()), scratch / "report.json")
-        answers.write(json.dumps(answer) + "\n")
+    for name in _SHARED:
+        with contextlib.suppress(ImportError):  # the run that needs it tells
+            import_module(f"specc_runtime.{name}")
+    gc.freeze()
+    for line in jobs:
+        answers.write(_answer(line, jobs.fileno(), scratch) + "\n")
         answers.flush()
-        _give_back()
 
 
-def _listen(jobs: TextIO, waiting: SimpleQueue[str]) -> None:
-    # A signal that this thread gets would not interrupt the run.
-    signal.pthread_sigmask(signal.SIG_BLOCK, set(signal.Signals))
-    for job in jobs:
-        waiting.put(job)
-    os._exit(0)
+def _answer(line: str, jobs: int, scratch: Path) -> str:
+    answer = scratch / "answer.json"
+    answer.unlink(missing_ok=True)
+    child = os.fork()
+    if not child:
+        _perform(json.loads(line), scratch / "report.json", answer)
+    # The next job comes after this answer, so nothing is to be heard but the end of the input.
+    ended, waiting = os.pidfd_open(child), select.poll()
+    waiting.register(ended, select.POLLIN)
+    waiting.register(jobs, 0)
+    if ended not in dict(waiting.poll()):
+        os.kill(child, signal.SIGKILL)
+        os._exit(0)
+    os.close(ended)
+    _, status = os.waitpid(child, 0)
+    if answer.exists():
+        return answer.read_text(encoding="utf-8")
+    return json.dumps({"died": os.waitstatus_to_exitcode(status)})
 
 
-def _answer(job: Mapping[str, Any], report: Path) -> dict[str, Any]:
-    report.unlink(missing_ok=True)
-    paths = {name: Path(job[name]) for name in ("directory", "base")}
-    given = {**job, **paths}
-    limit_s = given.pop("limit_s")
-    # Whoever waits for the answer ends a run that takes too long. Where nobody does any more and an
-    # operator holds the interpreter, so that nothing above is heard, the system does it.
-    signal.setitimer(signal.ITIMER_PROF, 2 * limit_s)
-    code = run(Options(**given, report=report, inline=True, quiet=True))
-    signal.setitimer(signal.ITIMER_PROF, 0)
-    found = json.loads(report.read_text(encoding="utf-8")) if report.exists() else None
-    return {"code": code, "report": found}
-
-
-def _give_back() -> None:
-    """Return the memory of a run to the system, before the next one takes as much again.
-
-    What a run leaves is full of cycles, and glibc keeps freed pieces between others for itself.
-    """
-    gc.collect()
-    if trim := getattr(CDLL(None), "malloc_trim", None):
-        trim(0)
+def _perform(job: Mapping[str, Any], report: Path, answer: Path) -> NoReturn:
+    """Make a run, in the process that is for it alone."""
+    CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    try:
+        if numbers := sys.modules.get("numpy.random"):
+            numbers.seed()  # else the operators of all runs would draw the same without a seed
+        report.unlink(missing_ok=True)
+        paths = {name: Path(job[name]) for name in ("directory", "base")}
+        code = run(Options(**{**job, **paths}, report=report, inline=True, quiet=True))
+        found = json.loads(report.read_text(encoding="utf-8")) if report.exists() else None
+        aside = answer.with_suffix(".part")
+        aside.write_text(json.dumps({"code": code, "report": found}), encoding="utf-8")
+        aside.replace(answer)
+    except BaseException:  # noqa: BLE001  # whatever it is, this process has nothing else to do
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(Exception):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(1)
 
 
 if __name__ == "__main__":

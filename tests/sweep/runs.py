@@ -38,13 +38,19 @@ agents:
       initial_state: S0
 """
 OPERATOR = """import os, time
+from pathlib import Path
+used = []
 def do(mode, seen):
+    used.append(seen)
+    if mode == 5 and len(used) != seen + 1:
+        raise ValueError("there was another run")
     if mode == 1:
         raise ValueError("no such thing")
     if mode == 2:
         os._exit(3)
     if mode == 4:
-        os.kill(os.getppid(), 9)
+        starter = Path(f"/proc/{os.getppid()}/stat").read_text().rpartition(")")[2].split()[1]
+        os.kill(int(starter), 9)
     while mode == 3:
         time.sleep(1)
     return seen

@@ -14,7 +14,7 @@ from specc_runtime.options import Options
 from specc_runtime.session import Session
 
 from specc import output, pipeline
-from tests.sweep.runs import GATE
+from tests.sweep.runs import GATE, HAZARDS, environment
 
 
 def package(folder: Path) -> Path:
@@ -37,7 +37,6 @@ def test_every_job_has_its_answer_and_what_runs_print_is_none(tmp_path: Path) ->
         "directory": str(package(tmp_path)),
         "base": str(GATE.parent),
         "duration_s": 0.2,
-        "limit_s": 60,
     }
     jobs = [
         {**job, "seed": 0},
@@ -65,3 +64,32 @@ def test_every_job_has_its_answer_and_what_runs_print_is_none(tmp_path: Path) ->
     assert nothing is None
     assert "none is not a generated system" in told
     assert first["records_sha256"] == again["records_sha256"] != second["records_sha256"]
+
+
+def test_a_run_ends_when_the_input_does(tmp_path: Path) -> None:
+    """Although its operator never gives the interpreter to anybody else."""
+    endless = (
+        "import os, re\ndef do(m, n):\n    os.write(2, b'.')\n    re.match('(a+)+b', 'a' * 99)"
+    )
+    (tmp_path / "hazards.py").write_text(endless, encoding="utf-8")
+    (tmp_path / "hazards.yaml").write_text(HAZARDS, encoding="utf-8")
+    built = pipeline.build(str(tmp_path / "hazards.yaml"))
+    output.write(tmp_path / "code" / built.system, built.files)
+    job = {
+        "directory": str(tmp_path / "code" / built.system),
+        "base": str(tmp_path),
+        "duration_s": 0.2,
+    }
+    process = subprocess.Popen(
+        [sys.executable, "-m", "specc_runtime.serving", str(tmp_path)],
+        env=environment(tmp_path),
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdin and process.stderr
+    process.stdin.write(json.dumps(job).encode() + b"\n")
+    process.stdin.flush()
+    assert process.stderr.read(1) == b"."
+    process.stdin.close()
+    assert process.stderr.read() == b""  # which the run had, too, until its end
+    assert process.wait(timeout=60) == 0

@@ -73,6 +73,12 @@ def test_a_run_that_fails_is_a_row_with_its_reason(mode: str, reason: str, tmp_p
     assert f"1 not successful: {reason}" in done.stdout
 
 
+def test_operators_keep_nothing_from_one_run_to_the_next(tmp_path: Path) -> None:
+    spec = hazards(tmp_path)
+    swept(tmp_path, spec, "--set", "mode=5", "--seeds", "0:3", "--duration", "1", "--workers", "1")
+    assert [row["reason"] for row in table(tmp_path)] == ["", "", ""]
+
+
 def test_nothing_is_lost_or_done_twice_however_often_a_sweep_is_ended(tmp_path: Path) -> None:
     chance = random.Random(20)
     whole, broken = tmp_path / "whole", tmp_path / "broken"

@@ -1,6 +1,6 @@
-"""One run of a sweep, in a process that is kept for the next one; on this machine or on a worker.
+"""One run of a sweep, in a process of its own; on this machine or on a worker.
 
-A process that dies or hangs costs one run a row with the reason, never the sweep.
+One that dies or hangs costs one run a row with the reason, never the sweep.
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ STEPS, VERDICT = "steps of ", "verdict of "
 """Columns that say how long a subsystem was in a state, and what became of a requirement."""
 LIMIT = "limit"
 """How a run ended that took too long; its wall time is the limit."""
-_GROWN = 2.0
-"""Times the memory of its first run, after which a process is replaced: operators may keep some."""
 _LONGEST_REASON = 300
 
 PACKAGES = "packages"
@@ -80,7 +78,6 @@ def perform(job: Job) -> Figures:
         "directory": str(place.folder / PACKAGES / job.directory),
         "base": str(place.base),
         "seed": job.seed,
-        "limit_s": job.limit_s,
         "built_with": dict(job.setting),
     }
     reason = ""
@@ -99,12 +96,11 @@ def failed(reason: str) -> Figures:
 
 
 class _Process:
-    """`specc_runtime.serving`, and what it printed."""
+    """`specc_runtime.serving`, and what its runs print."""
 
     def __init__(self, folder: Path) -> None:
         self._scratch = tempfile.mkdtemp(dir=folder)
         self._said = Path(self._scratch, "said")
-        self._first_mb = 0.0
         path = os.pathsep.join(filter(None, sys.path))
         with self._said.open("ab") as said:
             self._process = subprocess.Popen(
@@ -131,14 +127,12 @@ class _Process:
         line = self._process.stdout.readline()
         if not line.endswith(b"\n"):
             self.end()
-            raise _Died(f"its process ended with {self._ending()}{self._last_words(': ')}")
+            raise _Died(self._ending(self._process.returncode))
         answer = json.loads(line)
+        if "died" in answer:
+            raise _Died(self._ending(answer["died"]))
         if answer["report"] is None:
             return failed(self._last_words() or f"exit code {answer['code']}")
-        peak_mb = answer["report"]["peak_memory_mb"]
-        self._first_mb = self._first_mb or peak_mb
-        if peak_mb > _GROWN * self._first_mb:
-            self.end()
         return figures_of(answer["report"], answer["code"])
 
     def kill(self) -> None:
@@ -154,9 +148,9 @@ class _Process:
     def is_alive(self) -> bool:
         return self._process.poll() is None
 
-    def _ending(self) -> str:
-        code = self._process.returncode
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+    def _ending(self, code: int) -> str:
+        how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return f"its process ended with {how}{self._last_words(': ')}"
 
     def _last_words(self, before: str = "") -> str:
         """The last line that it printed."""
