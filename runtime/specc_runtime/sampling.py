@@ -109,16 +109,24 @@ class Onlooker:
         sample: Callable[[str], Any],
         told: Iterable[Observer],
     ) -> None:
-        """`told` are called with a record of all values, as if the plant had sent them."""
+        """`told` are called with a record of all values, as if the plant had sent them.
+
+        `failed` has why something could not be observed, first.
+        """
         self._sensors = tuple(Sensor(binding, sample) for binding in bindings)
         self._told = tuple(told)
+        self.failed: dict[str, str] = {}
 
     def look(self, tick: int, time_s: float) -> None:
-        """Sample; raises `DeviceFailed`."""
+        """Sample. What fails is not known at this tick: looking must not change a run."""
+        sent = []
         for sensor in self._sensors:
-            sensor.update(time_s)
-        sent = tuple([(sensor.name, sensor.value) for sensor in self._sensors])
-        record = StepRecord(PLANT, tick, time_s, "", -1, sent)
+            try:
+                sensor.update(time_s)
+                sent.append((sensor.name, sensor.value))
+            except DeviceFailed as fault:
+                self.failed.setdefault(sensor.name, f"{fault.message}, at {time_s:g} s")
+        record = StepRecord(PLANT, tick, time_s, "", -1, tuple(sent))
         for tell in self._told:
             tell(record)
 

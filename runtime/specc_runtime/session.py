@@ -93,11 +93,12 @@ class Session:
             periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
             each.follow(periods, system.tick_s)
             observers.append(each)
+        self._onlooker = _onlooker(system, plant, recorder, self._followers)
         self._executor = Executor(
             system,
             plant,
             observers,
-            onlooker=_onlooker(system, plant, recorder, self._followers),
+            onlooker=self._onlooker,
             inline=options.inline,
             clock=clock,
             at_rest=self._rest,
@@ -261,6 +262,7 @@ class Session:
             scene=drawn(self._system.task.starts, self._seed) if self._system.task else {},
             requirements=self._requirements.as_data() if self._requirements else [],
             disturbances=self._disturbances.as_data(),
+            unobserved=self._onlooker.failed if self._onlooker else {},
         )
 
     def _ended(self) -> Ending:

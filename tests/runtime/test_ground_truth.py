@@ -157,7 +157,35 @@ def test_a_plant_in_python_answers_by_name(tmp_path: Path, python_plant: str) ->
     assert [found["verdict"] for found in report["requirements"]] == ["met"]
 
 
-def test_what_cannot_be_observed_is_a_fault(tmp_path: Path, python_plant: str) -> None:
-    report = run(tmp_path, "", "always(plant.lost > 0[m])", plant=python_plant, code=1)
-    (fault,) = report["faults"]
-    assert "plant.lost" in fault["culprit"]
+def test_what_cannot_be_observed_is_unknown(tmp_path: Path, python_plant: str) -> None:
+    required = "always(plant.lost < 0.5[m])", "always(plant.s < 0.5[m])"
+    report = run(tmp_path, "", *required, plant=python_plant, code=1)
+    assert [found["verdict"] for found in report["requirements"]] == ["unknown", "violated"]
+    assert report["faults"] == []
+    assert list(report["unobserved"]) == ["plant.lost"]
+    assert "no such value" in report["unobserved"]["plant.lost"]
+
+
+def test_a_recording_does_not_change_a_run_whose_plant_is_not_observed(
+    tmp_path: Path, python_plant: str
+) -> None:
+    plant = python_plant.replace("{s: {type: 'real[m]'}, lost", "{lost")
+    recording = tmp_path / "run.mcap"
+    plain, recorded = run(tmp_path, plant=plant), run(tmp_path, plant=plant, record=recording)
+    assert recorded["records_sha256"] == plain["records_sha256"]
+    assert recorded["ended"] == "completed"
+    assert main(["replay", str(recording)]) == 0
+
+
+def test_what_is_not_observed_for_a_while_is_unknown_for_that_long(
+    tmp_path: Path, python_plant: str
+) -> None:
+    """It is not what it was before, nor is it lost for ever."""
+    own = tmp_path / "own_rail.py"
+    own.write_text(own.read_text().replace("== 'plant.lost'", "== 'plant.lost' and self.t < 0.5"))
+    seen = "throughout(0.4[s], plant.lost < 9[m])", "once(0[s], plant.lost > 0.9[m])"
+    required = seen[0], f"within(0.97[s], {seen[1]})"
+    recording = tmp_path / "run.mcap"
+    report = run(tmp_path, "", *required, plant=python_plant, record=recording)
+    verdicts = [found["verdict"] for found in report["requirements"]]
+    assert verdicts == ["unknown", "met"]

@@ -55,6 +55,8 @@ def _show(report: Report, console: Console) -> None:
     for disturbance in report.disturbances:
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
+    for name, why in report.unobserved.items():
+        console.print(f"unknown {_safe(f'{name}: {why}')}", highlight=False, soft_wrap=True)
     for fault in report.faults:
         for line in _told(fault):
             console.print(line, highlight=False, soft_wrap=True)
