@@ -61,13 +61,13 @@ class Disturbances:
 
     def advance(self, time_s: float) -> None:
         """Begin and end what is due at this time."""
-        time_s += _ROUNDING_S
+        due_s = time_s + _ROUNDING_S
         for each in self._all:
             if each.began_s is None:
-                if time_s >= each.at_s and self._holds(each.what.when):
-                    each.began_s = time_s - _ROUNDING_S
+                if due_s >= each.at_s and self._holds(each.what.when):
+                    each.began_s = time_s
                     self._begin(each)
-            elif not each.over and time_s >= each.began_s + each.lasts_s:
+            elif not each.over and due_s >= each.began_s + each.lasts_s:
                 each.over = True
                 self._act(each)
 

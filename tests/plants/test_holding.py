@@ -24,6 +24,10 @@ ARM = """
     <geom type="box" size="0.05 0.05 0.05" mass="0.5"/></body>
 </worldbody></mujoco>
 """
+BOX = """
+<mujoco><compiler angle="radian"/><worldbody><body euler="{tilt} 0 0.7">
+  <freejoint name="box"/><geom type="box" size="0.1 0.1 0.1"/></body></worldbody></mujoco>
+"""
 TRAIN = """
 <mujoco><option timestep="0.01" gravity="0 0 0"/><worldbody>
   <body><joint name="x" type="slide" axis="1 0 0"/><geom size="0.1" mass="3"/>
@@ -92,6 +96,25 @@ def test_what_is_put_somewhere_is_blocked_there(tmp_path: Path) -> None:
     plant.shift({"x": 0.5})
     plant.advance(1.0)
     assert plant.sample("x") == 0.5
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1.2])
+def test_a_free_joint_is_put_at_a_yaw_and_shifted_by_one(tmp_path: Path, tilt: float) -> None:
+    """However it lies, its axis points where it pointed in the model, turned by the yaw."""
+    plant = plant_of(tmp_path, BOX.format(tilt=tilt), "box", driven=False)
+
+    def heading() -> float:
+        w, x, y, z = plant.sample("box")[3:]
+        return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+    first = heading()
+    for _ in range(2):
+        plant.put({"box.yaw": 1.0})
+        assert heading() - first == pytest.approx(1.0)
+    plant.shift({"box.yaw": 0.5})
+    assert heading() - first == pytest.approx(1.5)
+    plant.put({"box.yaw": 0.0})
+    assert heading() == pytest.approx(first)
 
 
 def test_a_reset_releases(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Ground truth of a simulated plant: for setting scenes and judging runs, never for agents."""
 
 from collections.abc import Mapping
-from math import hypot
+from math import atan2, hypot
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.library import mujoco
-from specc_runtime.plants.mujoco.model import find, names_of
+from specc_runtime.plants.mujoco.model import find, initial_positions, names_of
 
 _FREE, _BALL = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_BALL.value
 _FREE_ARE = ("x", "y", "z", "yaw")
@@ -20,6 +20,7 @@ class GroundTruth:
 
     def __init__(self, model: Any, data: Any) -> None:
         self._model, self._data = model, data
+        self._home = initial_positions(model)
         self._ids: dict[tuple[str, str], int] = {}
         self._forces: dict[tuple[str, ...], list[Array]] = {}  # views of the simulation
 
@@ -103,7 +104,8 @@ class GroundTruth:
     def place(self, positions: Mapping[str, float], *, relative: bool = False) -> None:
         """Put joints at positions, m or rad, at rest; a free one by `name.x`, `.y`, `.z`, `.yaw`.
 
-        `relative`: so far from where they are.
+        `yaw` is how far it is turned about the vertical from how the model has it. `relative`: so
+        far from where they are.
 
         Raises:
             PlantError: no such joint, or one that has no such coordinate.
@@ -115,7 +117,8 @@ class GroundTruth:
             index = self._id("joint", joint)
             start, kind = self._model.jnt_qposadr[index], self._model.jnt_type[index]
             if which == "yaw" and kind == _FREE:
-                self._turn(self._data.qpos[start + 3 : start + 7], position)
+                now, home = (q[start + 3 : start + 7] for q in (self._data.qpos, self._home))
+                _turn(now, position if relative else position - _turned(home, now))
             elif (kind == _FREE) == bool(which) and kind != _BALL:
                 where = start + (_FREE_ARE.index(which) if which else 0)
                 self._data.qpos[where] = position + relative * self._data.qpos[where]
@@ -124,14 +127,6 @@ class GroundTruth:
             moving = self._model.jnt_dofadr[index]
             self._data.qvel[moving : moving + (6 if which else 1)] = 0.0
         mujoco.mj_forward(self._model, self._data)
-
-    @staticmethod
-    def _turn(quaternion: Any, angle: float) -> None:
-        """Turn what has this orientation about the vertical."""
-        turn, turned = np.zeros(4), np.zeros(4)
-        mujoco.mju_axisAngle2Quat(turn, np.array((0.0, 0.0, 1.0)), angle)
-        mujoco.mju_mulQuat(turned, turn, quaternion)
-        quaternion[:] = turned
 
     def _id(self, kind: str, name: str) -> int:
         key = kind, name
@@ -145,3 +140,23 @@ class GroundTruth:
         X[:3, :3] = rotations[index].reshape(3, 3)
         X[:3, 3] = positions[index]
         return X
+
+
+def _turn(quaternion: Any, angle: float) -> None:
+    """Turn what has this orientation about the vertical."""
+    turn, turned = np.zeros(4), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(turn, np.array((0.0, 0.0, 1.0)), angle)
+    mujoco.mju_mulQuat(turned, turn, quaternion)
+    quaternion[:] = turned
+
+
+def _turned(home: Any, now: Any) -> float:
+    """How far an orientation is turned about the vertical from another one, rad.
+
+    Any rotation is a tilt about a horizontal axis and then a turn about the vertical; this is the
+    turn.
+    """
+    back, turn = np.zeros(4), np.zeros(4)
+    mujoco.mju_negQuat(back, home)
+    mujoco.mju_mulQuat(turn, now, back)
+    return 2.0 * atan2(turn[3], turn[0])
