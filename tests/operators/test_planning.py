@@ -45,6 +45,12 @@ def test_the_nearest_site_is_always_visited_next_and_those_cut_off_come_last() -
     assert [site.tolist() for site in order] == [CORNERS[n].tolist() for n in (3, 2, 4)]
 
 
+def test_sites_that_are_cut_off_keep_their_order() -> None:
+    places = tuple(np.array([x, y, 0.0]) for x, y in ((0, 0), (50, 50), (90, 90), (50, 51), (1, 0)))
+    order = visiting_order(places, ((0, 4), (1, 3)), (), 0.3, places[0], places[1:])
+    assert [site.tolist() for site in order] == [places[n].tolist() for n in (4, 1, 2, 3)]
+
+
 @pytest.mark.parametrize("sites", [(), (CORNERS[1],), (CORNERS[1], CORNERS[1])])
 def test_few_sites_are_ordered_too(sites: tuple[Array, ...]) -> None:
     assert visiting_order(CORNERS, RING, (), 0.3, CORNERS[0], sites) == sites
@@ -64,7 +70,7 @@ def test_over_open_ground_the_way_is_straight() -> None:
     assert length(way) == pytest.approx(np.hypot(4, 2))
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", (*range(10), 47))
 def test_a_way_round_keeps_its_clearance_and_is_hardly_longer_than_the_grid_makes_it(
     seed: int,
 ) -> None:

@@ -58,8 +58,9 @@ def visiting_order(
     for a, b in combinations(gaps, 2):
         ways = networkx.single_source_dijkstra_path_length(open_map, ends[a])
         gaps.add_edge(a, b, weight=ways.get(ends[b], UNREACHED_M))
-    order = networkx.approximation.greedy_tsp(gaps, source=0) if sites else ()
-    return tuple(sites[number - 1] for number in order[1:-1])
+    order = networkx.approximation.greedy_tsp(gaps, source=0)[1:-1] if sites else []
+    reached = [number for number in order if gaps[0][number]["weight"] < UNREACHED_M]
+    return tuple(sites[number - 1] for number in (*reached, *sorted({*order} - {*reached})))
 
 
 def way_round(
@@ -108,19 +109,23 @@ def _open_map(
 def _free_grid(
     obstacles: Sequence[Array], clearance_m: float, low: Array, high: Array, cell_m: float
 ) -> networkx.Graph:
-    """The cells that keep clearance_m from obstacles, each joined to its free neighbours."""
+    """The cells that keep clearance_m from obstacles, and the steps to neighbours that keep it."""
     columns, rows = (int(n) + 1 for n in np.floor((high - low)[:2] / cell_m + 1e-9))
     grid = networkx.grid_2d_graph(columns, rows)
     for i, j in networkx.grid_2d_graph(columns - 1, rows - 1):
         grid.add_edges_from((((i, j), (i + 1, j + 1)), ((i + 1, j), (i, j + 1))))
     x, y = np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij")
-    near = np.zeros((columns, rows), bool)
+    near, beside = (np.zeros((columns, rows), bool) for _ in range(2))
     for obstacle in obstacles:
-        near |= (
-            np.hypot(low[0] + cell_m * x - obstacle[0], low[1] + cell_m * y - obstacle[1])
-            < clearance_m
-        )
+        gaps = np.hypot(low[0] + cell_m * x - obstacle[0], low[1] + cell_m * y - obstacle[1])
+        near |= gaps < clearance_m
+        beside |= gaps < clearance_m + cell_m  # from where a step may come closer than it ends
     grid.remove_nodes_from((int(i), int(j)) for i, j in np.argwhere(near))
+    at = {cell: low + cell_m * np.array([*cell, 0.0]) for cell in grid if beside[cell]}
+    steps = [(a, b) for a, b in grid.edges(at) if a in at and b in at]
+    grid.remove_edges_from(
+        (a, b) for a, b in steps if not _is_clear(at[a], at[b], obstacles, clearance_m)
+    )
     return grid
 
 
