@@ -7,6 +7,7 @@ nothing of a disturbance but what their devices report.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -54,7 +55,11 @@ class Disturbances:
             lacking := shortcomings(plant, Disturbable)
         ):
             raise UsageError(f"the plant cannot be disturbed: it {'; '.join(lacking)}")
-        self._all = [_Drawn(each, seed, number) for number, each in enumerate(found)]
+        count: Counter[str] = Counter()
+        self._all = []
+        for each in found:
+            count[each.subject] += 1
+            self._all.append(_Drawn(each, seed, count[each.subject]))
         self._triggers = triggers
         self._plant = plant
         self._silence = silence
@@ -121,18 +126,19 @@ class Disturbances:
 
 
 class _Drawn:
-    """A disturbance with its numbers."""
+    """A disturbance with its numbers, which no other one changes, unless it does the same."""
 
     def __init__(self, what: Disturbance, seed: int, number: int) -> None:
+        """`number` counts those that do the same."""
         self.what = what
-        times = drawn([time for time in (what.at, what.lasts) if time], seed, f"disturb {number}")
+        name = f"disturb {what.subject} {number}"
+        times = drawn([time for time in (what.at, what.lasts) if time], seed, name)
         self.at_s = times.get("at", 0.0)
         self.lasts_s = times.get("lasts", math.inf)
-        self.move = drawn(what.move, seed, f"disturb {number}")
-        self.shift = drawn(what.shift, seed, f"disturb {number}")
+        self.move = drawn(what.move, seed, f"{name} move")
+        self.shift = drawn(what.shift, seed, f"{name} shift")
         self.push = {
-            body: tuple(drawn(force, seed, f"disturb {number}").values())
-            for body, force in what.push
+            body: tuple(drawn(force, seed, f"{name} push").values()) for body, force in what.push
         }
         self.began_s: float | None = None
         self.over = False

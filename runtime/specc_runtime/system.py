@@ -71,14 +71,14 @@ class PlantSpec:
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
-    """Where a joint is when a run begins: at one of `positions`, or anywhere `between` two of them.
+class Draw:
+    """A number that the seed of a run decides: one of `values`, or anywhere `between` two of them.
 
-    Positions are in m or rad. `joint` is followed by `.x`, `.y`, `.z` or `.yaw` of a free one.
+    SI units. `name` says of what it is: `at`, or a joint with `.x`, `.y`, `.z` or `.yaw` if free.
     """
 
-    joint: str
-    positions: tuple[float, ...]
+    name: str
+    values: tuple[float, ...]
     between: bool = False
 
 
@@ -89,15 +89,27 @@ class Disturbance:
     `when` counts the triggers of the system. Numbers are drawn as those of a scene.
     """
 
-    because: str = ""
-    at: Start | None = None
+    because: str
+    at: Draw | None = None
     when: int | None = None
-    lasts: Start | None = None
-    move: tuple[Start, ...] = ()
-    shift: tuple[Start, ...] = ()
-    push: tuple[tuple[str, tuple[Start, ...]], ...] = ()
+    lasts: Draw | None = None
+    move: tuple[Draw, ...] = ()
+    shift: tuple[Draw, ...] = ()
+    push: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
     block: tuple[str, ...] = ()
     silent: tuple[str, ...] = ()
+
+    @property
+    def subject(self) -> str:
+        """What it does to what: `block elbow, shift box.x`."""
+        done = {
+            "move": [draw.name for draw in self.move],
+            "shift": [draw.name for draw in self.shift],
+            "push": [body for body, _ in self.push],
+            "block": self.block,
+            "silent": self.silent,
+        }
+        return ", ".join(sorted(f"{verb} {name}" for verb in done for name in done[verb]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +128,7 @@ class Task:
     scene: str = ""
     judge: str = ""
     watch: tuple[str, ...] = ()
-    starts: tuple[Start, ...] = ()
+    starts: tuple[Draw, ...] = ()
     disturb: tuple[Disturbance, ...] = ()
 
 

@@ -15,7 +15,7 @@ from specc_runtime.faults import JudgeFailed
 from specc_runtime.records import StepRecord
 from specc_runtime.savable import from_plain, plain
 from specc_runtime.streams import stream
-from specc_runtime.system import Start, System
+from specc_runtime.system import Draw, System
 from specc_runtime.wrong import Blamed, Unfit
 
 
@@ -26,16 +26,16 @@ class Scene(Protocol):
         """Called once, after the plant's reset; `rng` comes from the seed of the run."""
 
 
-def drawn(starts: Sequence[Start], seed: int, what: str = "scene") -> dict[str, float]:
-    """Position of each joint, m or rad. Each follows from the seed, its name and `what`."""
-    return {start.joint: _one(start, stream(seed, f"{what} {start.joint}")) for start in starts}
+def drawn(draws: Sequence[Draw], seed: int, what: str = "scene") -> dict[str, float]:
+    """The numbers by their names. Each follows from the seed, its name and `what`."""
+    return {draw.name: _one(draw, stream(seed, f"{what} {draw.name}")) for draw in draws}
 
 
-def _one(start: Start, rng: np.random.Generator) -> float:
-    positions = start.positions
-    if start.between:
-        return float(rng.uniform(positions[0], positions[1]))
-    return positions[rng.integers(len(positions))]
+def _one(draw: Draw, rng: np.random.Generator) -> float:
+    values = draw.values
+    if draw.between:
+        return float(rng.uniform(values[0], values[1]))
+    return values[rng.integers(len(values))]
 
 
 class Judge(Protocol):

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
+from fractions import Fraction
+from math import ceil, gcd, inf
 
 from specc.analysis import Facts
+from specc.analysis.dataflow import Measured
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
+from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related, nearest, surely_meant
+from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
 from specc.model.system import PLANT, Binding
-from specc.model.task import Start
-from specc.model.units import DIMENSIONLESS
+from specc.model.task import Disturbance, Draw
 from specc.resolve.context import rename, suggestion
 from specc.source import Place
 
@@ -21,43 +26,61 @@ def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
     task, plant = facts.system.task, facts.system.plant
     for start in task.starts if task else ():
         if isinstance(facts.model, Model):
-            yield from _start(start, facts.model)
+            yield from _placed(start, facts.model)
+        elif plant is None:
+            message = f"there is no plant that has a joint `{start.name}`"
+            help = "say under `plant` which model there is, or leave the scene out"
+            yield Diagnostic("E0516", message, start.place, help=help)
         elif plant_kind(plant) == "python":
-            message = f"`{start.joint}` is for MuJoCo models; the plant in Python knows no joints"
+            message = f"`{start.name}` is for MuJoCo models; the plant in Python knows no joints"
             help = "let a class set the scene up: `scene: package.module:Class`"
             yield Diagnostic("E0516", message, start.place, help=help)
 
 
-def _start(start: Start, model: Model) -> Iterator[Diagnostic]:
-    joint, which = coordinate(start.joint, model)
+def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Diagnostic]:
+    joint, which = coordinate(draw.name, model)
     unit = unit_of_coordinate(joint, which, model)
     kind = model.joint_kind(joint)
+    place = replace(draw.place, part="value")
     if joint not in model.joints:
         if model.complete:
-            yield _unknown(start, joint, which, model)
+            yield _unknown(draw, joint, which, model)
     elif unit is None and kind:
-        message = f"a {kind} joint has no coordinate `{which}`"
-        help = f"write `{joint}`"
-        if not which:
-            message = f"`{joint}` is a {kind} joint, which one number does not place"
-            help = "a scene places hinges, slides and free joints"
-        if kind == "free":
-            help = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
-        yield Diagnostic("E0516", message, start.place, help=help)
-    elif unit is not None:
-        for value, given in start.positions:
-            if given != unit and not (value == 0 and given == DIMENSIONLESS):
-                message = f"`{start.joint}` is in {unit}, not in {given}"
-                help = f"write a number with that unit, e.g. `0.3[{unit}]`"
-                yield Diagnostic("E0516", message, replace(start.place, part="value"), help=help)
+        yield _no_coordinate(draw, joint, which, kind)
+    elif unit is not None and (given := draw.misfit(unit)):
+        message = f"`{draw.name}` is in {unit}, not in {given}"
+        help = f"write a number with that unit, e.g. `0.3[{unit}]`"
+        yield Diagnostic("E0516", message, place, help=help)
+    elif (range := model.joint_range(joint)) and not relative:
+        least, greatest = range
+        for value, _ in draw.values:
+            if not least - _ROUNDING <= value <= greatest + _ROUNDING:
+                message = f"`{draw.name}` cannot be at {value:g} {unit}"
+                help = f"the model limits it to {least:g} to {greatest:g} {unit}"
+                yield Diagnostic("E0516", message, place, help=help)
                 return
 
 
-def _unknown(start: Start, joint: str, which: str, model: Model) -> Diagnostic:
+_ROUNDING = 1e-9
+
+
+def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
+    if kind == "free":
+        message = f"a free joint has no coordinate `{which}`"
+        help = f"write {', '.join(f'`{joint}.{one}`' for one in FREE)}"
+    elif kind == "ball":
+        message = f"`{joint}` is a ball joint, which one number does not place"
+        help = "a scene places hinges, slides and free joints"
+    else:
+        message, help = f"a {kind} joint has no coordinate `{which}`", f"write `{joint}`"
+    return Diagnostic("E0516", message, draw.place, help=help)
+
+
+def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
     meant = surely_meant(joint, nearest(joint, model.joints))
     name = f"{meant}.{which}" if meant and which else meant
     message, help = f"the model has no joint `{joint}`", suggestion(joint, list(model.joints))
-    return Diagnostic("E0502", message, start.place, help=help, fix=rename(start.place, name))
+    return Diagnostic("E0502", message, draw.place, help=help, fix=rename(draw.place, name))
 
 
 # What happens while a run goes on.
@@ -66,20 +89,18 @@ def _unknown(start: Start, joint: str, which: str, model: Model) -> Diagnostic:
 def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
     """E0502, E0503, E0516, E0517; a plant in Python says itself what can happen to it."""
     task, model = facts.system.task, facts.model
-    bindings = {
-        f"{b.binding.device}.{b.binding.element}": b.binding
-        for b in facts.bindings
-        if not b.commanded and b.binding.device != PLANT
-    }
     for each in task.disturbances if task else ():
-        if isinstance(model, Model):
-            for start in (*each.moves, *each.shifts):
-                yield from _start(start, model)
+        if facts.system.plant is None:
+            help = "say under `plant` what there is, or leave the disturbance out"
+            yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
+        elif isinstance(model, Model):
+            for draw in each.moves:
+                yield from _placed(draw, model)
+            for draw in each.shifts:
+                yield from _placed(draw, model, relative=True)
             bodies = [(name, place) for name, _, place in each.pushes]
             yield from _named("body", bodies, model.bodies, model)
             yield from _named("joint", each.blocked, model.joints, model)
-        for name, place in each.silent:
-            yield from _silent(name, place, each.lasts, bindings)
 
 
 def _named(
@@ -91,26 +112,119 @@ def _named(
             yield Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=help)
 
 
+# Devices that are silent, which only sporadic ones may be, and for no longer than they say.
+
+
+def silences_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0503, E0517."""
+    task = facts.system.task
+    bindings = {
+        f"{b.binding.device}.{b.binding.element}": b.binding
+        for b in facts.bindings
+        if not b.commanded and b.binding.device != PLANT
+    }
+    silences: defaultdict[str, list[tuple[Disturbance, Place]]] = defaultdict(list)
+    for each in task.disturbances if task and facts.system.plant else ():
+        for name, place in each.silent:
+            silences[name].append((each, place))
+    for name, found in silences.items():
+        if name in bindings:
+            yield from _silent(name, found, bindings[name], facts)
+            continue
+        for _, place in found:
+            help = suggestion(name, sorted(bindings))
+            yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
+
+
 def _silent(
-    name: str, place: Place, lasts: Start | None, bindings: Mapping[str, Binding]
+    name: str, found: list[tuple[Disturbance, Place]], binding: Binding, facts: Facts
 ) -> Iterator[Diagnostic]:
-    binding = bindings.get(name)
-    if binding is None:
-        help = suggestion(name, sorted(bindings))
-        yield Diagnostic("E0503", f"no device reports `{name}`", place, help=help)
-        return
-    longest = max(value for value, _ in lasts.positions) if lasts else None
-    gap = binding.max_gap_s
+    related = (Related(binding.place, "bound here"),)
     if not binding.sporadic:
         message = f"`{name}` is not sporadic: without a sample a run would stop with a fault"
-        related = (Related(binding.place, "bound here"),)
         help = "add `sporadic: true` to its binding, and say in the agent what happens then"
-        yield Diagnostic("E0517", message, place, related=related, help=help)
-    elif gap is not None and (longest is None or longest > gap):
-        message = f"`{name}` may be silent for {float(gap):g} s at most"
-        related = (Related(binding.place, "bound here"),)
-        help = "make `lasts` shorter, or `max_gap` longer"
-        yield Diagnostic("E0517", message, place, related=related, help=help)
+        for _, place in found:
+            yield Diagnostic("E0517", message, place, related=related, help=help)
+    elif binding.max_gap_s is not None:
+        sampling = _Sampling(binding, facts)
+        spans = [_Span(each, place, sampling.tick) for each, place in found]
+        for row in sampling.rows(spans):
+            longest = sampling.longest(row)
+            if longest is None or longest > binding.max_gap_s:
+                without = "to the end of the run" if longest is None else f"for {ms(longest)}"
+                message = f"`{name}` may have no sample {without}, which its `max_gap` excludes"
+                odd = next((span for span in row if span.ticks is None), row[-1])
+                others = tuple(Related(s.place, "silent too") for s in row if s is not odd)
+                help = "make `lasts` shorter, or `max_gap` longer"
+                yield Diagnostic("E0517", message, odd.place, "", (*related, *others), help)
 
 
-CHECKS = (starts_fit, disturbances_fit)
+class _Span:
+    """When a device is silent: from a tick between `first` and `last` on, for `ticks` of them.
+
+    `last` is None where it waits for something, `ticks` to the end of the run.
+    """
+
+    def __init__(self, each: Disturbance, place: Place, tick: Fraction) -> None:
+        begins = [ceil(_exact(value) / tick) for value, _ in each.at.values] if each.at else [0]
+        self.first = min(begins)
+        self.last = None if each.when else max(begins)
+        lasts = [ceil(_exact(value) / tick) for value, _ in each.lasts.values] if each.lasts else []
+        self.ticks = max(lasts, default=None)
+        self.place = place
+
+
+class _Sampling:
+    """When a device is sampled: whenever one of its readers is stepped."""
+
+    def __init__(self, binding: Binding, facts: Facts) -> None:
+        every = [1 / s.rate_hz for s in facts.rates.timed]
+        self.tick = base_tick(every)
+        readers = {
+            node.reader
+            for node, _ in facts.received()
+            if isinstance(measured := facts.ages.sources.of(node), Measured)
+            and (measured.device, node.element) == (binding.device, binding.element)
+        }
+        periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
+        self._periods = [int(period / self.tick) for period in periods] or [1]
+
+    def rows(self, spans: list[_Span]) -> Iterator[list[_Span]]:
+        """Silences between which there may be no sample; one that waits is taken by itself."""
+        row: list[_Span] = []
+        for span in sorted(spans, key=lambda span: (span.last is None, span.first)):
+            if row and (span.last is None or self._before(span.first) >= _end(row)):
+                yield row
+                row = []
+            row.append(span)
+        yield row
+
+    def longest(self, row: list[_Span]) -> Fraction | None:
+        """The longest time since the last sample at which there could have been one."""
+        if any(span.ticks is None for span in row):
+            return None
+        if all(span.first == span.last for span in row):
+            gap = self._before(int(_end(row))) - max(0, self._before(row[0].first))
+            return max(gap, 0) * self.tick
+        grid = gcd(*self._periods)
+        missed = sum(-(-(span.ticks or 0) // grid) for span in row) * grid
+        return (missed + min(self._periods) - grid) * self.tick
+
+    def _before(self, tick: int) -> int:
+        """The last tick before this one at which there is a sample."""
+        return max((tick - 1) // period * period for period in self._periods)
+
+
+def _end(row: list[_Span]) -> float:
+    """The tick at which all are over at the latest."""
+    return max(
+        inf if span.ticks is None or span.last is None else span.last + span.ticks for span in row
+    )
+
+
+def _exact(seconds: float) -> Fraction:
+    """The decimal that is meant; runs tell no times apart that differ by less."""
+    return Fraction(seconds).limit_denominator(10**9)
+
+
+CHECKS = (starts_fit, disturbances_fit, silences_fit)

@@ -337,9 +337,10 @@ def _whole(
         imports.add("os.path", "join")
     if system.task:
         imports.add("specc_runtime.system", "Task")
-        if system.task.starts or (system.task.disturbances and not stand_ins):
-            imports.add("specc_runtime.system", "Start")
-        if system.task.disturbances and not stand_ins:
+        disturbed = () if stand_ins else system.task.disturbances
+        if system.task.starts or any(each.numbers for each in disturbed):
+            imports.add("specc_runtime.system", "Draw")
+        if disturbed:
             imports.add("specc_runtime.system", "Disturbance")
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
     required = REQUIREMENTS if system.requirements and not stand_ins else ""

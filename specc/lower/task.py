@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from specc.lower.module import memory_names
 from specc.lower.names import call, given, literal
 from specc.model.system import System
-from specc.model.task import Start, Task
+from specc.model.task import Draw, Task
 
 
 def task_arguments(system: System, task: Task) -> Iterator[str]:
@@ -17,7 +17,7 @@ def task_arguments(system: System, task: Task) -> Iterator[str]:
         {name: getattr(task, name) for name in names} | {"watch": _watched(system, task)}
     )
     if task.starts:
-        yield f"starts=({_starts(task.starts)})"
+        yield f"starts=({_draws(task.starts)})"
 
 
 def disturbances(task: Task) -> Iterator[str]:
@@ -25,28 +25,28 @@ def disturbances(task: Task) -> Iterator[str]:
     triggers = 0
     for each in task.disturbances:
         told = [literal(each.because)]
-        told += [f"{name}={_start(s)}" for name, s in (("at", each.at), ("lasts", each.lasts)) if s]
+        told += [f"{name}={_draw(s)}" for name, s in (("at", each.at), ("lasts", each.lasts)) if s]
         if each.when is not None:
             told.append(f"when={triggers}")
             triggers += 1
-        for name, starts in (("move", each.moves), ("shift", each.shifts)):
-            told += [f"{name}=({_starts(starts)})"] if starts else []
+        for name, draws in (("move", each.moves), ("shift", each.shifts)):
+            told += [f"{name}=({_draws(draws)})"] if draws else []
         if each.pushes:
-            pushes = (f"({literal(b)}, ({_starts(force)}))," for b, force, _ in each.pushes)
+            pushes = (f"({literal(b)}, ({_draws(force)}))," for b, force, _ in each.pushes)
             told.append(f"push=({' '.join(pushes)})")
         block, silent = (tuple(name for name, _ in names) for names in (each.blocked, each.silent))
         told += given({"block": block, "silent": silent})
         yield call("Disturbance", told)
 
 
-def _starts(starts: Iterable[Start]) -> str:
+def _draws(draws: Iterable[Draw]) -> str:
     """Items of a tuple."""
-    return " ".join(f"{_start(start)}," for start in starts)
+    return " ".join(f"{_draw(draw)}," for draw in draws)
 
 
-def _start(start: Start) -> str:
-    told = literal(start.joint), literal(tuple(position for position, _ in start.positions))
-    return call("Start", (*told, *given({"between": start.between})))
+def _draw(draw: Draw) -> str:
+    told = literal(draw.name), literal(tuple(value for value, _ in draw.values))
+    return call("Draw", (*told, *given({"between": draw.between})))
 
 
 def _watched(system: System, task: Task) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from math import radians
 from xml.parsers import expat
 
 from specc.frozen import frozen
@@ -64,6 +65,9 @@ class Part:
     """Whether an actuator has another gear than 1."""
     cutoff: bool = False
     """Whether a sensor gives no more than a largest value."""
+    range: str = ""
+    limited: str = ""
+    """Of a joint, as they are written."""
 
 
 @dataclass(slots=True)
@@ -83,6 +87,8 @@ class Model:
     """Whether no further names come into being when MuJoCo compiles the model."""
     parts: dict[tuple[str, str], Part] = field(default_factory=dict)
     """By `joint`, `sensor` or `actuator`, and name, as they are written."""
+    compiler: dict[str, str] = field(default_factory=dict)
+    """How MuJoCo reads the file: `angle`, `autolimits`."""
     defaults: set[str] = field(default_factory=set)
     """Attributes that some class of defaults sets for joints or actuators."""
     files: tuple[str, ...] = ()
@@ -102,7 +108,10 @@ class Model:
         self.bodies |= {prefix + name for name in other.bodies}
         for (section, name), part in other.parts.items():
             joint, actuator = (name and prefix + name for name in (part.joint, part.actuator))
-            self.parts[section, prefix + name] = replace(part, joint=joint, actuator=actuator)
+            range = part.range if other.compiler == self.compiler else ""
+            self.parts[section, prefix + name] = replace(
+                part, joint=joint, actuator=actuator, range=range
+            )
         self.complete &= other.complete
         self.defaults |= other.defaults
 
@@ -112,6 +121,22 @@ class Model:
         if part is None:
             return ""
         return part.kind or ("" if "type" in self.defaults else "hinge")
+
+    def joint_range(self, name: str) -> tuple[float, float] | None:
+        """From where to where a hinge or a slide goes, rad or m; None where that is not known."""
+        part, kind = self.parts.get(("joint", name), Part("")), self.joint_kind(name)
+        limited = part.limited or ("" if "limited" in self.defaults else "auto")
+        if limited == "auto" and self.compiler.get("autolimits", "true") == "true":
+            limited = "true"
+        try:
+            least, greatest = map(float, part.range.split())
+        except ValueError:
+            return None
+        if limited != "true" or not least < greatest:
+            return None
+        if kind == "hinge" and self.compiler.get("angle", "degree") == "degree":
+            return radians(least), radians(greatest)
+        return (least, greatest) if kind in ("hinge", "slide") else None
 
     def driven(self, name: str, *, direct: bool = False) -> str:
         """The joint that an actuator drives, if `direct` with a gear of 1; empty if none."""
@@ -235,10 +260,13 @@ class _Reader:
             self._include(attributes["file"])
         elif tag == "attach":
             self._attached.append((attributes.get("model", ""), attributes.get("prefix", "")))
+        elif tag == "compiler":
+            self._model.compiler |= attributes
         elif tag in _GENERATING:
             self._model.complete = False
         elif section == "default":
-            self._model.defaults |= attributes.keys() & {"gear", "type" if tag == "joint" else ""}
+            inherited = {"gear", "type", "limited"} if tag == "joint" else {"gear"}
+            self._model.defaults |= attributes.keys() & inherited
         elif section and (name := attributes.get("name")):
             self._take(section, tag, name, attributes)
 
@@ -266,7 +294,8 @@ class _Reader:
         elif section == "worldbody" and tag in ("joint", "freejoint"):
             kind = "free" if tag == "freejoint" else attributes.get("type", "")
             model.joints[name] = _JOINT_SIZES.get(kind or "hinge")
-            model.parts["joint", name] = Part(kind)
+            limits = attributes.get("range", ""), attributes.get("limited", "")
+            model.parts["joint", name] = Part(kind, range=limits[0], limited=limits[1])
         elif section == "worldbody" and tag == "body":
             model.bodies.add(name)
         elif section == "worldbody" and tag == "camera":

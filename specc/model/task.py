@@ -5,23 +5,28 @@ from __future__ import annotations
 from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.requirement import Requirement
-from specc.model.units import Unit
+from specc.model.units import DIMENSIONLESS, Unit
 from specc.source import Place
 
 
 @frozen
-class Start:
-    """Where a joint is when a run begins: at one of `positions`, or anywhere between two of them.
+class Draw:
+    """A number that the seed of a run decides: one of `values`, or anywhere `between` two of them.
 
-    Positions are numbers with their units, and `texts` the expressions that they come from. `joint`
-    is followed by `.x`, `.y`, `.z` or `.yaw` of a free one.
+    Values have their units, and `texts` are the expressions that they come from. `name` says of
+    what it is: `at`, or a joint, which is followed by `.x`, `.y`, `.z` or `.yaw` if it is free.
     """
 
-    joint: str
-    positions: tuple[tuple[float, Unit], ...]
+    name: str
+    values: tuple[tuple[float, Unit], ...]
     texts: tuple[Expr, ...]
     between: bool
     place: Place
+
+    def misfit(self, wanted: Unit) -> Unit | None:
+        """The unit of a value that is not in `wanted`, if there is one; 0 is in any unit."""
+        units = (unit for value, unit in self.values if value or unit != DIMENSIONLESS)
+        return next((unit for unit in units if unit != wanted), None)
 
 
 @frozen
@@ -32,12 +37,12 @@ class Disturbance:
     """
 
     because: str
-    at: Start | None
+    at: Draw | None
     when: Requirement | None
-    lasts: Start | None
-    moves: tuple[Start, ...]
-    shifts: tuple[Start, ...]
-    pushes: tuple[tuple[str, tuple[Start, ...], Place], ...]
+    lasts: Draw | None
+    moves: tuple[Draw, ...]
+    shifts: tuple[Draw, ...]
+    pushes: tuple[tuple[str, tuple[Draw, ...], Place], ...]
     """Bodies, with the force on each along x, y and z of the world, N."""
     blocked: tuple[tuple[str, Place], ...]
     """Joints."""
@@ -46,7 +51,19 @@ class Disturbance:
     place: Place
 
     @property
-    def numbers(self) -> tuple[Start, ...]:
+    def subject(self) -> str:
+        """What it does to what: `block elbow, shift box.x`."""
+        done = {
+            "move": [draw.name for draw in self.moves],
+            "shift": [draw.name for draw in self.shifts],
+            "push": [body for body, _, _ in self.pushes],
+            "block": [joint for joint, _ in self.blocked],
+            "silent": [element for element, _ in self.silent],
+        }
+        return ", ".join(sorted(f"{verb} {name}" for verb in done for name in done[verb]))
+
+    @property
+    def numbers(self) -> tuple[Draw, ...]:
         """All that is drawn for it."""
         times = tuple(time for time in (self.at, self.lasts) if time is not None)
         forces = tuple(part for _, force, _ in self.pushes for part in force)
@@ -65,5 +82,5 @@ class Task:
     watch: tuple[str, ...]
     """Memory elements of `subsystem` that step records carry for the judge."""
     place: Place
-    starts: tuple[Start, ...] = ()
+    starts: tuple[Draw, ...] = ()
     disturbances: tuple[Disturbance, ...] = ()

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from specc.model.requirement import Formula, Requirement, Temporal
-from specc.model.task import Disturbance, Start
-from specc.model.units import DIMENSIONLESS, NEWTON, SECOND, Unit
+from specc.model.task import Disturbance, Draw
+from specc.model.units import NEWTON, SECOND, Unit
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
-from specc.resolve.scene import start_of
-from specc.schema.files import DisturbanceDef, StartDef
+from specc.resolve.scene import draw_of
+from specc.schema.files import DisturbanceDef, DrawDef
 
 Condition = Callable[[str, Where], Requirement | None]
 """Reads a formula; None after reporting."""
@@ -43,8 +43,8 @@ class _Reader:
             self._time("at", item.at, at),
             self._when(item.when, at["when"]),
             self._time("lasts", item.lasts, at),
-            self._starts(item.move, at["move"]),
-            self._starts(item.shift, at["shift"]),
+            self._draws(item.move, at["move"]),
+            self._draws(item.shift, at["shift"]),
             tuple(
                 (body, self._force(force, at["push"][body]), at["push"][body].key)
                 for body, force in item.push.items()
@@ -79,40 +79,37 @@ class _Reader:
     def _when(self, text: str | None, at: Where) -> Requirement | None:
         return None if text is None else self._condition(text, at)
 
-    def _starts(self, items: Mapping[str, StartDef], at: Where) -> tuple[Start, ...]:
+    def _draws(self, items: Mapping[str, DrawDef], at: Where) -> tuple[Draw, ...]:
         found = (
-            start_of(name, item, at[name], self._findings, self._definitions)
+            draw_of(name, item, at[name], self._findings, self._definitions)
             for name, item in items.items()
         )
         return tuple(each for each in found if each is not None)
 
-    def _time(self, key: str, item: StartDef | None, at: Where) -> Start | None:
+    def _time(self, key: str, item: DrawDef | None, at: Where) -> Draw | None:
         if item is None:
             return None
-        found = start_of(key, item, at[key], self._findings, self._definitions)
+        found = draw_of(key, item, at[key], self._findings, self._definitions)
         if found is None:
             return None
         self._expect(found, SECOND, at[key])
-        if any(value < 0 for value, _ in found.positions):
+        if any(value < 0 for value, _ in found.values):
             self._report(at[key], "a time is not negative", "a run begins at 0[s]")
         return found
 
-    def _force(self, items: Sequence[StartDef], at: Where) -> tuple[Start, ...]:
+    def _force(self, items: Sequence[DrawDef], at: Where) -> tuple[Draw, ...]:
         found = []
         for axis, item, place in zip("xyz", items, map(at.__getitem__, range(3)), strict=False):
-            part = start_of(
-                f"{at.route[-1]}.{axis}", item, place, self._findings, self._definitions
-            )
+            part = draw_of(f"{at.route[-1]}.{axis}", item, place, self._findings, self._definitions)
             if part is not None:
                 self._expect(part, NEWTON, place)
                 found.append(part)
         return tuple(found)
 
-    def _expect(self, found: Start, wanted: Unit, at: Where) -> None:
-        for value, unit in found.positions:
-            if unit != wanted and not (value == 0 and unit == DIMENSIONLESS):
-                message = f"a number in {wanted} is needed here, not in {unit}"
-                self._report(at, message, f"write it with its unit, e.g. `4[{wanted}]`")
+    def _expect(self, found: Draw, wanted: Unit, at: Where) -> None:
+        if unit := found.misfit(wanted):
+            message = f"a number in {wanted} is needed here, not in {unit}"
+            self._report(at, message, f"write it with its unit, e.g. `4[{wanted}]`")
 
     def _report(self, at: Where, message: str, help: str) -> None:
         self._findings.report("E0517", message, at.place, help=help)

@@ -1,4 +1,4 @@
-"""What the scene of a task says of joints: positions, and how one of them is drawn."""
+"""Numbers that are drawn from the seed of a run, and what the scene of a task says of joints."""
 
 from __future__ import annotations
 
@@ -6,35 +6,35 @@ from collections.abc import Iterator
 
 from specc.lang import ExprError
 from specc.model.expr import Expr
-from specc.model.task import Start
+from specc.model.task import Draw
 from specc.model.types import Int, Real
 from specc.model.units import DIMENSIONLESS, Unit
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
-from specc.schema.files import SceneDef, StartDef
+from specc.schema.files import DrawDef, SceneDef
 
 _FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`"
 
 
 def starts_of(
     scene: SceneDef, where: Where, findings: Findings, definitions: Definitions
-) -> Iterator[Start]:
+) -> Iterator[Draw]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
     for name, item in scene.starts.items():
-        start = start_of(name, item, where[name], findings, definitions)
+        start = draw_of(name, item, where[name], findings, definitions)
         if start is not None:
             yield start
 
 
-def start_of(
+def draw_of(
     name: str,
-    item: StartDef,
+    item: DrawDef,
     at: Where,
     findings: Findings,
     definitions: Definitions,
-) -> Start | None:
+) -> Draw | None:
     """A number that is drawn, with what it is of; None after reporting."""
     texts = list(_texts(item, at))
     between = item.least is not None and item.greatest is not None
@@ -49,14 +49,14 @@ def start_of(
         message = f"the least value of `{name}` is greater than the greatest"
         findings.report("E0516", message, at.place, help="write the least one first")
         return None
-    positions = tuple((value, unit) for _, value, unit in known)
-    return Start(name, positions, tuple(expr for expr, _, _ in known), between, at.key)
+    values = tuple((value, unit) for _, value, unit in known)
+    return Draw(name, values, tuple(expr for expr, _, _ in known), between, at.key)
 
 
 _GIVEN = ({"is"}, {"from", "to"}, {"one_of"})
 
 
-def _texts(item: StartDef, at: Where) -> Iterator[tuple[str, Where]]:
+def _texts(item: DrawDef, at: Where) -> Iterator[tuple[str, Where]]:
     """The texts of the positions, each with its place."""
     if item.fixed is not None:
         yield item.fixed, at.scalar("is")

@@ -154,39 +154,41 @@ class CycleDef(Part):
     )
 
 
-class StartDef(Part, short="is", row="from to"):
-    """Where a joint is when a run begins: at a place, between two, or at one of several."""
+class DrawDef(Part, short="is", row="from to"):
+    """A number that the seed of a run decides: this one, one between two, or one of several."""
 
     each: dict[Name, RangeText] = key({}, OF_EACH, spelled="for")
-    fixed: ConstantText | None = key(None, "The position.", spelled="is")
-    least: ConstantText | None = key(None, "The least position.", spelled="from")
-    greatest: ConstantText | None = key(None, "The greatest position.", spelled="to")
-    one_of: list[ConstantText] = key([], "Positions, one of which is drawn.")
+    fixed: ConstantText | None = key(None, "The number.", spelled="is")
+    least: ConstantText | None = key(None, "The least number.", spelled="from")
+    greatest: ConstantText | None = key(None, "The greatest number.", spelled="to")
+    one_of: list[ConstantText] = key([], "Numbers, one of which is drawn.")
 
 
 class SceneDef(Part, short="is"):
     """What the plant is like when a run begins; what is drawn follows from the seed."""
 
     made: PythonPath | None = key(None, "Class that sets the scene up.", spelled="is")
-    starts: dict[str, StartDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
+    starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
 
 
 class DisturbanceDef(Part, first="at when lasts"):
     """What happens to the plant while a run goes on; no agent is told."""
 
-    at: StartDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
+    at: DrawDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
     when: Annotated[str, Text(Role("formula"))] | None = key(
         None, "A formula like those of `require`; it begins once that first holds."
     )
-    lasts: StartDef | None = key(None, "For how long; to the end of the run if left out.")
-    move: dict[str, StartDef] = key({}, "Joints, with the positions that they are put at.")
-    shift: dict[str, StartDef] = key({}, "Joints, with how far they are moved from where they are.")
-    push: dict[str, Annotated[list[StartDef], Listed(least=3, most=3)]] = key(
+    lasts: DrawDef | None = key(None, "For how long; to the end of the run if left out.")
+    move: dict[str, DrawDef] = key({}, "Joints, with the positions that they are put at.")
+    shift: dict[str, DrawDef] = key({}, "Joints, with how far they are moved from where they are.")
+    push: dict[str, Annotated[list[DrawDef], Listed(least=3, most=3)]] = key(
         {}, "Bodies, with the force on each along x, y and z of the world."
     )
     block: list[str] = key([], "Joints that do not move.")
     silent: list[str] = key([], "Elements of sporadic devices that have no samples.")
-    because: str = key("", "What stands for it in the world; told in the report.")
+    because: Annotated[str, Text(filled=True)] = key(
+        about="What stands for it in the world; told in the report."
+    )
 
 
 class TaskDef(Part):

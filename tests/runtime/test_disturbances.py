@@ -82,12 +82,15 @@ def ran(
     (folder / "cart.xml").write_text(MODEL)
     path, report = folder / "cart.yaml", folder / "report.json"
     require = "".join(f'  - {{that: "{that}", because: of the test}}\n' for that in required)
-    path.write_text(f"{spec}  disturb:\n    - {{{disturb}}}\nrequire:\n{require or '  []'}\n")
+    disturb = disturb.replace("}\n", ", because: of the test}\n")
+    happens = f"    - {{{disturb}, because: of the test}}\n"
+    path.write_text(f"{spec}  disturb:\n{happens}require:\n{require or '  []'}\n")
     options = ["--duration", "2", "--seed", str(seed), "--report", str(report)]
     assert main(["run", str(path), *options]) == code
     return dict(json.loads(report.read_text()))
 
 
+DOES = ("move", "shift")
 FAR = "within(1.9[s], plant.s > 1.8[m])"
 
 
@@ -201,6 +204,22 @@ def test_numbers_follow_from_the_seed(tmp_path: Path) -> None:
     assert reports[0]["records_sha256"] == reports[1]["records_sha256"]
     assert len(set(began)) == 3
     assert all(0.5 <= each <= 1.51 for each in began)
+
+
+def test_numbers_do_not_depend_on_what_else_happens(tmp_path: Path) -> None:
+    """Nor on the order; and how far a joint is moved says nothing of where another is put."""
+    move, shift = (f"at: ['0.5[s]', '1.5[s]'], {does}: {{box.x: [0, '1[m]']}}" for does in DOES)
+    once = "push: {box: [0, 0, ['1[N]', '2[N]']]}, at: ['0.5[s]', '1.5[s]']"
+
+    def began(*disturbances: str) -> list[float]:
+        found = ran(tmp_path, "}\n    - {".join(disturbances))["disturbances"]
+        return [each["began_s"] for each in found]
+
+    alone = [*began(move), *began(shift), *began(once)]
+    assert len(set(alone)) == 3
+    assert began(once, move, shift) == [alone[2], *alone[:2]]
+    twice = began(move, move)
+    assert twice[0] == alone[0] != twice[1]
 
 
 def test_a_run_goes_on_through_it(tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ def test_a_recording_does_not_change_a_run_whose_plant_is_not_observed(
     plain, recorded = run(tmp_path, plant=plant), run(tmp_path, plant=plant, record=recording)
     assert recorded["records_sha256"] == plain["records_sha256"]
     assert recorded["ended"] == "completed"
-    assert main(["replay", str(recording)]) == 0
+    assert main(["replay", str(recording), "--spec", str(tmp_path / "cart.yaml")]) == 0
 
 
 def test_what_is_not_observed_for_a_while_is_unknown_for_that_long(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from fractions import Fraction
@@ -10,7 +11,7 @@ from typing import TypeVar
 from specc.diagnostics.phrases import ms
 from specc.lang import show
 from specc.model.system import PLANT, Agent, Binding, Device, Operator, Subsystem, System
-from specc.model.task import Disturbance, Start, Task
+from specc.model.task import Disturbance, Draw, Task
 from specc.tools.diff.machine import (
     compare_axioms,
     compare_behaviours,
@@ -65,33 +66,44 @@ def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
         "task", old, new, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
     ):
         _records("task", "", before, after, book)
-        both = book.matched("start", before.starts, after.starts, lambda s: s.joint, _drawn)
-        for joint, start, other in both:
-            book.changed("start", joint, "", _drawn(start), _drawn(other))
-        book.matched(
-            "disturbance",
-            before.disturbances,
-            after.disturbances,
-            _happening,
-            lambda each: each.because,
-        )
+        starts = book.matched("start", before.starts, after.starts, lambda s: s.name, _drawn)
+        for joint, start, now_at in starts:
+            book.changed("start", joint, "", _drawn(start), _drawn(now_at))
+        one, other = _counted(before.disturbances), _counted(after.disturbances)
+        both = book.matched("disturbance", one, other, lambda c: c[0], lambda c: c[1].because)
+        for name, (_, old_one), (_, new_one) in both:
+            was, now = _said(old_one), _said(new_one)
+            for aspect in sorted({*was, *now}):
+                texts = was.get(aspect, "none"), now.get(aspect, "none")
+                book.changed("disturbance", name, aspect, *texts)
+            book.remark("disturbance", name, "because", old_one.because, new_one.because)
 
 
-def _happening(each: Disturbance) -> str:
+def _counted(disturbances: Iterable[Disturbance]) -> list[tuple[str, Disturbance]]:
+    """Each with what it does; those that do the same are counted, as for what is drawn in runs."""
+    count: Counter[str] = Counter()
+    found = []
+    for each in disturbances:
+        count[each.subject] += 1
+        times = count[each.subject]
+        found.append((each.subject if times == 1 else f"{each.subject} ({times})", each))
+    return found
+
+
+def _said(each: Disturbance) -> dict[str, str]:
     """All of a disturbance but its reason."""
-    parts = [f"when {each.when.that}"] if each.when else []
-    moved = tuple(id(start) for start in each.moves)
-    for number in each.numbers:
-        what = "move " if id(number) in moved else ""
-        parts.append(f"{what}{number.joint} {_drawn(number)}")
-    named = (("block", each.blocked), ("silent", each.silent))
-    parts += [f"{what} {name}" for what, names in named for name, _ in names]
-    return ", ".join(parts)
+    said = {"when": each.when.that} if each.when else {}
+    forces = [part for _, force, _ in each.pushes for part in force]
+    of = (("move ", each.moves), ("shift ", each.shifts), ("push ", forces))
+    times = [draw for draw in (each.at, each.lasts) if draw is not None]
+    for verb, draws in (("", times), *of):
+        said |= {f"{verb}{draw.name}": _drawn(draw) for draw in draws}
+    return said
 
 
-def _drawn(start: Start) -> str:
-    texts = [show(text) for text in start.texts]
-    return f"{texts[0]} to {texts[1]}" if start.between else " or ".join(texts)
+def _drawn(draw: Draw) -> str:
+    texts = [show(text) for text in draw.texts]
+    return f"{texts[0]} to {texts[1]}" if draw.between else " or ".join(texts)
 
 
 def compare_requirements(old: System, new: System, book: Book) -> None:
