@@ -40,7 +40,7 @@ def terminable() -> Iterator[None]:
         yield
     finally:
         with suppress(ValueError):
-            signal.signal(signal.SIGTERM, before)
+            signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
 
 
 @contextmanager

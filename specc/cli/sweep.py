@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import platform
 import shutil
 import sys
 import threading
 import time
+import uuid
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -264,7 +266,9 @@ def _run(
     needed = {number: asked.settings[number] for number in sorted({n for n, _ in left})}
     directories, files = _packages(options, needed, first, workers)
     _check_unchanged(options, inputs)
-    name = f"specc-{os.getpid()}-{time.time_ns()}"
+    # The same one each time: what workers have of a sweep that was killed gives way to it.
+    whose = f"{platform.node()} {uuid.getnode()} {folder.path.absolute()}"
+    name = f"specc-{uuid.uuid5(uuid.NAMESPACE_URL, whose)}"
     jobs = [
         Job(name, directories[n], asked.settings[n], seed, extent, options.limit)
         for n, seed in left
@@ -273,6 +277,10 @@ def _run(
     with _workshop(options, name, folder.path / _WORK, bundle, workers) as (pool, room):
         progress = _Progress(count, count - len(left))
         streams.say(f"specc: {len(left)} runs, {room} at once, into {folder.path}")
+        if not room:
+            streams.say(
+                f"specc: no worker is there yet; begin with `dask worker {options.scheduler}`"
+            )
         try:
             carry_out(folder, jobs, pool, progress.tell, partial(_renew, asked, folder))
         finally:

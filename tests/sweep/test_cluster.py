@@ -11,9 +11,12 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from specc.tools.sweep.cluster import Shipment
+from specc.tools.sweep.running import Bundle
 from tests.sweep.runs import GATE, command, environment, hazards, swept, table
 
 OPTIONS = ("--set", "cruise=0.4,0.5", "--seeds", "0:8", "--duration", "20")
@@ -29,9 +32,13 @@ def dask(folder: Path, *arguments: str) -> subprocess.Popen[str]:
 
 
 @pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[str]:
+def scheduler(tmp_path: Path) -> subprocess.Popen[str]:
+    return dask(tmp_path, "scheduler", "--host", "127.0.0.1", "--port", "0")
+
+
+@pytest.fixture
+def cluster(tmp_path: Path, scheduler: subprocess.Popen[str]) -> Iterator[str]:
     """The address of a scheduler with two workers, which are in folders of their own."""
-    scheduler = dask(tmp_path, "scheduler", "--host", "127.0.0.1", "--port", "0")
     assert scheduler.stderr is not None
     address = next(
         found[1] for line in scheduler.stderr if (found := re.search(r"tcp://([\d.]+:\d+)", line))
@@ -55,21 +62,59 @@ def test_a_cluster_makes_the_same_table_although_a_worker_dies(
     alone.mkdir()
     together.mkdir()
     assert swept(alone, GATE, *OPTIONS).returncode == 0
-    sweep = subprocess.Popen(
-        command(GATE, "--out", "out", "--scheduler", cluster, *OPTIONS),
-        cwd=together,
-        env=environment(together),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    log = together / "out" / "runs.jsonl"
-    while sweep.poll() is None and (not log.exists() or log.read_bytes().count(b"\n") < 2):
-        time.sleep(0.02)
+    sweep = begun(together, cluster)
     os.kill(worker_in(tmp_path / "left"), signal.SIGKILL)
     told, _ = sweep.communicate(timeout=300)
     assert sweep.returncode == 0, told
     assert table(together) == table(alone)
-    assert not list(tmp_path.glob("*/dask-scratch-space/*/specc-*"))
+    assert not left_in(tmp_path)
+
+
+def begun(folder: Path, cluster: str) -> subprocess.Popen[str]:
+    """A sweep on the cluster, of which two runs are done."""
+    sweep = subprocess.Popen(
+        command(GATE, "--out", "out", "--scheduler", cluster, *OPTIONS),
+        cwd=folder,
+        env=environment(folder),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    log = folder / "out" / "runs.jsonl"
+    while sweep.poll() is None and (not log.exists() or log.read_bytes().count(b"\n") < 2):
+        time.sleep(0.02)
+    return sweep
+
+
+def left_in(folder: Path) -> list[Path]:
+    """What sweeps left on the workers."""
+    return list(folder.glob("*/dask-scratch-space/*/specc-*"))
+
+
+def test_what_is_left_on_workers_and_who_is_gone(
+    cluster: str, scheduler: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    killed = begun(tmp_path, cluster)
+    killed.kill()
+    killed.communicate()
+    assert len(left_in(tmp_path)) == 2
+    done = swept(tmp_path, GATE, "--scheduler", cluster, *OPTIONS)
+    assert (done.returncode, left_in(tmp_path)) == (0, []), done.stderr
+    shutil.rmtree(tmp_path / "out")
+    orphaned = begun(tmp_path, cluster)
+    scheduler.kill()
+    told, _ = orphaned.communicate(timeout=120)
+    assert orphaned.returncode == 2
+    assert "specc: the workers are gone; the same command goes on where this ended" in told
+
+
+def test_a_worker_with_other_versions_is_refused(tmp_path: Path) -> None:
+    shipment = Shipment("specc-test", Bundle({}, "base"))
+    shipment.versions["numpy"] = "0.1"
+    worker = SimpleNamespace(local_directory=str(tmp_path), address="tcp://there")
+    with pytest.raises(RuntimeError, match=r"tcp://there has numpy .*, not 0\.1 as here"):
+        shipment.setup(worker)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.long

@@ -6,9 +6,11 @@ itself and the modules of the operators.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -18,19 +20,37 @@ from specc.tools.sweep.running import Bundle, Place, enter, leave
 from specc.tools.sweep.settings import SweepError
 
 CONNECT_S = 10
+_DECIDING = ("specc", "numpy", "mujoco", "pin", "opencv-python-headless")
+"""Packages of which another version may give other figures."""
 
 
-class _Shipment(distributed.WorkerPlugin):  # type: ignore[misc]  # it has no types
+def versions() -> dict[str, str]:
+    """Those of Python and of the packages here that decide what comes of a run."""
+    found = {"Python": f"{sys.version_info.major}.{sys.version_info.minor}"}
+    for package in _DECIDING:
+        with suppress(PackageNotFoundError):
+            found[package] = version(package)
+    return found
+
+
+class Shipment(distributed.WorkerPlugin):  # type: ignore[misc]  # it has no types
     """Puts the files into a folder of a worker, and ends its processes afterwards."""
 
     def __init__(self, name: str, bundle: Bundle) -> None:
         self.name = name
         self._bundle = bundle
+        self.versions = versions()
 
     def setup(self, worker: Any) -> None:
+        """Raises RuntimeError for a worker with other versions."""
+        for package, there in versions().items():
+            if (here := self.versions.get(package, there)) != there:
+                why = f"{worker.address} has {package} {there}, not {here} as here"
+                raise RuntimeError(f"{why}; install the same there")
         enter(self.name, Place(Path(worker.local_directory, self.name), self._bundle))
 
     def teardown(self, worker: Any) -> None:
+        """The sweep is over, or the worker."""
         leave(self.name)
 
 
@@ -46,11 +66,12 @@ def cluster(address: str, name: str, bundle: Bundle) -> Iterator[tuple[Executor,
         raise SweepError(f"--scheduler {address}: no Dask scheduler there: {error}") from None
     with client:
         try:
-            client.register_plugin(_Shipment(name, bundle))
-        except Exception as error:
-            why = f"{type(error).__name__}: {error}"
-            raise SweepError(f"--scheduler {address}: a worker cannot begin: {why}") from error
-        try:
+            try:
+                client.register_plugin(Shipment(name, bundle))
+            except Exception as error:
+                why = f"{type(error).__name__}: {error}"
+                raise SweepError(f"--scheduler {address}: a worker cannot begin: {why}") from error
             yield client.get_executor(pure=False), sum(client.nthreads().values())
         finally:
-            client.unregister_worker_plugin(name)
+            with suppress(OSError):  # the scheduler is gone, and its workers go with it
+                client.unregister_worker_plugin(name)

@@ -225,7 +225,8 @@ def enter(name: str, place: Place) -> None:
 
 def leave(name: str) -> None:
     """Close the place and forget it."""
-    _PLACES.pop(name).close()
+    if place := _PLACES.pop(name, None):
+        place.close()
 
 
 # The columns of a row.
