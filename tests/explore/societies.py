@@ -136,14 +136,19 @@ class Author:
             ]
         agent["virtual_receptors"] = {"eye": look}
         self.trees[name]["x"]["eye"] = {"near": {"type": "bool", "init": "False"}}
-        role.values.append(("x.eye.near", "bool"))
+        # What is seen is asked of more often, also by way of the memory.
+        role.values += [("x.eye.near", "bool"), ("b", "bool")] * 3
         role.arrivals.append("x.eye.near")
 
     def _control(self, role: Role, tree: Tree) -> Tree:
         rng = self.rng
         conditions: Tree = {"initial": {}, "terminal": {}, "error": {}}
-        memory = {"k": {"type": "int", "init": 0}, "m": {"type": "Mode", "init": "a"}}
-        role.values += [("k", "int"), ("m", "Mode")]
+        memory = {
+            "k": {"type": "int", "init": 0},
+            "m": {"type": "Mode", "init": "a"},
+            "b": {"type": "bool", "init": "False"},
+        }
+        role.values += [("k", "int"), ("m", "Mode"), ("b", "bool")]
         states = [f"S{i}" for i in range(rng.randrange(2, 4 if self.workers > 1 else 5))]
         behaviours: Tree = {}
         for state in states:
@@ -190,6 +195,8 @@ class Author:
             found.append(("k", rng.choice(("min(k + 1, 3)", "0", "1 if k == 0 else 0"))))
         if rng.randrange(3) == 0:
             found.append(("m", self._value(role, "Mode")))
+        if rng.randrange(2):
+            found.append(("b", self._value(role, "bool")))
         return found or [("k", "k")]
 
     def _value(self, role: Role, kind: str) -> str:

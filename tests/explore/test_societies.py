@@ -21,6 +21,7 @@ from specc.tools.explore.explorer import explore
 from specc.tools.explore.findings import findings
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.partial import Values
+from specc.tools.explore.walker import Walker
 from tests.explore.societies import society
 from tests.explore.verdicts import belied, misjudged
 from tests.soundness.evaluator import Key, Value
@@ -176,6 +177,14 @@ def judge(seeds: range, folder: Path) -> dict[str, int]:
 def test_what_is_said_of_societies_holds(tmp_path: Path) -> None:
     total = judge(range(16), tmp_path)
     assert all(total.values()), total
+
+
+def test_an_explorer_that_never_loses_anything_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Walker, "_lost", lambda *_: ())
+    with pytest.raises(AssertionError):
+        judge(range(4), tmp_path)
 
 
 @pytest.mark.long
