@@ -1,4 +1,5 @@
-"""The architectures of section 5: how long each takes, and a fault that exploring it finds.
+"""The architectures of section 5: how long each takes, and what has to be noticed in each: a fault
+that exploring finds, and a failure of the task that a run shows.
 
 What each fault needs can be had by trying measurements. No search turns a planner round, so none of
 them rests on what a way planned by an operator looks like.
@@ -25,8 +26,16 @@ class Architecture:
     """Texts that each occur once, and what stands in their place."""
     finds: str
     """The code that `specc explore` reports for the fault."""
+    failure: Change
+    """A text that occurs once, and what stands in its place so that the task goes wrong."""
+    violates: str
+    """How the requirement begins that a run of seed 0 then violates."""
     fault_in: str = ""
     """File below `specs` that has the fault, if it is another one."""
+    failure_in: str = ""
+    """Likewise for the failure."""
+    failure_s: int = 0
+    """Simulated time after which it is seen, if that is before the end."""
     budget: int = 700_000
     """Steps of exploring; with fewer than it needs it ends at this bound."""
 
@@ -44,24 +53,33 @@ ARCHITECTURES = (
             ("wait: {functions: [stand], ", "wait: {"),
         ),
         finds="W1002",
+        failure=("min(gain * (x.ring.ahead - near_by), cruise)", "cruise"),
+        violates="always(historically(reaction",
     ),
     Architecture(
         "subsumption",
         60,
         fault=(("[resting, terminal, always, roaming]", "[resting, terminal, always, resting]"),),
         finds="W1004",
+        failure=("is: seek if seek is not None else low", "is: low"),
+        violates="within(59[s], plant.taken[1]",
     ),
     Architecture(
         "teleoperation",
         58,
         fault=(("[halting,  terminal, always, resting]", "[halting,  terminal, always, halting]"),),
         finds="W1001",
+        failure=("or elapsed > 0.3[s]", "or elapsed > 30[s]"),
+        violates="always(console.stick.since > 1.1[s]",
     ),
     Architecture(
         "syndicate",
         57,
         fault=(("all(s.stage >= stage for", "all(s.stage > stage for"),),
         finds="W1002",
+        failure=("trouble == stage", "trouble > 0"),
+        violates="within(55[s], state(planners_1.c) == finished",
+        budget=1_000_000,
     ),
     Architecture(
         "blackboard",
@@ -71,6 +89,8 @@ ARCHITECTURES = (
             ("[posting,  terminal, always, watching]", "[posting,  terminal, always, posting]"),
         ),
         finds="W1005",
+        failure=("e.sigma <= post_{i}.sigma", "e.sigma < 0"),
+        violates="always(len(board.c.entries)",
     ),
     Architecture(
         "three_tier",
@@ -82,6 +102,8 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1002",
+        failure=('"obstacles + [x.rover.failed]"', '"obstacles"'),
+        violates="within(59[s], norm(plant.rover_at - blue)",
         budget=60_000,
     ),
     Architecture(
@@ -94,6 +116,8 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1005",
+        failure=('stop: {is: "0.4[m]"', 'stop: {is: "1[mm]"'),
+        violates="always(norm(plant.boulder_v)",
         budget=60_000,
     ),
     Architecture(
@@ -106,6 +130,8 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1002",
+        failure=('stop: {is: "0.42[m]"', 'stop: {is: "1[mm]"'),
+        violates="always(plant.touched",
         budget=60_000,
     ),
     Architecture(
@@ -113,6 +139,9 @@ ARCHITECTURES = (
         59,
         fault=(("answer: {functions: [answer], terminal: always}", "answer: {terminal: always}"),),
         finds="W1002",
+        failure=("carry if x.platform.knows else nothing", "inspect"),
+        failure_in="lib/carrier.yaml",
+        violates="within(58[s], norm(plant.table",
     ),
     Architecture(
         "recovering_picking",
@@ -124,6 +153,8 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1006",
+        failure=("calm: elapsed > 0.5[s]", "calm: elapsed > 60[s]"),
+        violates="within(59[s], state(irp.c) == S9",
         budget=200_000,
     ),
     Architecture(
@@ -136,6 +167,13 @@ ARCHITECTURES = (
             ),
         ),
         finds="W1006",
+        failure=(
+            "[asking,      terminal, otherwise, looking]",
+            "[asking,      terminal, otherwise, going]",
+        ),
+        failure_in="lib/irp_at_table.yaml",
+        failure_s=12,
+        violates="always(norm(plant.hand_1",
         fault_in="lib/irp_at_table.yaml",
         budget=150_000,
     ),

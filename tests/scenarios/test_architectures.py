@@ -11,7 +11,7 @@ import pytest
 
 from specc.cli.main import main
 from tests.scenarios.architectures import ARCHITECTURES, FOLDER, Architecture
-from tests.scenarios.runs import FLAGSHIP, copy_companions, run
+from tests.scenarios.runs import FLAGSHIP, Change, copy_companions, run
 from tests.sweep.runs import swept, table
 
 EACH = pytest.mark.parametrize("each", ARCHITECTURES, ids=lambda each: each.name)
@@ -35,6 +35,22 @@ def fulfils(each: Architecture, seed: int) -> bool:
     verdicts = [each["verdict"] for each in report["requirements"]]
     assert (code == 0) == ("violated" not in verdicts)
     return verdicts == ["met"] * len(verdicts)
+
+
+def changed(each: Architecture, file: str, *changes: Change) -> Path:
+    """Its copy in the current folder, `file` below `specs` or itself changed in unique texts."""
+    Path("pyproject.toml").touch()  # the project whose files they are
+    copy_companions(Path())
+    shutil.copy(FLAGSHIP, Path())  # whose agent some of them use
+    shutil.copytree(FOLDER, "architectures")
+    spec = Path("architectures") / each.path.name
+    path = Path(file) if file else spec
+    text = path.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    return spec
 
 
 def test_every_architecture_is_in_the_table() -> None:
@@ -67,6 +83,20 @@ def test_nine_of_ten_runs_meet_them(each: Architecture, tmp_path: Path) -> None:
 
 
 @EACH
+def test_its_requirements_see_where_the_task_goes_wrong(
+    each: Architecture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    spec = changed(each, each.failure_in, each.failure)
+    seconds = str(each.failure_s or each.duration_s)
+    code, report = run(spec.absolute(), "--duration", seconds, "--seed", "0")
+    verdicts = [
+        one["verdict"] for one in report["requirements"] if one["that"].startswith(each.violates)
+    ]
+    assert (code, verdicts) == (1, ["violated"])
+
+
+@EACH
 def test_a_seeded_fault_is_found_with_a_run_that_replays(
     each: Architecture,
     tmp_path: Path,
@@ -74,17 +104,7 @@ def test_a_seeded_fault_is_found_with_a_run_that_replays(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("pyproject.toml").touch()  # the project whose files they are
-    copy_companions(tmp_path)
-    shutil.copy(FLAGSHIP, tmp_path)  # whose agent some of them use
-    shutil.copytree(FOLDER, "architectures")
-    spec = Path("architectures") / each.path.name
-    changed = Path(each.fault_in) if each.fault_in else spec
-    text = changed.read_text(encoding="utf-8")
-    for old, new in each.fault:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    changed.write_text(text, encoding="utf-8")
+    spec = changed(each, each.fault_in, *each.fault)
     findings = explored(spec, each.budget, capsys, "--traces", "traces")
     found = [finding for finding in findings if finding["code"] == each.finds]
     assert found
