@@ -161,9 +161,8 @@ class Session:
         self._cycles.restore(saved["task"])
         for of, each in self._followed():
             tick = self._executor.tick
-            known = (
-                saved.get(of, ()) if tick == saved["tick"] else ()
-            )  # in ticks of the same length
+            # What they know is in ticks of one length.
+            known = saved.get(of, ()) if tick == saved["tick"] else ()
             new = each.restore(known, tick, partial(values.values_read, of))
             lost += [f"nothing is known of the past for: {that}" for that in new]
         begun = self._disturbances.restore(saved["disturbances"])

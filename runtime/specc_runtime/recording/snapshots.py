@@ -184,7 +184,7 @@ def _last_before(file: Path, until_s: float) -> Kept:
         raise UsageError(f"{file} ends at {reading.last_s:g} s, before {until_s:g} s")
     for text in reversed(latest):
         told = _told(text)
-        if "tick" in told:
+        if "tick" in told and type(told.get("time")) is float:
             kept.saved = told
             break
         kept.missing = str(told.get("missing"))
