@@ -78,24 +78,27 @@ class Disturbances:
 
     def saved(self) -> list[dict[str, Any]]:
         """What is under way and over."""
-        told = [{"over": each.over} for each in self._all]
-        return [one | data for one, data in zip(self.as_data(), told, strict=True)]
+        return [{"does": o.name, "began_s": o.began_s, "over": o.over} for o in self._all]
 
     def restore(self, saved: Any) -> list[str]:
-        """Go on from there; which of them are new, and begin when it is their time.
+        """Go on from there; what of it is not known here, and what is new, and begins in its time.
 
         Raises KeyError, TypeError, ValueError for other data.
         """
-        same = zip(self._all, saved, strict=False)
-        known = [(one, each) for one, each in same if one.what.because == each["because"]]
-        for one, each in known:
-            if each["began_s"] is not None:
+        known = {str(each["does"]): each for each in saved}
+        for one in self._all:
+            each = known.get(one.name)
+            if each is not None and each["began_s"] is not None:
                 one.began_s, one.over = float(each["began_s"]), bool(each["over"])
-        for one, _ in known:
+        for one in self._all:
             if one.began_s is not None:
                 self._act(one)
-        olds = [one for one, _ in known]
-        return [one.what.because for one in self._all if one not in olds]
+        mine = {one.name for one in self._all}
+        gone = [name for name, each in known.items() if name not in mine and each["began_s"]]
+        return [
+            *(f"nothing is known of the disturbance: {name}" for name in sorted(mine - {*known})),
+            *(f"there is no such disturbance, which began in the past: {name}" for name in gone),
+        ]
 
     def as_data(self) -> list[dict[str, Any]]:
         """What the report says of each; `began_s` is null if it never began."""
@@ -131,6 +134,7 @@ class _Drawn:
     def __init__(self, what: Disturbance, seed: int, number: int) -> None:
         """`number` counts those that do the same."""
         self.what = what
+        self.name = what.subject if number == 1 else f"{what.subject} ({number})"
         name = f"disturb {what.subject} {number}"
         times = drawn([time for time in (what.at, what.lasts) if time], seed, name)
         self.at_s = times.get("at", 0.0)

@@ -72,6 +72,7 @@ class Session:
         elif self.duration_s is None and self.wanted is None:
             self.wanted = 1
         self._seed = options.seed
+        self._scene = drawn(system.task.starts, options.seed) if system.task else {}
         self._cycle_limit_s = options.cycle_limit_s or CYCLE_LIMIT_S
         self._set = dict(options.built_with)
         self._system = system
@@ -93,12 +94,13 @@ class Session:
             periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
             each.follow(periods, system.tick_s)
             observers.append(each)
-        self._onlooker = _onlooker(system, plant, recorder, self._followers)
+        onlooker = _onlooker(system, plant, recorder, self._followers)
+        self._unobserved = onlooker.failed if onlooker else {}
         self._executor = Executor(
             system,
             plant,
             observers,
-            onlooker=self._onlooker,
+            onlooker=onlooker,
             inline=options.inline,
             clock=clock,
             at_rest=self._rest,
@@ -138,6 +140,8 @@ class Session:
             "task": self._cycles.saved() | {"judge": keeps("the judge", self._judge)},
             **{of: each.saved(partial(values.read, of)) for of, each in self._followed()},
             "disturbances": self._disturbances.saved(),
+            "scene": self._scene,
+            "unobserved": self._unobserved,
             "plant": keeps("the plant", self._plant),
         }
 
@@ -165,8 +169,12 @@ class Session:
             known = saved.get(of, ()) if tick == saved["tick"] else ()
             new = each.restore(known, tick, partial(values.values_read, of))
             lost += [f"nothing is known of the past for: {that}" for that in new]
-        begun = self._disturbances.restore(saved["disturbances"])
-        lost += [f"nothing is known of the disturbance: {because}" for because in begun]
+        lost += self._disturbances.restore(saved["disturbances"])
+        begun_with = {str(name): float(value) for name, value in saved["scene"].items()}
+        if begun_with != self._scene:
+            lost.append("the scene is that of the recorded run")
+        self._scene = begun_with
+        self._unobserved |= saved["unobserved"]
         restored(self._judge, saved["task"]["judge"])
         restored(self._plant, saved["plant"])
         if self._judge is not None and saved["task"]["judge"] is None:
@@ -258,10 +266,10 @@ class Session:
             interrupted=self.interruption.requested,
             last_outputs={n: o.as_data() for n, o in sorted(self._last_outputs.items())},
             set=self._set,
-            scene=drawn(self._system.task.starts, self._seed) if self._system.task else {},
+            scene=self._scene,
             requirements=self._requirements.as_data() if self._requirements else [],
             disturbances=self._disturbances.as_data(),
-            unobserved=self._onlooker.failed if self._onlooker else {},
+            unobserved=self._unobserved,
         )
 
     def _ended(self) -> Ending:

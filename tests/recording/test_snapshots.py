@@ -67,3 +67,31 @@ def test_other_systems_go_on_as_they_did(name: str, duration_s: int, tmp_path: P
     assert done.returncode == first.returncode, done.stderr
     assert report_of(tmp_path / "b.json") == report_of(tmp_path / "a.json")
     assert "--from" not in done.stderr
+
+
+def test_another_specification_keeps_the_scene_and_what_happened(tmp_path: Path) -> None:
+    """Disturbances are the same that do the same, whatever their place; what is not is told."""
+    spec, file = spec_in(tmp_path), tmp_path / "run.mcap"
+    text = spec.read_text()
+    spec.write_text(text.replace("  disturb:", "  scene: {box.z: '1[m]'}\n  disturb:"))
+    specc("run", spec, "--duration", 3, "--record", file, "--report", tmp_path / "a.json")
+    first = report_of(tmp_path / "a.json")
+    moved = "".join(f"    - {{{each}}}\n" for each in (*HAPPENS[1:3], HAPPENS[0]))
+    new = "    - {because: new, at: '9[s]', block: [box]}\n"
+    happens = f"  scene: {{box.z: '2[m]'}}\n  disturb:\n{new}{moved}require:"
+    spec.write_text(
+        text.replace(text[text.index("  disturb:") : text.index("require:") + 8], happens)
+    )
+    done = specc(
+        "run", spec, "--duration", 3, "--from", f"{file}@2.9", "--report", tmp_path / "b.json"
+    )
+    told = report_of(tmp_path / "b.json")
+    assert told["scene"] == first["scene"] == {"box.z": 1.0}
+    assert "the scene is that of the recorded run" in done.stderr
+    assert "nothing is known of the disturbance: block box" in done.stderr
+    assert "there is no such disturbance, which began in the past: shift box.x" in done.stderr
+    began = {each["because"]: each["began_s"] for each in first["disturbances"]}
+    assert [each["began_s"] for each in told["disturbances"]] == [
+        None,
+        *(began[each] for each in ("a block", "silence", "a push")),
+    ]
