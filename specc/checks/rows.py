@@ -12,7 +12,7 @@ from specc.analysis.guards import ended, said
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.lang import show
-from specc.model.expr import Call, Expr, walk
+from specc.model.expr import Call, Expr, walk, written
 from specc.model.fsm import OTHERWISE, Behaviour, Cause, State, Transition
 from specc.model.system import Subsystem
 from specc.proof import Witness
@@ -47,7 +47,7 @@ def facts_of(witness: Witness) -> str:
 def _operators_in(witness: Witness) -> str:
     """A last remark on the operators in a witness; empty if it involves none."""
     nodes = (node for asked, _ in witness.answers for node in walk(asked))
-    calls = (node.operator for node in nodes if isinstance(node, Call))
+    calls = (written(node.operator) for node in nodes if isinstance(node, Call))
     names = [f"`{name}`" for name in dict.fromkeys(calls)]
     if not names:
         return ""

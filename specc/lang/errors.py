@@ -22,6 +22,7 @@ from specc.model.expr import (
     LetRef,
     MemoryRef,
     Unary,
+    written,
 )
 from specc.model.system import Operator
 from specc.model.types import Enum, Type
@@ -59,7 +60,8 @@ class Scope:
     memory: Mapping[str, Declared] = field(default_factory=dict)
     lets: Mapping[str, Declared] = field(default_factory=dict)
     constants: Mapping[str, Declared] = field(default_factory=dict)
-    files: Collection[str] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
+    """Each with its name in the system."""
     enums: Mapping[str, tuple[Enum, ...]] = field(default_factory=dict)
     """Member -> the enums that have it; the expected type chooses among several."""
     operators: Mapping[str, Operator] = field(default_factory=dict)
@@ -136,7 +138,7 @@ def origins(expr: Expr, scope: Scope) -> Iterator[Origin]:
             yield from _origin(scope.lets.get(name), f"`{name}` is `{expr.type}`")
         case ConstantRef(name=name):
             yield from _origin(scope.constants.get(name), f"`{name}` is `{expr.type}`")
-        case Call(operator=name) if name in scope.operators:
+        case Call(operator=operator) if (name := written(operator)) in scope.operators:
             yield Origin(scope.operators[name].place, f"`{name}` returns `{expr.type}`")
         case Binary(left=left, right=right):
             yield from origins(left, scope)
@@ -152,7 +154,7 @@ def _origin(declared: Declared | None, words: str) -> Iterator[Origin]:
     if declared is None or declared.place is None:
         return
     if isinstance(declared.value, Call):
-        words += f" because `{declared.value.operator}` returns it"
+        words += f" because `{written(declared.value.operator)}` returns it"
     yield Origin(declared.place, words)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from specc.lang.errors import Scope
-from specc.model.expr import Builtin, Expr, Number
+from specc.model.expr import Builtin, Expr, Number, written
 from specc.model.types import (
     Bool,
     Frame,
@@ -204,5 +204,5 @@ def _operator_help(actual: Type, expected: Type, text: str, scope: Scope) -> str
         bindings: dict[str, str] = {}
         taken = unify(operator.parameters[0][1], actual, bindings)
         if taken and substitute(operator.result, bindings) == expected:
-            found.append(operator.name)
+            found.append(written(operator.name))
     return f"`{found[0]}({text})` is `{expected}`" if len(found) == 1 and actual != expected else ""

@@ -66,7 +66,7 @@ def name(ctx: Context, node: ast.Name, hint: Type | None) -> Expr:
             raise ctx.error(node, message, "give the value another name", "E0231")
         return Member(node.id, type=hint, span=span(node))
     if node.id in ctx.scope.files and (value is None or isinstance(hint, File)):
-        return FileRef(node.id, type=File(), span=span(node))
+        return FileRef(ctx.scope.files[node.id], type=File(), span=span(node))
     if value:
         kind, type = value
         return _NODES[kind](node.id, type=type, span=span(node))

@@ -27,7 +27,7 @@ from specc.lang.mismatch import (
     way_out,
 )
 from specc.lang.parse import parse, span
-from specc.model.expr import Call, Expr, Unknown
+from specc.model.expr import Call, Expr, Unknown, written
 from specc.model.system import Operator
 from specc.model.types import Type
 
@@ -69,6 +69,7 @@ class _Application:
         self.ctx = ctx
         self.node = node
         self.operator = operator
+        self.name = written(operator.name)
         self.hint = hint
         self.bindings: Bindings = {}
         self.misfits = False
@@ -132,9 +133,9 @@ class _Application:
             return expr
         self.misfits = True
         quoted = self.ctx.quote(node)
-        message = f"`{quoted}` is `{expr.type}`; `{self.operator.name}` takes `{name}: {wanted}`"
+        message = f"`{quoted}` is `{expr.type}`; `{self.name}` takes `{name}: {wanted}`"
         help = way_out(expr, wanted, quoted, self.ctx.scope) or self._bound_frames(pattern)
-        taken = Origin(self.operator.place, f"`{self.operator.name}` takes `{name}: {pattern}`")
+        taken = Origin(self.operator.place, f"`{self.name}` takes `{name}: {pattern}`")
         error = self.ctx.error(node, message, help, "E0315")
         raise error.because([*self.ctx.origins(expr), taken])
 
@@ -148,7 +149,7 @@ class _Application:
         return f"by the other arguments {given}" if given else ""
 
     def _wrong_number(self) -> ExprError:
-        name, parameters = self.operator.name, self.operator.parameters
+        name, parameters = self.name, self.operator.parameters
         usage = f"{name}({', '.join(f'{p}: {t}' for p, t in parameters)})"
         message = f"`{name}` takes {_count(len(parameters))}, not {len(self.node.args)}"
         error = self.ctx.error(self.node, message, f"it is called as `{usage}`", "E0314")

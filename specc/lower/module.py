@@ -91,7 +91,7 @@ class Module:
         """Parameter of the specification -> argument of the class."""
         self._operators = {operator.name: operator for operator in system.operators}
         self._names = Namespace((*OWN_NAMES, *types.of.values()))
-        self._aliases = {name: self._names.new(name) for name in self._operators}
+        self._aliases = {name: self._names.new(e.written(name)) for name in self._operators}
         self.attributes = methods = Namespace(OWN_ATTRIBUTES)
         self._constant_names = {
             name: methods.new(name) if name in self.computed else self._names.new(name.upper())
@@ -158,7 +158,7 @@ class Module:
     def _checked(self, name: str) -> str:
         operator = self._operators[name]
         function = self._functions.use(operator.python)
-        parts = [literal(name), function, self.contracts.of(operator.result)]
+        parts = [literal(e.written(name)), function, self.contracts.of(operator.result)]
         parts += [literal(said) for said in (str(operator.result), str(operator.trace)) if said]
         return f"{self.imports.add('specc_runtime.contracts', 'operator')}({', '.join(parts)})"
 

@@ -228,7 +228,7 @@ def _noted(line: str, term: Term) -> str:
 def _wanted(term: Term) -> str:
     match term.node:
         case e.Call(operator=operator):
-            return operator.lower()
+            return e.written(operator).lower()
         case e.Builtin(name=name) if FUNCTIONS[name].rule is None:
             return _wanted(term.args[0])
         case e.Builtin(name=name):

@@ -85,6 +85,8 @@ class ConstantRef(Node):
 
 @frozen
 class FileRef(Node):
+    """A file, by its name in the system."""
+
     name: str
 
 
@@ -118,7 +120,7 @@ class Present(Node):
 
 @frozen
 class Call(Node):
-    """An operator applied to arguments."""
+    """An operator, by its name in the system, applied to arguments."""
 
     operator: str
     args: tuple[Expr, ...]
@@ -276,6 +278,14 @@ def children(expr: Expr) -> Iterator[Expr]:
             yield value  # type: ignore[misc]  # every Node subclass is a member of Expr
         elif isinstance(value, tuple):
             yield from (v for v in value if isinstance(v, Node))  # type: ignore[misc]  # as above
+
+
+def written(name: str) -> str:
+    """An operator or file as it is written, by its name in the system.
+
+    The names differ where files of one system give several meanings to a name: `F@lib/arm.yaml`.
+    """
+    return name.partition("@")[0]
 
 
 def walk(expr: Expr) -> Iterator[Expr]:

@@ -23,7 +23,10 @@ DeviceKind = Literal["real_effector", "real_receptor"]
 
 @frozen
 class Operator:
-    """A primitive function in Python. Frame variables in the types start with "?"."""
+    """A primitive function in Python. Frame variables in the types start with "?".
+
+    `name` is the one in the system: see `specc.model.expr.written`.
+    """
 
     name: str
     parameters: tuple[tuple[str, Type], ...]
@@ -333,6 +336,7 @@ class System:
     operators: tuple[Operator, ...]
     constants: tuple[Constant, ...]
     files: tuple[tuple[str, str], ...]
+    """Name in the system, as that of an operator, and path."""
     agents: tuple[Agent, ...]
     plant: Plant | None
     task: Task | None

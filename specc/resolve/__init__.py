@@ -118,7 +118,7 @@ def resolve(
         tuple(sorted({n: t for d in known for n, t in d.type_traces.items()}.items())),
         _operators(known),
         _constants(definitions, findings.kept),
-        tuple(sorted({n: p for d in known for n, p in d.files.items()}.items())),
+        tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
         task,
@@ -169,6 +169,6 @@ def _agents(
 
 def _operators(known: list[Definitions]) -> tuple[Operator, ...]:
     merged: dict[str, Operator] = {}
-    for definitions in reversed(known):
-        merged |= definitions.operators
+    for operator in (each for definitions in known for each in definitions.operators.values()):
+        merged.setdefault(operator.name, operator)
     return tuple(merged.values())

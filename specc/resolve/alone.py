@@ -105,7 +105,7 @@ def _system(agent: Agent, known: Definitions) -> System:
         types=tuple(sorted(known.type_traces.items())),
         operators=(*known.operators.values(), *_unknown(agent)),
         constants=tuple(known.constants.values()),
-        files=tuple(sorted(known.files.items())),
+        files=tuple(sorted(known.files.values())),
         agents=(agent,),
         plant=None,
         task=None,

@@ -72,7 +72,8 @@ def _without(scope: Scope, broken: Collection[str]) -> Scope:
     constants = scope.constants
     if any(name in constants for name in broken):
         constants = {name: type for name, type in constants.items() if name not in broken}
-    return replace(scope, constants=constants, files=frozenset(scope.files) - frozenset(broken))
+    files = {name: known for name, known in scope.files.items() if name not in broken}
+    return replace(scope, constants=constants, files=files)
 
 
 def _ports(

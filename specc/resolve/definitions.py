@@ -129,7 +129,8 @@ class Definitions:
     type_traces: dict[str, Trace] = field(default_factory=dict)
     interfaces: dict[str, Interface] = field(default_factory=dict)
     constants: dict[str, Constant] = field(default_factory=dict)
-    files: dict[str, str] = field(default_factory=dict)
+    files: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Each with its name in the system and its path."""
     operators: dict[str, Operator] = field(default_factory=dict)
     places: dict[str, Place] = field(default_factory=dict)
     """Kind and name (`type Mode`) -> where it is defined."""

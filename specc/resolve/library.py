@@ -29,6 +29,7 @@ from specc.resolve.expressions import Expressions
 from specc.resolve.groups import Groups
 from specc.schema import SpecFile
 from specc.schema.files import TypeDef
+from specc.source import Place
 
 
 @frozen
@@ -64,6 +65,8 @@ class Library:
     _using: tuple[str, ...] = ()
     _known: dict[str, Definitions] = field(default_factory=dict)
     """Of files that others use, by path: what two use is built once."""
+    _meant: dict[str, dict[object, str]] = field(default_factory=dict)
+    """Operator or file, as it is written -> what it means and where -> its name in the system."""
 
     def definitions(
         self,
@@ -148,7 +151,10 @@ class Library:
             if not own.claim("file", name, where.key, self.findings):
                 continue
             path = self.beside(file, relative)
-            own.files[name] = os.path.relpath(path, self.base).replace(os.sep, "/")
+            own.files[name] = (
+                self._in_system("file", name, path, where.key, own),
+                os.path.relpath(path, self.base).replace(os.sep, "/"),
+            )
             if not self.reach.holds(path):
                 self.findings.outside(self.reach, path, where)
             elif os.path.isdir(path):
@@ -175,8 +181,11 @@ class Library:
                 help_text = "add `python: package.module:function`"
                 self.findings.report("O0201", message, where.key, help=help_text)
             parameters, result = signature
+            # Uses of one description with other frames have one operator.
+            unframed = replace(own.names(variables=True), frames={f: f for f in own.frames})
+            means = definition.python, parse_signature(definition.signature, unframed)
             own.operators[name] = Operator(
-                name,
+                self._in_system("operator", name, means, where.key, own),
                 parameters,
                 result,
                 definition.python or "",
@@ -184,6 +193,15 @@ class Library:
                 trace_of(definition),
                 where.key,
             )
+
+    def _in_system(self, kind: str, name: str, means: object, at: Place, own: Definitions) -> str:
+        """The name of an operator or file in the whole system, where names may be used again."""
+        known = self._meant.setdefault(f"{kind} {name}", {})
+        other = f"{name}@{os.path.relpath(at.file, self.base).replace(os.sep, '/')}"
+        found = known.get(at) or known.get(means) or (other if known else name)
+        known[at] = known[means] = found
+        own.made_from += found
+        return found
 
     def _interfaces(self, file: Loaded, own: Definitions) -> None:
         for name, definition in file.spec.interfaces.items():
@@ -234,7 +252,7 @@ def constant_scope(definitions: Definitions) -> Scope:
     return Scope(
         constants=_declared(definitions),
         enums=enum_members(definitions),
-        files=frozenset(definitions.files),
+        files={name: known for name, (known, _) in definitions.files.items()},
         operators=definitions.operators,
         has_points=definitions.has_points,
     )

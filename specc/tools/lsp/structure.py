@@ -50,7 +50,7 @@ def _in_node(expr: m.Expr, text: str, variables: dict[str, int]) -> Iterator[Men
     plain = _PLAIN_NODES.get(type(expr))
     match expr:
         case m.MemoryRef() | m.LetRef() | m.ConstantRef() | m.FileRef() if plain:
-            yield Mention(plain, expr.name, start, end, expr.type)
+            yield Mention(plain, m.written(expr.name), start, end, expr.type)
         case m.BoundVariable() if expr.name in variables:
             declared = f"{expr.name}@{variables[expr.name]}"
             yield Mention(("variable",), declared, start, end, expr.type)
@@ -58,8 +58,8 @@ def _in_node(expr: m.Expr, text: str, variables: dict[str, int]) -> Iterator[Men
             yield Mention(("member",), f"{enum.name}.{expr.name}", start, end, enum)
         case m.Input():
             yield from _input(expr, text)
-        case m.Call() if text.startswith(expr.operator, start):
-            yield Mention(("operator",), expr.operator, start, start + len(expr.operator))
+        case m.Call() if text.startswith(name := m.written(expr.operator), start):
+            yield Mention(("operator",), name, start, start + len(name))
         case m.FieldOf(value=m.Node(type=Record() as record)):
             name = f"{record.name}.{expr.name}"
             yield Mention(("field",), name, end - len(expr.name), end, expr.type)

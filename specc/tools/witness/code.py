@@ -162,7 +162,8 @@ class Code:
         """The module of the operators, and the modules of types that are not there."""
         operators = ModuleType(OPERATORS)
         for operator in self.alone.operators:
-            setattr(operators, operator.name, partial(self._call, operator.name, operator.result))
+            gives = partial(self._call, operator.name, operator.result)
+            setattr(operators, operator.python.partition(":")[2], gives)
         yield operators
         classes: dict[str, ModuleType] = {}
         for _, type_ in named_types(self.alone):

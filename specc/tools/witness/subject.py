@@ -13,6 +13,7 @@ from specc.checks.rows import ending, situation
 from specc.emit import filled
 from specc.frozen import frozen
 from specc.lower import lower
+from specc.lower.names import identifier
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition, Transition
 from specc.model.system import Operator, Subsystem, System
@@ -49,7 +50,7 @@ def alone(system: System, name: str) -> System:
             if subsystem.qualified_name == name:
                 kept = replace(agent, subsystems=(_legible(subsystem),), devices=())
                 operators = tuple(
-                    replace(operator, python=f"{OPERATORS}:{operator.name}")
+                    replace(operator, python=f"{OPERATORS}:{identifier(operator.name)}")
                     for operator in (*system.operators, *_stand_ins(subsystem))
                 )
                 return replace(system, operators=operators, agents=(kept,), plant=None, task=None)
