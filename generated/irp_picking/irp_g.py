@@ -169,11 +169,11 @@ class IrpG(Subsystem):
         d_0 = memory.d_p if self._periods == 0 else memory.d_s
         d_1 = x.c_d_d if self._periods == 0 else memory.d_g  # distance at its end
         d_i = GI(d_0, d_1, self._periods / 500)  # interpolated distance
-        moved = GM(finite(DM(d_i) - x.E_m_m), memory.R_p)  # drive of the motion
-        y.E_c_d = moved.c_d
+        moved_2 = GM(finite(DM(d_i) - x.E_m_m), memory.R_p)  # drive of the motion
+        y.E_c_d = moved_2.c_d
         y.c_d_c = d_c
         y.c_c_c = x.E_c_m
-        memory.R_p = moved.state
+        memory.R_p = moved_2.state
         memory.d_p = d_i
         memory.d_s = d_0
         memory.d_g = d_1

@@ -289,11 +289,11 @@ class IrpM(Subsystem):
         weight = GF(q_c, memory.arm)  # currents that carry the weight
         m_i = MI(m_0, m_1, self._periods / 500)  # interpolated motor positions
         F_c = GE(x.E_F_m, T_c, TOOL_WEIGHT, P_S_COM)  # current force without gravity
-        moved = MR(finite(m_i - x.E_m_m), memory.R_p, weight)  # drive of the P2P motion
-        y.E_c_d = moved.c_d  # eq. 17; Fig. 12
+        moved_2 = MR(finite(m_i - x.E_m_m), memory.R_p, weight)  # drive of the P2P motion
+        y.E_c_d = moved_2.c_d  # eq. 17; Fig. 12
         y.c_T_c = T_c  # eq. 18; Fig. 12
         y.c_F_c = F_c  # eq. 18; Fig. 12
-        memory.R_p = moved.state  # eq. 17; Fig. 12
+        memory.R_p = moved_2.state  # eq. 17; Fig. 12
         memory.q_p = MJ(m_i)  # eq. 20
         memory.m_d = m_i  # eq. 21
         memory.m_s = m_0

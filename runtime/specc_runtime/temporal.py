@@ -11,9 +11,10 @@ over.
 from __future__ import annotations
 
 import math
+import traceback
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import chain, groupby, repeat
 from typing import Any, ClassVar, NamedTuple
 
@@ -21,6 +22,8 @@ Known = tuple[bool, float]
 """Truth and margin, which is not negative where it is true and not positive where it is not."""
 Judgement = tuple[Known, Known]
 
+_OPERATORS = "specc_runtime.contracts"
+"""The module through which generated code calls operators."""
 _LOWEST, _HIGHEST = (False, -math.inf), (True, math.inf)
 UNKNOWN: Judgement = (_LOWEST, _HIGHEST)
 TRUE: Judgement = (_HIGHEST, _HIGHEST)
@@ -145,12 +148,23 @@ class Atom(Formula):
         """Take in values that have changed."""
         try:
             self.now = self._judge()
-        except Exception:  # noqa: BLE001  # what is absent, a division by zero, what an operator raises
+        except Exception as error:
+            if not _may_be_raised(error, self.reads):
+                raise
             self.now = UNKNOWN
 
     def step(self) -> Judgement:
         """See `Formula`."""
         return self.now
+
+
+def _may_be_raised(error: Exception, reads: Collection[str]) -> bool:
+    """Whether a condition without a value raises it: what is absent, arithmetic, an operator."""
+    if isinstance(error, ArithmeticError | LookupError | ValueError):
+        return True
+    absent = isinstance(error, AttributeError) and error.name in reads
+    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__))
+    return absent or any(f.f_globals.get("__name__") == _OPERATORS for f in frames)
 
 
 class Not(Formula):

@@ -59,9 +59,6 @@ def _types(system: System) -> Iterator[Type]:
 # Annotations: the Python type of every type of the language.
 
 
-VALUES = "specc_runtime.values"
-
-
 class PythonTypes:
     """Names of the system's own types, the same in all its modules."""
 
@@ -105,7 +102,7 @@ class Annotations:
         if plain_name:
             return plain_name
         if value_name := _value_name(type_):
-            return self._imports.add(VALUES, value_name)
+            return self._imports.own(value_name)
         if isinstance(type_, (Vector, ListOf)):
             return f"tuple[{self.of(type_.element)}, ...]"
         if isinstance(type_, OptionalOf):
@@ -121,10 +118,10 @@ class Annotations:
         if name is not None:
             return self._imports.add(self._own_module, name) if self._own_module else name
         if isinstance(type_, Enum):
-            self._imports.add("typing", "Literal")
+            self._imports.own("Literal")
             return literal_type(type_)
         if isinstance(type_, Opaque):
-            return self._imports.add("typing", "Any")
+            return self._imports.own("Any")
         raise TypeError(f"no annotation for {type_!r}")
 
 
@@ -159,7 +156,6 @@ def literal_type(enum: Enum) -> str:
 # Contracts: how generated code checks what comes from outside against its declared type.
 
 
-RUNTIME = "specc_runtime.contracts"
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _PLAIN: dict[type[Type], str] = {
     Bool: "as_bool",
@@ -193,9 +189,9 @@ class Contracts:
     def of(self, type_: Type) -> str:
         """The contract of a type, as an expression."""
         if name := _PLAIN.get(type(type_)):
-            return self._imports.add(RUNTIME, name)
+            return self._imports.own(name)
         if self._stand_ins and isinstance(type_, Image | Opaque | Record):
-            return self._imports.add(RUNTIME, "as_any")
+            return self._imports.own("as_any")
         if isinstance(type_, Enum | Record):
             return self._own(type_)
         return self._made(*self._call(type_))
@@ -222,7 +218,7 @@ class Contracts:
         raise TypeError(f"no contract for {type_!r}")
 
     def _made(self, name: str, *arguments: str) -> str:
-        return f"{self._imports.add(RUNTIME, name)}({', '.join(arguments)})"
+        return f"{self._imports.own(name)}({', '.join(arguments)})"
 
     def _own(self, type_: Enum | Record) -> str:
         key = plain(type_)  # frames do not show in values

@@ -136,4 +136,4 @@ def _written(module: Module, constant: Constant, known: Mapping[str, Expr]) -> s
 
     term = TermTable(()).of(plain(constant.value))
     text = Nodes(module, TermTable(()), hoists=False).value(term).text
-    return f"{module.builtin('read_only')}({text})" if is_array(term.type) else text
+    return f"{module.imports.own('read_only')}({text})" if is_array(term.type) else text

@@ -8,7 +8,7 @@ from specc.frozen import frozen
 from specc.lower.annotations import Annotations, PythonTypes, plain
 from specc.lower.module import Module, buffer_names, memory_names
 from specc.lower.names import (
-    ALL_OWN_NAMES,
+    OWN_NAMES,
     FilePlan,
     Functions,
     Imports,
@@ -100,7 +100,7 @@ class _Layout:
 
 def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> FilePlan:
     """The module of layouts; subsystems of one kind share theirs."""
-    names = Namespace((*ALL_OWN_NAMES, *types.of.values(), "LAYOUTS", "forms"))
+    names = Namespace((*OWN_NAMES, *types.of.values()))
     forms = _Forms(types, names)
     known: dict[_Layout, str] = {}
     owners = []

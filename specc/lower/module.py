@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping
 from fractions import Fraction
 from types import MappingProxyType
 
-from specc.lang.builtins import RUNTIME
 from specc.lower.annotations import Annotations, Contracts, PythonTypes
 from specc.lower.names import (
     OWN_ATTRIBUTES,
@@ -160,11 +159,7 @@ class Module:
         function = self._functions.use(operator.python)
         parts = [literal(e.written(name)), function, self.contracts.of(operator.result)]
         parts += [literal(said) for said in (str(operator.result), str(operator.trace)) if said]
-        return f"{self.imports.add('specc_runtime.contracts', 'operator')}({', '.join(parts)})"
-
-    def builtin(self, name: str) -> str:
-        """A function that the runtime has for the language."""
-        return self.imports.add(RUNTIME, name)
+        return f"{self.imports.own('operator')}({', '.join(parts)})"
 
     def file(self, name: str) -> str:
         """The path of a file of the specification."""

@@ -56,28 +56,46 @@ def literal(value: object) -> str:
 
 _AMBIGUOUS = frozenset("lOI")
 """Letters that fonts do not tell from digits; linters refuse them as names."""
-BUILTINS = frozenset(dir(builtins))
-_VALUES = ("Depth", "Pose", "Rgb", "Spatial", "Vector")
-_IN_TYPES = ("Any", "LAYOUTS", "Literal", "annotations", "dataclass", "forms")
-_IN_SUBSYSTEMS = (
-    "Callable", "ClassVar", "Equations", "Final", "Inputs", "Mapping", "Memory", "Outputs",
-    "PERIOD", "SafeOutputs", "Samples", "Subsystem", "Transition", "cache", "holds", "memory",
-    "nan", "near_pose", "read_only", "row", "self", "some", "vector", "x", "y",
-    *(name for name, function in FUNCTIONS.items() if function.python),
+_IMPORTED = {
+    "collections.abc": ("Callable", "Mapping"),
+    "dataclasses": ("dataclass",),
+    "functools": ("cache",),
+    "math": ("nan",),
+    "os.path": ("join",),
+    "specc_runtime": ("forms",),
+    "specc_runtime.builtins": ("moved", "near_pose", "read_only", "some", "vector"),
+    "specc_runtime.contracts": (
+        "as_any", "as_bool", "as_depth", "as_instance", "as_int", "as_list", "as_member",
+        "as_optional", "as_partial", "as_pose", "as_real", "as_record", "as_rgb", "as_text",
+        "as_tuple", "as_vector", "operator",
+    ),
+    "specc_runtime.plants.binding": ("ActuatorBinding", "SensorBinding"),
+    "specc_runtime.requirements": ("Reading", "Requirement", "Requirements"),
+    "specc_runtime.safety": ("SafeOutputs",),
+    "specc_runtime.subsystem": ("Equations", "Subsystem", "Transition"),
+    "specc_runtime.system": (
+        "Connection", "Disturbance", "Draw", "PlantInput", "PlantOutput", "PlantSpec", "Scheduled",
+        "System", "Task",
+    ),
+    "specc_runtime.temporal": (
+        "And", "Atom", "Historically", "Judgement", "Not", "Once", "Or", "Since", "Throughout",
+        "Within", "judged",
+    ),
+    "specc_runtime.values": ("Depth", "Pose", "Rgb", "Spatial", "Vector"),
+    "typing": ("Any", "ClassVar", "Final", "Literal"),
+    ".requirements": ("SystemRequirements",),
+    ".triggers": ("SystemTriggers",),
+}  # fmt: skip
+"""What generated modules import by names that no specification gives."""
+_HOMES = {name: module for module, names in _IMPORTED.items() for name in names} | {
+    name: function.python for name, function in FUNCTIONS.items() if function.python
+}
+_DEFINED = (
+    "Inputs", "LAYOUTS", "Memory", "Outputs", "PERIOD", "Samples", "Values", "annotations", "base",
+    "build", "files", "holds", "memory", "row", "self", "x", "y",
 )  # fmt: skip
-_CONTRACTS = (
-    "as_any", "as_bool", "as_depth", "as_instance", "as_int", "as_list", "as_member", "as_optional",
-    "as_partial", "as_pose", "as_real", "as_record", "as_rgb", "as_text", "as_tuple", "as_vector",
-    "operator",
-)  # fmt: skip
-_IN_SYSTEM = (
-    "ActuatorBinding", "Connection", "PlantInput", "PlantOutput", "PlantSpec", "Scheduled",
-    "SensorBinding", "System", "Task", "base", "build", "files", "join",
-)  # fmt: skip
-OWN_NAMES = frozenset((*BUILTINS, *_VALUES, *_IN_TYPES, *_IN_SUBSYSTEMS, *_CONTRACTS))
-"""What the modules of types and subsystems have without any name of a specification."""
-ALL_OWN_NAMES = OWN_NAMES | frozenset(_IN_SYSTEM)
-"""The same of all generated modules."""
+OWN_NAMES = frozenset((*dir(builtins), *_HOMES, *_DEFINED))
+"""What generated modules have without any name of a specification."""
 OWN_ATTRIBUTES = ("abc_impl", "files", "periods", "start", "work")
 """Private attributes that every generated class may have, without their underscore."""
 _WORD = re.compile(r"[A-Za-z0-9]+")
@@ -160,6 +178,10 @@ class Imports:
             self.named[module, name] = None
         self._lines[f"from {module} import {name}{renamed}"] = None
         return alias
+
+    def own(self, name: str) -> str:
+        """Import one of the names that are reserved for generated code; raises KeyError."""
+        return self.add(_HOMES[name], name)
 
     @property
     def lines(self) -> tuple[str, ...]:

@@ -196,7 +196,7 @@ class Nodes:
         self._bound = outer
         if node.kind in ("argmax", "argmin"):
             spelled = pairs(variable, over, body, term.args[0].type)
-            return call(self.module.builtin(node.kind), spelled)
+            return call(self.module.imports.own(node.kind), spelled)
         return quantifier(node.kind, variable, over, body, term.args[0].type)
 
     def _negation(self, arg: Term) -> Spelled:
@@ -273,11 +273,11 @@ class Nodes:
     def _items(self, args: list[Spelled], term: Term) -> Spelled:
         if is_tuple(term.type):
             return items(args)
-        return call(self.module.builtin("vector"), *args)
+        return call(self.module.imports.own("vector"), *args)
 
     def _sure(self, args: list[Spelled], term: Term) -> Spelled:
         if isinstance(term.args[0].type, OptionalOf):
-            return call(self.module.builtin("some"), args[0])
+            return call(self.module.imports.own("some"), args[0])
         return args[0]
 
     def _clock(self, name: str) -> Spelled:
@@ -293,14 +293,14 @@ class Nodes:
 
     def _binary(self, node: e.Binary, args: list[Spelled]) -> Spelled:
         if node.op == "@" and isinstance(node.type, Vector):
-            return call(self.module.builtin("moved"), *args)
+            return call(self.module.imports.own("moved"), *args)
         return binary(node.op, *args)
 
     def _builtin(self, name: str, args: list[Spelled], term: Term) -> Spelled:
         if name == "near":
             kind = term.args[0].type
             if isinstance(kind, Pose):
-                return call(self.module.builtin("near_pose"), *args)
+                return call(self.module.imports.own("near_pose"), *args)
             if not is_array(kind):
                 distance = call("abs", binary("-", args[0], args[1]))
                 return compare("<=", distance, args[2])
@@ -308,8 +308,7 @@ class Nodes:
             return binary("+", *args)
         if name == "rest":
             return Spelled(f"{args[0].at(PRIMARY)}[{args[1].text}:]", PRIMARY)
-        module = FUNCTIONS[name].python
-        return call(self.module.imports.add(module, name) if module else name, *args)
+        return call(self.module.imports.own(name) if FUNCTIONS[name].python else name, *args)
 
     def _define(
         self, key: object, name: str, term: Term, title: str, *, is_computed: bool = False
@@ -317,7 +316,7 @@ class Nodes:
         text = Nodes(self.module, self.table, hoists=False).value(term).text
         is_frozen = isinstance(term.node, (e.Items, e.ConstantRef)) or shared_name(term.node)
         if is_array(term.type) and not is_frozen:
-            text = f"{self.module.builtin('read_only')}({text})"
+            text = f"{self.module.imports.own('read_only')}({text})"
         self.module.constants[key] = ConstantPlan(
             name=name,
             annotation=self.module.annotations.of(term.type) if is_computed else "",
@@ -333,7 +332,7 @@ _RULES: dict[type[e.Node], _Rule] = {
     e.Truth: lambda nodes, node, args, term: Spelled(str(node.value)),
     e.TextLiteral: lambda nodes, node, args, term: Spelled(literal(node.value)),
     e.Member: lambda nodes, node, args, term: Spelled(literal(node.name)),
-    e.Unused: lambda nodes, node, args, term: Spelled(nodes.module.imports.add("math", "nan")),
+    e.Unused: lambda nodes, node, args, term: Spelled(nodes.module.imports.own("nan")),
     e.Nothing: lambda nodes, node, args, term: Spelled("None"),
     e.Input: lambda nodes, node, args, term: nodes._input(node),
     e.Fresh: lambda nodes, node, args, term: nodes._input(node),

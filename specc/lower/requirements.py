@@ -28,7 +28,6 @@ from specc.model.trace import Trace
 from specc.model.types import Int, Real
 from specc.source import Place
 
-RUNTIME, TEMPORAL = "specc_runtime.requirements", "specc_runtime.temporal"
 CLASS, TRIGGERS = "SystemRequirements", "SystemTriggers"
 
 
@@ -77,9 +76,9 @@ def requirements_plan(
     writer = _Writer(module, _table(system, module), tick_s)
     plans = tuple(writer.plan(item) for item in required)
     values = tuple(_value(module, reading) for reading in readings.values())
-    module.imports.add(RUNTIME, "Reading")
-    module.imports.add(RUNTIME, "Requirement")
-    module.imports.add(RUNTIME, "Requirements")
+    module.imports.own("Reading")
+    module.imports.own("Requirement")
+    module.imports.own("Requirements")
     parts = {
         "title": title,
         "spec": spec,
@@ -158,7 +157,7 @@ class _Writer:
     def _formula(self, formula: Formula) -> str:
         if isinstance(formula, Atom):
             return f"self.{self._atom(formula.that)}"
-        name = self.module.imports.add(TEMPORAL, formula.op.capitalize())
+        name = self.module.imports.own(formula.op.capitalize())
         operands = [self._formula(operand) for operand in formula.operands]
         if isinstance(formula, Temporal) and formula.op != "since":
             operands.insert(0, str(formula.span_s // self.tick_s))
@@ -167,9 +166,9 @@ class _Writer:
     def _atom(self, that: e.Expr) -> str:
         """A method that judges a condition; returns the attribute with its atom."""
         number = len(self.methods) + 1
-        judged = self.module.imports.add(TEMPORAL, "judged")
-        self.module.imports.add(TEMPORAL, "Judgement")
-        self.module.imports.add(TEMPORAL, "Atom")
+        judged = self.module.imports.own("judged")
+        self.module.imports.own("Judgement")
+        self.module.imports.own("Atom")
         nodes = Nodes(self.module, self.table)
         nodes.hint = f"atom_{number}"
         texts = [nodes.value(self.table.of(part)).text for part in _parts(that)]

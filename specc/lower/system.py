@@ -12,7 +12,7 @@ from specc.lower.flow import Proofs
 from specc.lower.layouts import layouts_plan
 from specc.lower.module import buffer_names
 from specc.lower.names import (
-    ALL_OWN_NAMES,
+    OWN_NAMES,
     AttributePlan,
     FilePlan,
     Functions,
@@ -67,10 +67,6 @@ def _port_to(sender: Subsystem, reader: str) -> Port | None:
 # The plant of a system: bindings of its model, and which buffers they stand behind.
 
 
-RUNTIME = "specc_runtime.system"
-BINDINGS = "specc_runtime.plants.binding"
-
-
 def plant_plan(
     system: System,
     imports: Imports,
@@ -87,7 +83,7 @@ def plant_plan(
     """
     if system.plant is None and not system.devices:
         return None
-    imports.add(RUNTIME, "PlantSpec")
+    imports.own("PlantSpec")
     functions = Functions(imports, names)
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
     reported = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
@@ -98,16 +94,16 @@ def plant_plan(
     for binding in _bindings(system):
         type_ = reported.get(_name(binding)) or seen.get(_name(binding))
         if type_ is not None:
-            imports.add(BINDINGS, "SensorBinding")
+            imports.own("SensorBinding")
             told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
             (observed if binding.device == PLANT else sensors).append(call("SensorBinding", told))
         else:
-            imports.add(BINDINGS, "ActuatorBinding")
+            imports.own("ActuatorBinding")
             actuators.append(call("ActuatorBinding", _actuator(binding, functions)))
     inputs, outputs = tuple(_ends(system, "x")), tuple(_ends(system, "y"))
     for kind, found in (("PlantInput", inputs), ("PlantOutput", outputs)):
         if found:
-            imports.add(RUNTIME, kind)
+            imports.own(kind)
     return {
         "contracts": contracts.named,
         "made": _made(system.plant),
@@ -255,7 +251,7 @@ class Made:
 
 def _classes(found: list[Family], types: PythonTypes) -> dict[str, str]:
     """Class of every part, after its agent and itself; titles may be reworded."""
-    names = Namespace((*ALL_OWN_NAMES, REQUIREMENTS, TRIGGERS, *types.of.values()))
+    names = Namespace((*OWN_NAMES, *types.of.values()))
     return _each(found, lambda family: names.new(class_name(" ".join(_words(family)))))
 
 
@@ -291,10 +287,10 @@ def _types(system: System, types: PythonTypes, title: str) -> FilePlan:
     literals, records = [], []
     for name, type_ in types.declared:
         if isinstance(type_, Enum):
-            imports.add("typing", "Literal")
+            imports.own("Literal")
             literals.append(NamedPlan(name, literal_type(type_)))
         elif isinstance(type_, Record):
-            imports.add("dataclasses", "dataclass")
+            imports.own("dataclass")
             said = docstring(f"Record {type_.name}", str(traces.get(type_.name) or ""))
             records.append((name, said, _fields(type_, annotations)))
     parts = {
@@ -323,32 +319,32 @@ def _whole(
     stand_ins: bool,
 ) -> FilePlan:
     imports = Imports()
-    imports.add("specc_runtime.system", "Scheduled")
-    imports.add("specc_runtime.system", "System")
+    imports.own("Scheduled")
+    imports.own("System")
     tick = base_tick(1 / s.rate_hz for s in system.subsystems)
     connected = tuple(connections(system))
     if connected:
-        imports.add("specc_runtime.system", "Connection")
+        imports.own("Connection")
     safe = [device for device in system.devices if device.safe]
-    names = Namespace((*ALL_OWN_NAMES, *made.classes.values()))
+    names = Namespace((*OWN_NAMES, *types.of.values(), *made.classes.values()))
     owners = tuple(made.call(device, imports) for device in safe)
     plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
     if system.files:
-        imports.add("os.path", "join")
+        imports.own("join")
     if system.task:
-        imports.add("specc_runtime.system", "Task")
+        imports.own("Task")
         disturbed = () if stand_ins else system.task.disturbances
         if system.task.starts or any(each.numbers for each in disturbed):
-            imports.add("specc_runtime.system", "Draw")
+            imports.own("Draw")
         if disturbed:
-            imports.add("specc_runtime.system", "Disturbance")
+            imports.own("Disturbance")
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
     required = REQUIREMENTS if system.requirements and not stand_ins else ""
     if required:
-        imports.add(".requirements", REQUIREMENTS)
+        imports.own(REQUIREMENTS)
     triggers = TRIGGERS if system.triggers and not stand_ins else ""
     if triggers:
-        imports.add(".triggers", TRIGGERS)
+        imports.own(TRIGGERS)
     parts = {
         "title": title,
         "spec": in_docstring(spec_file(system)),

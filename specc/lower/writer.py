@@ -132,7 +132,7 @@ class Writer:
         """A function for a term whose value may be needed."""
         if term not in self.nodes.known:
             name = self.local(term, "get_")
-            keep = self.module.imports.add("functools", "cache")
+            keep = self.module.imports.own("cache")
             self.write(_noted(f"{name} = {keep}(lambda: {self.nodes.value(term).text})", term))
             self.nodes.known[term] = Spelled(f"{name}()", PRIMARY)
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 from specc_runtime.faults import UndecidedTransition
+from specc_runtime.temporal import UNKNOWN
 
 from specc import pipeline
 from specc.diagnostics import stops
@@ -27,7 +28,7 @@ from tests.soundness.running import NothingProved, package
 ROOT = Path(__file__).resolve().parents[2]
 WORD = re.compile(r"[A-Za-z_]\w*")
 SPEC = """\
-specc: 1
+specc: 1.1
 system: probe
 frames: {B: base<frames>}
 types:
@@ -89,6 +90,29 @@ agents:
       states: {S0: send}
       initial_state: S0
 <agents>
+plant:
+  model: plant.xml
+  observe:
+    p_seen: {type: "real[m]", joints: [p_slide], through: "tests.emit.measures:same"}
+<observed>
+  bind: {p_robot.E.e.q_d: {actuators: [p_drive]}, p_robot.E.e.q_m: {joints: [p_slide]}}
+task:
+  cycle: {of: p_robot.e, from: p_S0, to: p_S0}
+  scene: {p_slide: "0.1[m]"}
+  disturb:
+    - {at: "1[s]", when: "plant.p_seen > p_same(p_half)", move: {p_slide: "0[m]"}}
+require:
+  - {that: "always(p_same(p_robot.e.p_kept) <= p_half and p_robot.e.p_mode == p_on)", because: a}
+  - {that: "within(1[s], throughout(1[s], not plant.p_seen > p_half))", because: b}
+  - {that: "once(1[s], plant.p_seen > 0) or historically(1[s], plant.p_seen < p_read)", because: c}
+  - {that: "since(plant.p_seen > 0, p_robot.e.p_kept >= p_half)", because: d}
+<required>
+"""
+PLANT = """\
+<mujoco>
+  <worldbody><body><joint name="p_slide" type="slide"/><geom size="0.1"/></body></worldbody>
+  <actuator><position name="p_drive" joint="p_slide"/></actuator>
+</mujoco>
 """
 
 
@@ -132,7 +156,18 @@ def typed(definition: str) -> Callable[[list[str]], Slots]:
             f'          p_m{i}: {{type: "optional[{name}]", init: None}}'
             for i, name in enumerate(names)
         ),
+        "required": required([f"p_robot.e.p_m{i} is None" for i in range(len(names))]),
     }
+
+
+FORMULAS = ("always", "historically", "once", "present", "since", "state", "throughout", "within")
+"""Words that mean in requirements what no operator means."""
+
+
+def required(conditions: list[str]) -> str:
+    """Requirements that all hold, some in each."""
+    said = [" and ".join(some) for some in batched(conditions, 40)]
+    return lines(2, '- {that: "#", because: a name is used}', said)
 
 
 def used(names: list[str], form: str = "#") -> Slots:
@@ -168,10 +203,12 @@ KINDS: dict[str, Callable[[list[str]], Slots]] = {
     },
     "constant": lambda n: {
         "constants": lines(2, '"#": "0.5[m]"', n),
+        "required": required([f"{name} < 1[m]" for name in n]),
         **used(n),
     },
     "computed constant": lambda n: {
         "constants": lines(2, '"#": p_same(p_half)', n),
+        "required": required([f"{name} < 1[m]" for name in n]),
         **used(n),
     },
     "file": lambda n: {"files": listed('"#": measures.py', n), **used(n, "p_load(#)")},
@@ -181,7 +218,14 @@ KINDS: dict[str, Callable[[list[str]], Slots]] = {
             '"#": {signature: "(a: real[m]) -> real[m]", python: "tests.emit.measures:same"}',
             n,
         ),
+        "required": required([f"{name}(p_half) < 1[m]" for name in n if name not in FORMULAS]),
         **used(n, "#(p_half)"),
+    },
+    "observed": lambda n: {
+        "observed": lines(
+            4, '"#": {type: "real[m]", joints: [p_slide], through: "tests.emit.measures:#"}', n
+        ),
+        "required": required([f"plant.{name} < 1[m]" for name in n if not keyword.iskeyword(name)]),
     },
     "parameter": lambda n: {
         "parameters": listed("#: real[m]", n),
@@ -262,7 +306,7 @@ WRITTEN_OUT = ("member", "bound variable", "parameter")
 """Kinds whose names stand in texts of Python's grammar, which has no place for its keywords."""
 KEYS = {"element": ("is", "for")}
 """Words of Python that are keys where names of a kind stand."""
-WORDS = {*RESERVED, *TYPE_WORDS, *keyword.kwlist}
+WORDS = {*RESERVED, *TYPE_WORDS, *keyword.kwlist, "plant"}
 PRIVATE = {"field": {name for name in NAMES if name.startswith("__")}}
 NAMED = re.compile(r"E\d+ [^`]*`(\w+)`")
 SLOTS = re.compile(r"<([a-z]+)>")
@@ -273,6 +317,7 @@ def compiled(kind: str, names: list[str], folder: Path) -> pipeline.Result:
     spec = folder / "probe.yaml"
     spec.write_text(SLOTS.sub(lambda found: slots.get(found[1], ""), SPEC))
     (folder / "measures.py").touch()
+    (folder / "plant.xml").write_text(PLANT)
     return pipeline.compile_spec(str(spec))
 
 
@@ -319,6 +364,18 @@ def names_work(kind: str, names: tuple[str, ...], tmp_path: Path) -> None:
         system = modules["system.py"].build(str(tmp_path))
         for scheduled in system.subsystems:
             works(scheduled.subsystem)
+        judges(system.requirements)
+        judges(system.triggers)
+
+
+def judges(formulas: Any) -> None:
+    """Every condition has a value."""
+    values = formulas.values
+    for name in values.__slots__:
+        setattr(values, name, None if ".p_m" in name else 0.5)
+    for atom in formulas.atoms:
+        atom.update()
+        assert atom.now != UNKNOWN
 
 
 def works(machine: Any) -> None:

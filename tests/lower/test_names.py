@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import keyword
+import re
 from dataclasses import fields, is_dataclass, replace
 from io import StringIO
 from pathlib import Path
@@ -10,15 +11,17 @@ from token import NAME, OP
 from tokenize import generate_tokens
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from specc.emit import filled
 from specc.lower import lower
-from specc.lower.names import Namespace, class_name, identifier, joined
+from specc.lower.names import OWN_NAMES, Imports, Namespace, class_name, identifier, joined
 from specc.pipeline import compile_spec
 
 SPECS = Path(__file__).resolve().parents[2] / "specs"
+TEMPLATES = SPECS.parent / "templates"
 
 texts = st.sampled_from(["a", "b", "a_b", "b_c", "c", "_", "__", "class", "l", "", "é"]) | st.text()
 
@@ -31,6 +34,17 @@ def test_identifiers_are_ascii_and_no_keywords(text: str) -> None:
     assert not keyword.iskeyword(name)
     assert not name.startswith("_")
     assert identifier(name) == name
+
+
+def test_templates_import_reserved_names_only() -> None:
+    """What emitters import has to be reserved for it, too: see `Imports.own`."""
+    lines = [line for path in TEMPLATES.glob("*.j2") for line in path.read_text().splitlines()]
+    generated = [line for line in lines if re.match(r"from (?!pathlib|specc\.)\S+ import", line)]
+    names = set(re.findall(r"\w+", " ".join(line.partition(" import ")[2] for line in generated)))
+    assert names
+    assert names - {"if"} <= OWN_NAMES | {"equations", "constants", "transitions"}
+    with pytest.raises(KeyError):
+        Imports().own("a_name_of_the_designer")
 
 
 @given(st.lists(st.text(max_size=4)))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import pytest
+from specc_runtime.contracts import as_any, operator
 from specc_runtime.temporal import (
     FALSE,
     UNKNOWN,
@@ -142,3 +144,38 @@ def test_what_is_decided_before_the_end_stays_decided() -> None:
         filled = [[judged(rng.random() < 0.5) if v == UNKNOWN else v for v in t] for t in traces]
         for before, after in zip(followed(said, traces), followed(said, filled), strict=True):
             assert before[0] <= after[0] <= after[1] <= before[1]
+
+
+class Values:
+    """Nothing is there."""
+
+    __slots__ = ("there",)
+
+
+def refuses(value: object) -> object:
+    """Raise an error."""
+    raise TypeError(value)
+
+
+refusing = operator("refuses", refuses, as_any, "any")
+RAISED: dict[str, tuple[Callable[[Any], Any], bool]] = {
+    "what is absent": (lambda values: values.there, True),
+    "a division by zero": (lambda _: 1 / 0, True),
+    "an item that is not there": (lambda _: [][0], True),
+    "an operator": (lambda _: refusing(1), True),
+    "an attribute that nobody reads": (lambda values: values.their, False),
+    "a name that means something else": (lambda _: judged("1", "2"), False),  # type: ignore[arg-type]
+}
+
+
+@pytest.mark.parametrize("case", RAISED)
+def test_only_conditions_without_a_value_are_unknown(case: str) -> None:
+    """A defect of generated code is not taken for one."""
+    raises, is_unknown = RAISED[case]
+    atom = Atom(lambda: judged(raises(Values())), "there")
+    if is_unknown:
+        atom.update()
+        assert atom.now == UNKNOWN
+    else:
+        with pytest.raises((AttributeError, TypeError)):
+            atom.update()
