@@ -12,7 +12,7 @@ from specc.diagnostics import nearest
 from specc.lang import RESERVED, Declared, Scope
 from specc.model.system import Let, Memory, Port
 from specc.resolve.context import Where, nobody_knows, trace_of
-from specc.resolve.definitions import indices_of, inlined, scope_with
+from specc.resolve.definitions import inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.interfaces import all_elements
 from specc.resolve.library import constant_scope
@@ -119,10 +119,8 @@ def _memory(
             help_text = "add `init:`, the value in the first period"
             expressions.findings.report("O0203", message, at.key, help=help_text)
         elif type_ is not None:
-            indices = indices_of(item.each, at)
-            init = expressions.value(
-                at["init"], item.init, scope_with(indices, scope), type_, at.key
-            )
+            indices, inside = expressions.indexed(item.each, at, scope)
+            init = expressions.value(at["init"], item.init, inside, type_, at.key)
             init = inlined(init, indices) if init else None
         if type_ is None:
             expressions.broken.add(name)
@@ -159,8 +157,7 @@ class _Lets:
                 self._too_deep(name, is_first=depths[name] == DEEPEST_LET + 1)
                 continue
             wanted = self.expressions.type(at["type"], item.type) if item.type else None
-            indices = indices_of(item.each, at)
-            scope = scope_with(indices, self.scope)
+            indices, scope = self.expressions.indexed(item.each, at, self.scope)
             value = self.expressions.value(at.scalar("is"), item.value, scope, wanted)
             if value is None:
                 self.expressions.broken.add(name)

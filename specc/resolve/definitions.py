@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from specc.diagnostics import Related
 from specc.frozen import frozen
-from specc.lang import Declared, ExprError, Scope, TypeNames
+from specc.lang import ExprError, TypeNames
 from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, Operator, Outside
@@ -85,10 +85,12 @@ def indices_of(each: Mapping[str, str], where: Where) -> dict[str, Constant]:
     }
 
 
-def scope_with(indices: Mapping[str, Constant], scope: Scope) -> Scope:
-    """The scope of an expression of a part with `for`."""
-    known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
-    return replace(scope, constants={**scope.constants, **known}) if known else scope
+def report_taken(index: Constant, kind: str, first: Place, findings: Findings) -> None:
+    """Report an index with the name of something else, which is defined at `first`."""
+    message = f"`{index.name}` is the name of {kind} already"
+    related = (Related(first, "first defined here"),)
+    help_text = "choose another name for the index"
+    findings.report("E0205", message, index.place, related=related, help=help_text)
 
 
 # What the expressions of one file may name: frames, types, constants, files and operators.
@@ -178,10 +180,7 @@ class Definitions:
         )
         for index in indices:
             if earlier := self.constants.get(index.name):
-                message = f"`{index.name}` is the name of a constant already"
-                related = (Related(earlier.place, "first defined here"),)
-                help_text = "choose another name for the index"
-                findings.report("E0205", message, index.place, related=related, help=help_text)
+                report_taken(index, "a constant", earlier.place, findings)
             found.add(index)
         return found
 

@@ -13,6 +13,7 @@ from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
     CUT_SHORT,
     FOR_WANT_OF_CONTEXT,
+    Declared,
     Environment,
     ExprError,
     ExprErrors,
@@ -29,7 +30,7 @@ from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
 from specc.resolve.context import FOLLOW_UP, Findings, Meaning, Where
-from specc.resolve.definitions import Definitions, inlined
+from specc.resolve.definitions import Definitions, indices_of, inlined, report_taken
 from specc.source import Place, Sources
 
 # Expressions that a YAML comment cuts short.
@@ -192,10 +193,37 @@ class Expressions:
     @property
     def later(self) -> frozenset[str]:
         """Names of memory and lets of the subsystem, which begin after inputs and memory do."""
-        parts = self.home.raw if self.home else None
-        if not isinstance(parts, dict):
-            return frozenset()
-        return frozenset().union(*(parts.get(key) or () for key in ("memory", "let")))
+        return frozenset(self._later)
+
+    @property
+    def _later(self) -> dict[str, tuple[str, Place]]:
+        """Memory and lets of the subsystem: what each is, and where it is declared."""
+        home = self.home
+        if home is None or not isinstance(home.raw, dict):
+            return {}
+        return {
+            name: (said, home[key][name].key)
+            for key, said in (("let", "a let"), ("memory", "a memory element"))
+            for name in home.raw.get(key) or ()
+        }
+
+    def indexed(
+        self, each: Mapping[str, str], where: Where, scope: Scope
+    ) -> tuple[dict[str, Constant], Scope]:
+        """The indices of the `for` of a part at `where`, and the scope of its expressions.
+
+        One with the name of a constant, of memory or of a let is reported.
+        """
+        indices = indices_of(each, where)
+        if not indices:
+            return indices, scope
+        constants = {n: ("a constant", c.place) for n, c in self.definitions.constants.items()}
+        taken = constants | self._later
+        for index in indices.values():
+            if index.name in taken:
+                report_taken(index, *taken[index.name], self.findings)
+        known = {n: Declared(i.value.type, i.place, i.value) for n, i in indices.items()}
+        return indices, replace(scope, constants={**scope.constants, **known})
 
     def element(self, *steps: str) -> Place | None:
         """Where an element of a buffer is declared: direction, peer and element."""

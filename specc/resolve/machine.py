@@ -30,7 +30,7 @@ from specc.model.system import Element, Memory, Port
 from specc.model.trace import Trace
 from specc.model.types import Bool
 from specc.resolve.context import Where, nobody_knows, trace_of
-from specc.resolve.definitions import indices_of, inlined, scope_with
+from specc.resolve.definitions import inlined
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import targets_of
 from specc.schema.subsystem import (
@@ -151,8 +151,8 @@ class MachineResolver:
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
         peer, name, found = self._target(target, at)
-        here, indices = at.scalar("is"), indices_of(item.each, at)
-        scope = scope_with(indices, self.scope)
+        here = at.scalar("is")
+        indices, scope = self.expressions.indexed(item.each, at, self.scope)
         if found is None:
             self.expressions.inside(here, item.value, scope)
             return None
