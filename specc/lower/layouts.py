@@ -112,8 +112,9 @@ def layouts_plan(system: System, types: PythonTypes, title: str, spec: str) -> F
     if system.plant and system.plant.observed:
         seen = (((item.name,), f"{PLANT}.{item.name}", item) for item in system.plant.observed)
         groups = ("x", ()), ("y", tuple(_elements(seen, forms))), ("memory", ())
-        known[_Layout(groups, ())] = names.new(PLANT.upper())
-        owners.append((literal(PLANT), PLANT.upper()))
+        layout = _Layout(groups, ())
+        known[layout] = names.new(PLANT.upper())
+        owners.append((literal(PLANT), known[layout]))
     parts = {
         "title": title,
         "spec": spec,

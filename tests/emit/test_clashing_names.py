@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 from specc_runtime.faults import UndecidedTransition
+from specc_runtime.forms import Layout
 from specc_runtime.temporal import UNKNOWN
 
 from specc import pipeline
@@ -362,6 +363,8 @@ def names_work(kind: str, names: tuple[str, ...], tmp_path: Path) -> None:
     measures.define([name for name in names if name not in refused] if kind == "field" else [])
     with package(filled(lower(result.system, NothingProved()))) as modules:
         system = modules["system.py"].build(str(tmp_path))
+        layouts = modules["layouts.py"].LAYOUTS
+        assert {type(layout) for layout in layouts.values()} == {Layout}
         for scheduled in system.subsystems:
             works(scheduled.subsystem)
         judges(system.requirements)
