@@ -34,8 +34,9 @@ from specc.model.requirement import (
 )
 from specc.model.requirement import expressions as expressions_in
 from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
-from specc.model.types import Bool, Enum, Real
+from specc.model.types import Bool, Enum, Real, inner_types
 from specc.model.units import SECOND
+from specc.reachable import reachable
 from specc.resolve.context import FOLLOW_UP, Meaning, Where, suggestion
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.groups import Groups
@@ -167,8 +168,8 @@ class _Reader:
         named = self._names.visit(node)
         read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
         known = (enum for enums in self.scope.enums.values() for enum in enums)
-        states = (r.type for r in self.readings.values() if r.kind == "state")
-        enums = members_of([*known, *(t for t in states if isinstance(t, Enum))])
+        types = reachable((r.type for r in self.readings.values()), inner_types)
+        enums = members_of([*known, *(t for t in types if isinstance(t, Enum))])
         return self._typed(named, replace(self.scope, memory=read, enums=enums), Bool())
 
     def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real) -> Expr:
@@ -242,6 +243,7 @@ class _Names(ast.NodeTransformer):
             states = Enum("", tuple(state.name for state in owner.states))
             said = f"state({owner.qualified_name})"
             return self._named(node, Reading(said, "state", *_of(owner), states, owner.place))
+        self._refuse_unknown(steps, argument)
         known = self._reading(steps, argument)
         return self._named(
             node, replace(known, name=f"present({known.name})", type=Bool(), asks_presence=True)
@@ -257,12 +259,16 @@ class _Names(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A value of a subsystem or device; components and fields of it stay as they are."""
         steps = _steps(node)
-        if steps and steps[0] not in (*self._roots, *self._others):
-            raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
+        self._refuse_unknown(steps, node)
         if not steps or steps[0] not in self._roots or len(steps) > self._length(steps):
             self.generic_visit(node)
             return node
         return self._named(node, self._reading(steps, node))
+
+    def _refuse_unknown(self, steps: list[str], node: ast.expr) -> None:
+        """Report a value of an agent that is not there."""
+        if steps and steps[0] not in (*self._roots, *self._others):
+            raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
 
     def _named(self, node: ast.expr, reading: Reading) -> ast.expr:
         self._readings.setdefault(reading.name, reading)
@@ -339,9 +345,8 @@ class _Names(ast.NodeTransformer):
     def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
         device = self._devices.get(".".join(steps[:3]))
         if device is None:
-            known = [d.name for d in self._devices.values() if d.agent == steps[0]]
-            code = FOLLOW_UP if ".".join(steps[:3]) in self._uncertain else "E0220"
-            raise self._unknown("device", steps[2], known, node, None, code)
+            wanted = ".".join(steps[:3])
+            raise self._unknown("device", wanted, self._devices, node, None, "E0220")
         for side, kind in (("x", "sent"), ("y", "reported")):
             item = next((e for e in getattr(device, side) if e.name == steps[3]), None)
             if item is not None:
