@@ -29,21 +29,27 @@ Grounds = Literal["", "proved", "broken"]
 
 @frozen
 class Arrived:
-    """What may arrive together from one sender: what a state of it sends, or nothing."""
+    """What may arrive together from one sender: what a state of it sends, or nothing.
+
+    Nothing is sure to arrive in some period from a `slower` sender.
+    """
 
     state: State | None
     inputs: frozenset[InputName]
+    slower: Subsystem | None = None
 
 
 @frozen
 class Judged:
-    """What senders say of an assumption: nothing (`""`), that it holds, or that `state` breaks it.
+    """What senders say of an assumption: nothing (`""`), that it holds, or that one breaks it.
 
-    This is a state that sends what the assumption excludes, whatever other senders send.
+    This one has a state that sends what the assumption excludes, whatever other senders send, or it
+    is `slower` than the reader and the assumption excludes that nothing arrives.
     """
 
     grounds: Grounds
     state: State | None = None
+    slower: Subsystem | None = None
 
 
 class Arriving:
@@ -72,8 +78,9 @@ class Arriving:
             ways.append((way, holds, fails))
         # What takes states of several senders may never happen; none of them breaks it by itself.
         for one in chain.from_iterable(cases):
-            if one.state and all(fails for way, _, fails in ways if any(one is w for w in way)):
-                return Judged("broken", one.state)
+            certain = one.state or one.slower
+            if certain and all(fails for way, _, fails in ways if any(one is w for w in way)):
+                return Judged("broken", one.state, one.slower)
         tautology = machine.prover.implies((), axiom.that, assuming=False)
         return Judged("proved" if all(holds for _, holds, _ in ways) and not tautology else "")
 
@@ -98,8 +105,9 @@ class Arriving:
                     names = frozenset((port.peer, name) for name in sent & mine) & asked
                     found.setdefault(names, Arrived(state, names))
             # Of the same rate, and never silent: something arrives in every period.
-            if subsystem.rate_hz < reader.rate_hz or frozenset() in found:
-                found[frozenset()] = Arrived(None, frozenset())
+            slower = subsystem if subsystem.rate_hz < reader.rate_hz else None
+            if slower or frozenset() in found:
+                found[frozenset()] = Arrived(None, frozenset(), slower)
             # What none of them sends never arrives.
             yield list(found.values())
 

@@ -66,6 +66,18 @@ def axioms_kept(facts: Facts) -> Iterator[Diagnostic]:
                     related=(Related(judged.state.place, "what it sends arrives together"),),
                     help="send it in different behaviours, or weaken the assumption",
                 )
+            elif judged.slower:
+                name = judged.slower.qualified_name
+                rates = [float(s.rate_hz) for s in (judged.slower, machine.subsystem)]
+                yield Diagnostic(
+                    "W0619",
+                    f"nothing arrives from `{name}` in some periods, which breaks this assumption",
+                    axiom.place,
+                    related=(
+                        Related(judged.slower.place, "{:g} Hz, its reader {:g} Hz".format(*rates)),
+                    ),
+                    help="weaken the assumption, or let the sender be as fast as its reader",
+                )
 
 
 def _useless(machine: Machine) -> Iterator[Diagnostic]:
