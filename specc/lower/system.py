@@ -84,36 +84,38 @@ def plant_plan(
     if system.plant is None and not system.devices:
         return None
     imports.own("PlantSpec")
-    functions = Functions(imports, names)
     contracts = Contracts(imports, Annotations(imports, types), names.new, stand_ins=stand_ins)
-    reported = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
-    seen = {f"{PLANT}.{e.name}": e.type for e in system.plant.observed} if system.plant else {}
-    sensors: list[str] = []
-    actuators: list[str] = []
-    observed: list[str] = []
-    for binding in _bindings(system):
-        type_ = reported.get(_name(binding)) or seen.get(_name(binding))
-        if type_ is not None:
-            imports.own("SensorBinding")
-            told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
-            (observed if binding.device == PLANT else sensors).append(call("SensorBinding", told))
-        else:
-            imports.own("ActuatorBinding")
-            actuators.append(call("ActuatorBinding", _actuator(binding, functions)))
     inputs, outputs = tuple(_ends(system, "x")), tuple(_ends(system, "y"))
     for kind, found in (("PlantInput", inputs), ("PlantOutput", outputs)):
         if found:
             imports.own(kind)
     return {
+        **_bound(system, imports, Functions(imports, names), contracts),
         "contracts": contracts.named,
         "made": _made(system.plant),
-        "sensors": sensors,
-        "observed": observed,
-        "actuators": actuators,
         "inputs": inputs,
         "outputs": outputs,
         "safe": safe,
     }
+
+
+def _bound(
+    system: System, imports: Imports, functions: Functions, contracts: Contracts
+) -> dict[str, list[str]]:
+    """Calls that make the bindings: of sensors, of what is observed and of actuators."""
+    types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
+    observed = system.plant.observed if system.plant else ()
+    types |= {f"{PLANT}.{e.name}": e.type for e in observed}
+    found: dict[str, list[str]] = {"sensors": [], "observed": [], "actuators": []}
+    for binding in _bindings(system):
+        if type_ := types.get(_name(binding)):
+            told = (*_sensor(binding, functions), *_contract(binding, type_, contracts))
+            kind = "observed" if binding.device == PLANT else "sensors"
+            found[kind].append(call(imports.own("SensorBinding"), told))
+        else:
+            told = tuple(_actuator(binding, functions))
+            found["actuators"].append(call(imports.own("ActuatorBinding"), told))
+    return found
 
 
 def _made(plant: Plant | None) -> str:
@@ -331,20 +333,8 @@ def _whole(
     plant = plant_plan(system, imports, names, types, owners, stand_ins=stand_ins)
     if system.files:
         imports.own("join")
-    if system.task:
-        imports.own("Task")
-        disturbed = () if stand_ins else system.task.disturbances
-        if system.task.starts or any(each.numbers for each in disturbed):
-            imports.own("Draw")
-        if disturbed:
-            imports.own("Disturbance")
+    judged = _judged(system, imports, stand_ins=stand_ins)
     scheduled = tuple((made.call(s, imports), int(1 / s.rate_hz / tick)) for s in system.subsystems)
-    required = REQUIREMENTS if system.requirements and not stand_ins else ""
-    if required:
-        imports.own(REQUIREMENTS)
-    triggers = TRIGGERS if system.triggers and not stand_ins else ""
-    if triggers:
-        imports.own(TRIGGERS)
     parts = {
         "title": title,
         "spec": in_docstring(spec_file(system)),
@@ -356,9 +346,29 @@ def _whole(
         "subsystems": scheduled,
         "connections": connected,
         "plant": plant,
-        "task": tuple(task_arguments(system, system.task)) if system.task else (),
-        "disturbances": tuple(disturbances(system.task)) if system.task and not stand_ins else (),
-        "requirements": required,
-        "triggers": triggers,
+        **judged,
     }
     return FilePlan("system.py.j2", parts)
+
+
+def _judged(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, object]:
+    """What a run counts, what happens meanwhile and what it is watched for.
+
+    Stand-ins only begin and count.
+    """
+    parts: dict[str, object] = {"task": (), "disturbances": (), "requirements": "", "triggers": ""}
+    task = system.task
+    if task:
+        imports.own("Task")
+        parts["task"] = tuple(task_arguments(system, task))
+    disturbed = task.disturbances if task and not stand_ins else ()
+    if task and (task.starts or any(each.numbers for each in disturbed)):
+        imports.own("Draw")
+    if task and disturbed:
+        imports.own("Disturbance")
+        parts["disturbances"] = tuple(disturbances(task))
+    if system.requirements and not stand_ins:
+        parts["requirements"] = imports.own(REQUIREMENTS)
+    if system.triggers and not stand_ins:
+        parts["triggers"] = imports.own(TRIGGERS)
+    return parts

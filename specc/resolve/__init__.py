@@ -10,7 +10,8 @@ from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.kept import Kept
 from specc.model.requirement import Requirement
-from specc.model.system import PLANT, Agent, Constant, Operator, System
+from specc.model.system import PLANT, Agent, Constant, Operator, Plant, System
+from specc.model.task import Task
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
@@ -59,55 +60,17 @@ def resolve(
 
     Texts of `instead` take the place of those of its constants and of those in files it uses.
     """
-    spec, top = file.spec, file.top
-    if spec.system is None:
-        message, hint = _NOT_A_SYSTEM if spec.is_part else _NO_NAME
-        findings.report("E0102", message, top.place, help=hint)
-    elif not spec.agents:
-        findings.report(
-            "O0401", "the system has no agents yet", top["system"].key, help="add `agents:`"
-        )
+    spec = file.spec
+    _report_lacking(file, findings)
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
     library.agents, library.groups = tuple(spec.agents), groups_of(spec.agents)
     definitions = _definitions(library, file, instead or {})
     agents, resolver = _agents(file, library, definitions, findings)
-    plant = task = None
-    if spec.plant is not None:
-        model = _relative(library, file, spec.plant.model) if spec.plant.model else ""
-        plant = resolve_plant(spec.plant, top["plant"], model, findings, definitions)
-        if plant.observed and PLANT in spec.agents:
-            findings.report(
-                "E0205",
-                "`plant` is defined twice: as what is observed, and as an agent",
-                top["agents"][PLANT].key,
-                related=(Related(top["plant"]["observe"].key, "`plant.NAME` is one of these"),),
-                help="give the agent another name",
-            )
-    if spec.task is not None:
-        task = resolve_task(
-            spec.task,
-            top["task"],
-            agents,
-            findings,
-            resolver.broken | resolver.faulty,
-            definitions,
-        )
+    plant = _plant(file, library, definitions)
     observed = {item.name for item in plant.observed} if plant else set()
     faulty = set(spec.plant.observe) - observed if spec.plant else set()
     expressions = Expressions(findings, definitions, broken=faulty)
-    resolved = [agent.name for agent in agents]
-    uncertain = frozenset({*resolver.broken, *resolver.faulty, *spec.agents} - set(resolved))
-    seen = groups_of(spec.plant.observe) if spec.plant else {}
-    world = World(agents, plant, {"": library.groups, PLANT: seen}, uncertain)
-    required = resolve_requirements(spec.require, top["require"], world, expressions)
-    if spec.task is not None and task is not None:
-
-        def condition(text: str, at: Where) -> Requirement | None:
-            return requirement_of(text, "", at, world, expressions)
-
-        at = top["task"]["disturb"]
-        disturbed = disturbances_of(spec.task.disturb, at, condition, findings, definitions)
-        task = replace(task, disturbances=disturbed)
+    world = _world(file, agents, plant, resolver)
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     system = System(
@@ -121,14 +84,70 @@ def resolve(
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
-        task,
+        _task(file, world, resolver, expressions),
         definitions_of(file),
         named_in_agents(spec),
         reach.folders,
-        required,
+        resolve_requirements(spec.require, file.top["require"], world, expressions),
         tuple(tuple(used.constants.values()) for used in resolver.instances),
     )
     return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
+
+
+def _report_lacking(file: Loaded, findings: Findings) -> None:
+    """Report a file without a system, or a system without agents."""
+    if file.spec.system is None:
+        message, hint = _NOT_A_SYSTEM if file.spec.is_part else _NO_NAME
+        findings.report("E0102", message, file.top.place, help=hint)
+    elif not file.spec.agents:
+        message, place = "the system has no agents yet", file.top["system"].key
+        findings.report("O0401", message, place, help="add `agents:`")
+
+
+def _plant(file: Loaded, library: Library, definitions: Definitions) -> Plant | None:
+    """The plant, if there is one; what is observed of it and an agent cannot share a name."""
+    definition, top, findings = file.spec.plant, file.top, library.findings
+    if definition is None:
+        return None
+    model = _relative(library, file, definition.model) if definition.model else ""
+    plant = resolve_plant(definition, top["plant"], model, findings, definitions)
+    if plant.observed and PLANT in file.spec.agents:
+        findings.report(
+            "E0205",
+            "`plant` is defined twice: as what is observed, and as an agent",
+            top["agents"][PLANT].key,
+            related=(Related(top["plant"]["observe"].key, "`plant.NAME` is one of these"),),
+            help="give the agent another name",
+        )
+    return plant
+
+
+def _world(
+    file: Loaded, agents: tuple[Agent, ...], plant: Plant | None, resolver: AgentResolver
+) -> World:
+    """What formulas of requirements and disturbances speak of."""
+    lost = set(file.spec.agents) - {agent.name for agent in agents}
+    uncertain = frozenset({*resolver.broken, *resolver.faulty, *lost})
+    seen = groups_of(file.spec.plant.observe) if file.spec.plant else {}
+    return World(agents, plant, {"": resolver.library.groups, PLANT: seen}, uncertain)
+
+
+def _task(
+    file: Loaded, world: World, resolver: AgentResolver, expressions: Expressions
+) -> Task | None:
+    """The task, if there is one, with the disturbances whose formulas are about the `world`."""
+    definition, where = file.spec.task, file.top["task"]
+    if definition is None:
+        return None
+    findings, known = expressions.findings, expressions.definitions
+    wrong = resolver.broken | resolver.faulty
+    task = resolve_task(definition, where, tuple(world.agents), findings, wrong, known)
+
+    def condition(text: str, at: Where) -> Requirement | None:
+        return requirement_of(text, "", at, world, expressions)
+
+    disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
+    return replace(task, disturbances=disturbed)
 
 
 def _definitions(library: Library, file: Loaded, instead: Mapping[str, Where]) -> Definitions:

@@ -146,29 +146,21 @@ class AgentResolver:
         before, withheld = len(self.findings.diagnostics), self.findings.withheld
         repeated = len(self.findings.repeated)
         at = indexed(at, definition.each, where, self.findings)
-        levels, inside = [(definition, where)], at
-        while levels[-1][0].use is not None:
-            described, here = levels[-1]
-            used = reuse(described, here, inside, self.library)
-            if used is None or used.file.spec.subsystem is None:
-                if used is not None:
-                    self._no_description("subsystem", here)
-                self.broken.add(f"{agent}.{name}")
-                return None
-            self.instances.append(used.definitions)
-            levels.append((used.file.spec.subsystem, used.file.top["subsystem"]))
-            inside = used
-        described, here = levels[-1]
-        named = inside.definitions.agents
-        known = self._groups(kind, agent, around, inside.definitions)
-        described, here, groups = with_members(described, here, known)
+        levels, inside = self._levels(definition, where, at)
+        if inside is None:
+            self.broken.add(f"{agent}.{name}")
+            return None
+        described, here, groups = with_members(
+            *levels[-1], self._groups(kind, agent, around, inside.definitions)
+        )
         inside = replace(inside, groups=groups)
-        neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings)
         device_user, at_uses = _first(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
             peers = peers_of_virtual(agent, name, kind, device_user, around)
+        named = inside.definitions.agents
         if kind == "control":
             peers = {**peers, **{local: f"{other}.c" for local, other in named.items()}}
+        neighbours = Neighbours(name, kind, around, (*self.names, *named), self.findings)
         devices = neighbours.missing_devices(device_user, at_uses)
         missing = neighbours.missing_peers(described, here, peers, devices)
         # An end that is not there yet may be anything, as one with errors may.
@@ -186,13 +178,39 @@ class AgentResolver:
         resolved = self._kept(
             f"{agent}.{name}", (*given, inside.definitions.made_from), here.raw, made
         )
+        self._note_errors(resolved.qualified_name, here, before, repeated, withheld)
+        return resolved
+
+    def _levels(
+        self, definition: SubsystemDef, where: Where, at: Setting
+    ) -> tuple[list[tuple[SubsystemDef, Where]], Setting | None]:
+        """A subsystem and the descriptions that it uses, each the next one.
+
+        And the names in force in the last one; None if one cannot be used, which is reported.
+        """
+        levels, inside = [(definition, where)], at
+        while levels[-1][0].use is not None:
+            described, here = levels[-1]
+            used = reuse(described, here, inside, self.library)
+            if used is None or used.file.spec.subsystem is None:
+                if used is not None:
+                    self._no_description("subsystem", here)
+                return levels, None
+            self.instances.append(used.definitions)
+            levels.append((used.file.spec.subsystem, used.file.top["subsystem"]))
+            inside = used
+        return levels, inside
+
+    def _note_errors(
+        self, name: str, here: Where, before: int, repeated: int, withheld: int
+    ) -> None:
+        """Note what the errors found since some counts mean for others who look at a subsystem."""
         found = [*self.findings.diagnostics[before:], *self.findings.repeated[repeated:]]
         if found:
             inner = all(_only_inside(finding, here) for finding in found)
-            (self.faulty if inner else self.broken).add(resolved.qualified_name)
+            (self.faulty if inner else self.broken).add(name)
         elif self.findings.withheld > withheld:
-            self.faulty.add(resolved.qualified_name)
-        return resolved
+            self.faulty.add(name)
 
     def _groups(
         self, kind: SubsystemKind, agent: str, around: AgentDef, given: Definitions
