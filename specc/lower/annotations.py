@@ -34,13 +34,13 @@ from specc.reachable import reachable
 
 def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     """Name and type of every enum and record in use, in the order of their declaration."""
-    found: dict[str, Type] = {}
+    found: dict[Type, tuple[str, Type]] = {}
     for type_ in reachable(_types(system), inner_types):
-        if isinstance(type_, Enum | Opaque | Record):
-            found.setdefault(type_.name, type_)
+        if isinstance(type_, Enum | Opaque | Record) and type_.name:
+            found.setdefault(plain(type_), (type_.name, type_))
     order = {name: index for index, (name, _) in enumerate(system.types)}
-    names = sorted(filter(None, found), key=lambda name: (order.get(name, len(order)), name))
-    return tuple((name, found[name]) for name in names)
+    # Of several with one name, each in another file, the first in the system keeps it.
+    return tuple(sorted(found.values(), key=lambda t: (order.get(t[0], len(order)), t[0])))
 
 
 def _types(system: System) -> Iterator[Type]:

@@ -1,4 +1,4 @@
-"""Operators and files of described files that are called like others mean what their file says."""
+"""Operators, files and types called like those of another file mean what their own file says."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ CONTROL = """\
 control:
       rate: 10 Hz
       %s
-      memory: {n: {type: int, init: 0}, letters: {type: int, init: 0}}
-      functions: {f: {n: F(3), letters: L(m)}, tell: {y.own.n: F(3)}}
+      memory: {n: {type: int, init: 0}, letters: {type: int, init: 0}, mode: {type: M, init: off}}
+      functions: {f: {n: F(3), letters: L(m), mode: mode}, tell: {y.own.n: F(3)}}
       behaviours: {w: {functions: [%s], terminal: never}}
       states: {S0: w}
       initial_state: S0
@@ -25,18 +25,26 @@ HEARS = HEARS.replace(", tell: {y.own.n: F(3)}", "")
 NAMES = """\
 specc: 1
 files: {m: a.txt}
+types: {M: "enum[off, %(is)s]"}
 operators:
-  F: {signature: "(n: int) -> int", python: "operator:%s"}
+  F: {signature: "(n: int) -> int", python: "operator:%(is)s"}
   L: {signature: "(p: file) -> int", python: "os.path:getsize"}
 """
+
+
+def names(function: str) -> str:
+    """The definitions of a file, with an operator of this function."""
+    return NAMES % {"is": function}
+
+
 FILES = {
     "a.txt": "three",
-    "same.yaml": f"{NAMES % 'pos'}agent:\n    {TELLS}",
+    "same.yaml": f"{NAMES % {'is': 'pos'}}agent:\n    {TELLS}",
     "lib/a.txt": "letters",
-    "lib/desc.yaml": f"{NAMES % 'neg'}agent:\n    {TELLS}",
+    "lib/desc.yaml": f"{NAMES % {'is': 'neg'}}agent:\n    {TELLS}",
     "other/a.txt": "2",
-    "other/desc.yaml": f"{NAMES % 'invert'}agent:\n    {TELLS}",
-    "spec.yaml": f"""{NAMES % "pos"}
+    "other/desc.yaml": f"{NAMES % {'is': 'invert'}}agent:\n    {TELLS}",
+    "spec.yaml": f"""{names("pos")}
 system: top
 agents:
   a: {{use: lib/desc.yaml}}
@@ -74,6 +82,16 @@ def test_what_is_equal_has_one_name(spec: Path) -> None:
         "m@lib/desc.yaml": "lib/a.txt",
         "m@other/desc.yaml": "other/a.txt",
     }
+
+
+def test_types_are_kept_apart(spec: Path) -> None:
+    (types,) = (text for name, text in build(str(spec)).files.items() if name.endswith("types.py"))
+    named = [line for line in types.splitlines() if line.startswith("M")]
+    assert named == [
+        'M = Literal["off", "neg"]',
+        'M_2 = Literal["off", "invert"]',
+        'M_3 = Literal["off", "pos"]',
+    ]
 
 
 def test_messages_say_what_is_written(spec: Path) -> None:
