@@ -101,7 +101,7 @@ task:
   cycle: {of: p_robot.e, from: p_S0, to: p_S0}
   scene: {p_slide: "0.1[m]"}
   disturb:
-    - {at: "1[s]", when: "plant.p_seen > p_same(p_half)", move: {p_slide: "0[m]"}}
+    - {at: "1[s]", when: "plant.p_seen > p_same(p_half)", move: {p_slide: "0[m]"}, because: e}
 require:
   - {that: "always(p_same(p_robot.e.p_kept) <= p_half and p_robot.e.p_mode == p_on)", because: a}
   - {that: "within(1[s], throughout(1[s], not plant.p_seen > p_half))", because: b}
@@ -376,7 +376,7 @@ def judges(formulas: Any) -> None:
     values = formulas.values
     for name in values.__slots__:
         setattr(values, name, None if ".p_m" in name else 0.5)
-    for atom in formulas.atoms:
+    for atom in (atom for each in formulas.requirements for atom in each.formula.atoms()):
         atom.update()
         assert atom.now != UNKNOWN
 
