@@ -164,7 +164,7 @@ RAISED: dict[str, tuple[Callable[[Any], Any], bool]] = {
     "an item that is not there": (lambda _: [][0], True),
     "an operator": (lambda _: refusing(1), True),
     "an attribute that nobody reads": (lambda values: values.their, False),
-    "a name that means something else": (lambda _: judged("1", "2"), False),  # type: ignore[arg-type]
+    "a name that means something else": (lambda values: values(1), False),
 }
 
 
