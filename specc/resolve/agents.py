@@ -25,9 +25,9 @@ from specc.resolve.ends import Neighbours, peers_of_control, peers_of_virtual
 from specc.resolve.expressions import Expressions, rate_of
 from specc.resolve.groups import Groups, groups_of, with_members
 from specc.resolve.interfaces import all_elements
-from specc.resolve.library import Library, Loaded
+from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
-from specc.resolve.reuse import Setting, indexed, reuse
+from specc.resolve.reuse import Setting, agent_in, indexed, reuse
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
@@ -98,7 +98,7 @@ class AgentResolver:
     ) -> Agent | None:
         """The agent of a description or of another system, with its own control or another."""
         used = reuse(definition, where, at, self.library)
-        inner, here = _agent_in(used.file, name) if used else (None, where)
+        inner, here = agent_in(used.file, name) if used else (None, where)
         if used is None or inner is None:
             self.broken.add(name)
             if used is not None:
@@ -348,16 +348,6 @@ class AgentResolver:
 
 
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
-
-
-def _agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, Where]:
-    """The agent that a file describes; in a system that of the name, or the only one."""
-    spec, top = file.spec, file.top
-    if spec.agent is not None:
-        return spec.agent, top["agent"]
-    if name not in spec.agents and len(spec.agents) == 1:
-        (name,) = spec.agents
-    return spec.agents.get(name), top["agents"][name]
 
 
 def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None) -> bool:

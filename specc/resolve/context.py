@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
@@ -298,3 +299,16 @@ def duration_of(text: str, where: Where, findings: Findings) -> Fraction | None:
         help="write it with its unit, e.g. `20 ms` or `0.5 s`",
     )
     return None
+
+
+def file_hint(path: str, relative: str) -> str:
+    """A way out for a path that leads nowhere: what lies beside it under a similar name."""
+    folder, name = os.path.split(path)
+    try:
+        close = nearest(name, os.listdir(folder or "."))
+    except OSError:
+        close = []
+    if not close:
+        return "the path is relative to the file that names it"
+    beside = os.path.dirname(relative)
+    return f"did you mean `{os.path.join(beside, close[0])}`?"

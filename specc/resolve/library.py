@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from specc.diagnostics import nearest
 from specc.frozen import frozen
 from specc.lang import (
     RESERVED,
@@ -23,7 +22,7 @@ from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
 from specc.read import ANYWHERE, Reach
-from specc.resolve.context import FOLLOW_UP, Findings, Where, trace_of
+from specc.resolve.context import FOLLOW_UP, Findings, Where, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.expressions import Expressions
 from specc.resolve.groups import Groups
@@ -162,7 +161,7 @@ class Library:
             elif not os.path.isfile(path):
                 what = f"`{relative}` is neither a file nor a folder"
                 message = what if os.path.exists(path) else f"no file `{relative}`"
-                hint = _file_hint(path, relative)
+                hint = file_hint(path, relative)
                 self.findings.report("E0208", message, where.place, help=hint)
 
     def _operators(self, file: Loaded, own: Definitions) -> None:
@@ -180,14 +179,12 @@ class Library:
                 message = f"operator `{name}` has no Python function yet"
                 help_text = "add `python: package.module:function`"
                 self.findings.report("O0201", message, where.key, help=help_text)
-            parameters, result = signature
             # Uses of one description with other frames have one operator.
             unframed = replace(own.names(variables=True), frames={f: f for f in own.frames})
             means = definition.python, parse_signature(definition.signature, unframed)
             own.operators[name] = Operator(
                 self._in_system("operator", name, means, where.key, own),
-                parameters,
-                result,
+                *signature,
                 definition.python or "",
                 definition.title,
                 trace_of(definition),
@@ -391,16 +388,3 @@ class _TypeMaker:
 _TOO_LARGE = "use an opaque type for a part"
 
 __all__ = ["Library", "Load", "Loaded", "MakeType", "constant_scope", "enum_members"]
-
-
-def _file_hint(path: str, relative: str) -> str:
-    """A way out for a path that leads nowhere: what lies beside it under a similar name."""
-    folder, name = os.path.split(path)
-    try:
-        close = nearest(name, os.listdir(folder or "."))
-    except OSError:
-        close = []
-    if not close:
-        return "the path is relative to the file that names it"
-    beside = os.path.dirname(relative)
-    return f"did you mean `{os.path.join(beside, close[0])}`?"

@@ -93,12 +93,7 @@ def requirement_of(
 class _Reader:
     """Reads one requirement: `readings` are values of agents that it names, `scope` all else."""
 
-    def __init__(
-        self,
-        text: str,
-        world: World,
-        expressions: Expressions,
-    ) -> None:
+    def __init__(self, text: str, world: World, expressions: Expressions) -> None:
         self.readings: dict[str, Reading] = {}
         self._text = text
         self._many = world.many
@@ -212,11 +207,7 @@ class _Names(ast.NodeTransformer):
     """Puts one name in the place of every value of an agent, and notes the value."""
 
     def __init__(
-        self,
-        text: str,
-        world: World,
-        readings: dict[str, Reading],
-        others: Sequence[str],
+        self, text: str, world: World, readings: dict[str, Reading], others: Sequence[str]
     ) -> None:
         """`others` are names that no value of an agent begins with."""
         agents, plant = world.agents, world.plant

@@ -77,6 +77,16 @@ def indexed(at: Setting, each: Mapping[str, str], where: Where, findings: Findin
     return replace(at, definitions=definitions, given=(*at.given, *indices))
 
 
+def agent_in(file: Loaded, name: str) -> tuple[AgentDef | None, Where]:
+    """The agent that a file describes; in a system that of the name, or the only one."""
+    spec, top = file.spec, file.top
+    if spec.agent is not None:
+        return spec.agent, top["agent"]
+    if name not in spec.agents and len(spec.agents) == 1:
+        (name,) = spec.agents
+    return spec.agents.get(name), top["agents"][name]
+
+
 def is_agent(kind: str, known: Definitions) -> bool:
     """Whether a parameter of a kind stands for an agent, and not for a value of some type."""
     return kind == "agent" and kind not in known.types
