@@ -49,12 +49,14 @@ def serve(scratch: Path) -> None:
 def _answer(line: str, jobs: int, scratch: Path) -> str:
     answer = scratch / "answer.json"
     answer.unlink(missing_ok=True)
+    ended, held = os.pipe()  # until the child ends
     child = os.fork()
     if not child:
         _perform(json.loads(line), scratch / "report.json", answer)
+    os.close(held)
     # The next job comes after this answer, so nothing is to be heard but the end of the input.
-    ended, waiting = os.pidfd_open(child), select.poll()
-    waiting.register(ended, select.POLLIN)
+    waiting = select.poll()
+    waiting.register(ended, 0)
     waiting.register(jobs, 0)
     if ended not in dict(waiting.poll()):
         os.kill(child, signal.SIGKILL)
@@ -68,7 +70,8 @@ def _answer(line: str, jobs: int, scratch: Path) -> str:
 
 def _perform(job: Mapping[str, Any], report: Path, answer: Path) -> NoReturn:
     """Make a run, in the process that is for it alone."""
-    CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if sys.platform == "linux":  # elsewhere a run outlives this process if that is killed
+        CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     try:
         if numbers := sys.modules.get("numpy.random"):
             numbers.seed()  # else the operators of all runs would draw the same without a seed

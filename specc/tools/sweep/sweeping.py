@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -132,30 +132,55 @@ def carry_out(
 ) -> None:
     """Run the jobs, in their order as far as there is room; each is a row when it ends.
 
-    `tell` gets the number of jobs that are done, `renew` is called from time to time.
+    Those whose workers died are made again, one at a time: only so it is known which of them ended
+    its worker. `tell` gets the number of jobs that are done, `renew` is called from time to time.
 
     Raises:
         SweepError: the workers are gone. What is done is kept.
         OSError: a row cannot be written.
+    """
+    done, renewed_s = 0, time.monotonic()
+
+    def watch() -> None:
+        nonlocal renewed_s
+        tell(done)
+        if time.monotonic() - renewed_s >= RENEWED_S:
+            renew()
+            renewed_s = time.monotonic()
+
+    suspects = []
+    for job, figures in _outcomes(jobs, executor, watch):
+        if figures is None:
+            suspects.append(job)
+        else:
+            folder.add(job.setting, job.seed, figures)
+            done += 1
+    for suspect in suspects:
+        for job, figures in _outcomes([suspect], executor, watch):
+            folder.add(job.setting, job.seed, figures or failed("its worker died, again and again"))
+            done += 1
+    watch()
+
+
+def _outcomes(
+    jobs: Sequence[Job], executor: Executor, watch: Callable[[], None]
+) -> Iterator[tuple[Job, Figures | None]]:
+    """What came of each job, in the order in which they end; None of one whose workers died.
+
+    `watch` is called from time to time.
     """
     ended: SimpleQueue[tuple[Job, Future[Figures]]] = SimpleQueue()
     futures = []
     for job in jobs:
         futures.append(executor.submit(perform, job))
         futures[-1].add_done_callback(partial(_put, ended, job))
-    done, renewed_s = 0, time.monotonic()
-    while done < len(jobs):
-        try:
+    left = len(futures)
+    while left:
+        watch()
+        with suppress(Empty):
             job, future = ended.get(timeout=1.0)
-        except Empty:
-            pass
-        else:
-            folder.add(job.setting, job.seed, _outcome(future))
-            done += 1
-        tell(done)
-        if time.monotonic() - renewed_s >= RENEWED_S:
-            renew()
-            renewed_s = time.monotonic()
+            left -= 1
+            yield job, _outcome(future)
 
 
 def _put(
@@ -164,7 +189,7 @@ def _put(
     ended.put((job, future))
 
 
-def _outcome(future: Future[Figures]) -> Figures:
+def _outcome(future: Future[Figures]) -> Figures | None:
     try:
         return future.result()
     except (CancelledError, Closed):
@@ -172,7 +197,8 @@ def _outcome(future: Future[Figures]) -> Figures:
             "the workers are gone; the same command goes on where this ended"
         ) from None
     except Exception as error:
-        # Dask gives up a run that kills the worker itself, not only the process that it runs in.
+        # A run may kill the worker itself, not only the process that it runs in; Dask blames
+        # whatever was there.
         if type(error).__name__ == "KilledWorker":
-            return failed("its worker died, again and again")
+            return None
         raise SweepError(f"a run could not be made: {type(error).__name__}: {error}") from error
