@@ -66,7 +66,7 @@ def as_mujoco_reads(path: Path) -> Model:
 
 
 def sizes_in(path: Path) -> Model:
-    return replace(read_model(str(path)), parts={}, defaults=set(), files=(), name="")
+    return replace(read_model(str(path)), parts={}, defaults=set(), compiler={}, files=(), name="")
 
 
 def test_every_kind_of_joint_and_many_sensors(tmp_path: Path) -> None:
