@@ -139,10 +139,10 @@ def test_a_member_of_several_enums_is_that_of_the_expected_one() -> None:
 
 
 def test_a_file_and_a_value_of_one_name_are_told_apart_by_the_expected_type() -> None:
-    scope = replace(SCOPE, files=("ratio",))
+    scope = replace(SCOPE, files={"ratio": "ratio"})
     assert isinstance(expression("ratio", scope, parse_type("file", NAMES)), m.FileRef)
     assert isinstance(expression("ratio", scope, Real()), m.LetRef)
-    assert isinstance(expression("arm", replace(SCOPE, files=("arm",))), m.FileRef)
+    assert isinstance(expression("arm", replace(SCOPE, files={"arm": "arm"})), m.FileRef)
 
 
 def test_a_literal_takes_its_frames_from_the_other_arguments_of_a_call() -> None:
