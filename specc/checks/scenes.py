@@ -30,7 +30,8 @@ def starts_fit(facts: Facts) -> Iterator[Diagnostic]:
         elif plant is None:
             message = f"there is no plant that has a joint `{start.name}`"
             help = "say under `plant` which model there is, or leave the scene out"
-            yield Diagnostic("E0516", message, start.place, help=help)
+            if not facts.system.devices:  # else the plant is an open point
+                yield Diagnostic("E0516", message, start.place, help=help)
         elif plant_kind(plant) == "python":
             message = f"`{start.name}` is for MuJoCo models; the plant in Python knows no joints"
             help = "let a class set the scene up: `scene: package.module:Class`"
@@ -61,7 +62,8 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
                 return
 
 
-_ROUNDING = 1e-9
+_ROUNDING = 1e-5
+"""As of limits that are in degrees, and positions in radians with a few digits."""
 
 
 def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
@@ -92,7 +94,8 @@ def disturbances_fit(facts: Facts) -> Iterator[Diagnostic]:
     for each in task.disturbances if task else ():
         if facts.system.plant is None:
             help = "say under `plant` what there is, or leave the disturbance out"
-            yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
+            if not facts.system.devices:  # else the plant is an open point
+                yield Diagnostic("E0517", "there is no plant to disturb", each.place, help=help)
         elif isinstance(model, Model):
             for draw in each.moves:
                 yield from _placed(draw, model)
@@ -190,14 +193,20 @@ class _Sampling:
         self._periods = [int(period / self.tick) for period in periods] or [1]
 
     def rows(self, spans: list[_Span]) -> Iterator[list[_Span]]:
-        """Silences between which there may be no sample; one that waits is taken by itself."""
-        row: list[_Span] = []
-        for span in sorted(spans, key=lambda span: (span.last is None, span.first)):
-            if row and (span.last is None or self._before(span.first) >= _end(row)):
-                yield row
-                row = []
-            row.append(span)
-        yield row
+        """Silences between which there may be no sample; those that wait may begin at any time."""
+        waiting = [span for span in spans if span.last is None]
+        rows: list[list[_Span]] = []
+        timed = (span for span in spans if span.last is not None)
+        for span in sorted(timed, key=lambda span: span.first):
+            if rows and self._before(span.first) < _end(rows[-1]):
+                rows[-1].append(span)
+            else:
+                rows.append([span])
+        for row in rows:
+            touched = any(self._before(span.first) < _end(row) for span in waiting)
+            yield row + waiting if touched else row
+        if waiting:
+            yield waiting
 
     def longest(self, row: list[_Span]) -> Fraction | None:
         """The longest time since the last sample at which there could have been one."""

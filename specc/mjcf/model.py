@@ -187,8 +187,10 @@ class _Reader:
             self._confine(asset)
             self._named.add(asset)
         others = self._others(assets.models(base))
-        for name, prefix in attached:
-            if name in others and len(model) + len(others[name]) <= _MOST_NAMES:
+        left = _MOST_NAMES
+        for name, prefix in dict.fromkeys(attached):
+            left -= len(others[name]) + 1 if name in others else 0
+            if name in others and left >= 0:
                 model.attach(others[name], prefix)
             else:
                 model.complete = False
