@@ -18,7 +18,7 @@ from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import Plant
 from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, leave_safe
-from specc_runtime.sampling import Onlooker, Sensor
+from specc_runtime.sampling import Onlooker, Port, Sensor
 from specc_runtime.snapshot import Values
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
@@ -149,6 +149,7 @@ class Executor:
             "stamps": {name: track.stamp for name, track in self._tracks.items()},
             "sensors": {
                 name: sensor.saved(partial(values.told, "sensor"))
+                | {"had": [n for n, ports in self._ports if any(p.has_had(name) for p in ports)]}
                 for name, sensor in self._sensors.items()
             },
             "commands": {
@@ -168,8 +169,10 @@ class Executor:
         for name, sensor in self._sensors.items():
             if name in saved["sensors"]:
                 sensor.restore(saved["sensors"][name], partial(values.value, "sensor"))
-        for port in [port for track in self._tracks.values() for port in track.ports]:
-            port.skip()
+        for reader, ports in self._ports:
+            for port in ports:
+                held = saved["sensors"].get(port.sensor, {})
+                port.restore("value" not in held or reader in held["had"])
         for name, told in saved["commands"].items():
             if not values.has("actuator", name):
                 continue
@@ -177,6 +180,11 @@ class Executor:
             self._commands[name] = str(told["by"]), value
             if self._plant is not None:
                 self._plant.actuate(name, value)
+
+    @property
+    def _ports(self) -> list[tuple[str, tuple[Port, ...]]]:
+        """Of every subsystem."""
+        return [(name, track.ports) for name, track in self._tracks.items()]
 
     def inboxes(self) -> Iterator[tuple[Subsystem, Any]]:
         """All subsystems, each with the inputs of its next step."""

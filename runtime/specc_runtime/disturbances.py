@@ -83,6 +83,8 @@ class Disturbances:
     def restore(self, saved: Any) -> list[str]:
         """Go on from there; what of it is not known here, and what is new, and begins in its time.
 
+        Forces of now are given to the plant by `push_again`, once it is restored.
+
         Raises KeyError, TypeError, ValueError for other data.
         """
         known = {str(each["does"]): each for each in saved}
@@ -99,6 +101,12 @@ class Disturbances:
             *(f"nothing is known of the disturbance: {name}" for name in sorted(mine - {*known})),
             *(f"there is no such disturbance, which began in the past: {name}" for name in gone),
         ]
+
+    def push_again(self) -> None:
+        """Let the forces of now act, whatever the plant remembers of forces."""
+        for one in self._all:
+            if one.began_s is not None:
+                self._push(one)
 
     def as_data(self) -> list[dict[str, Any]]:
         """What the report says of each; `began_s` is null if it never began."""
@@ -118,14 +126,21 @@ class Disturbances:
 
     def _act(self, each: _Drawn) -> None:
         """Bring what begins or ends about, with what others do to the same things."""
-        going = [one for one in self._all if one.began_s is not None and not one.over]
-        for body in each.push:
-            forces = [one.push[body] for one in going if body in one.push]
-            self._plant.push(body, tuple(map(sum, zip((0.0, 0.0, 0.0), *forces, strict=True))))
+        going = self._going
+        self._push(each)
         for joint in each.what.block:
             self._plant.block(joint, any(joint in one.what.block for one in going))
         for element in each.what.silent:
             self._silence(element, any(element in one.what.silent for one in going))
+
+    @property
+    def _going(self) -> list[_Drawn]:
+        return [one for one in self._all if one.began_s is not None and not one.over]
+
+    def _push(self, each: _Drawn) -> None:
+        for body in each.push:
+            forces = [one.push[body] for one in self._going if body in one.push]
+            self._plant.push(body, tuple(map(sum, zip((0.0, 0.0, 0.0), *forces, strict=True))))
 
 
 class _Drawn:

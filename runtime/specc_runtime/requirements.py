@@ -17,6 +17,7 @@ from specc_runtime.temporal import (
     UNKNOWN,
     Formula,
     Judgement,
+    check_runs,
     of_judgement,
     read_judgement,
 )
@@ -111,6 +112,7 @@ class Requirement:
         runs = [list(same) for _, same in groupby(self._earlier, id)]
         return {
             "that": self.that,
+            "shape": self.formula.shape,
             "formula": self.formula.saved(),
             "holds": self.holds,
             "worst": of_judgement(self._worst),
@@ -119,11 +121,16 @@ class Requirement:
             "first": self._first,
         }
 
+    def is_of(self, saved: Any) -> bool:
+        """Whether that means something to it: it reaches over the same ticks."""
+        return bool(saved.get("shape") == self.formula.shape)
+
     def restore(self, saved: Any, values_of: Told) -> None:
         """Remember that; raises KeyError, TypeError, ValueError for other data."""
         self.formula.restore(saved["formula"])
         self.holds, self._count = bool(saved["holds"]), int(saved["count"])
         self._worst = read_judgement(saved["worst"])
+        check_runs(saved["earlier"], self.formula.delay)
         runs = [(int(count), values_of(values)) for count, values in saved["earlier"]]
         self._earlier = deque([values for count, values in runs for _ in range(count)])
         self._first = {str(v): (int(at), dict(shown)) for v, (at, shown) in saved["first"].items()}
@@ -247,6 +254,11 @@ class _Alike:
         for at, (there, gone) in saved["changes"].items():
             self._changes[int(at)] = values_of(there) | dict.fromkeys(gone, ABSENT)
         known = {each["that"]: each for each in saved["each"]}
+        known = {
+            each.that: known[each.that]
+            for each in self.requirements
+            if each.that in known and each.is_of(known[each.that])
+        }
         new = [each for each in self.requirements if each.that not in known]
         for atom in self._atoms:
             atom.now = UNKNOWN

@@ -141,9 +141,18 @@ class Port:
         self._put = put
         self._seen = 0
 
-    def skip(self) -> None:
-        """The reader has had the latest sample."""
-        self._seen = self._sensor.count
+    def restore(self, had: bool) -> None:
+        """The reader has `had` the latest sample, or is still to get it."""
+        self._seen = self._sensor.count if had else -1
+
+    def has_had(self, sensor: str) -> bool:
+        """Whether it is a port of that sensor whose reader has had the latest sample."""
+        return self._sensor.name == sensor and self._seen == self._sensor.count
+
+    @property
+    def sensor(self) -> str:
+        """Its name."""
+        return self._sensor.name
 
     def deliver(self) -> None:
         """Give the reader the latest sample, unless it has had it."""

@@ -177,6 +177,7 @@ class Session:
         self._unobserved |= saved["unobserved"]
         restored(self._judge, saved["task"]["judge"])
         restored(self._plant, saved["plant"])
+        self._disturbances.push_again()
         if self._judge is not None and saved["task"]["judge"] is None:
             lost.append("the judge begins anew: it could not be kept")
         return lost

@@ -79,6 +79,13 @@ def _waiting(data: Any) -> deque[Judgement | None]:
     return deque(chain.from_iterable(repeat(item, count) for count, item in runs))
 
 
+def check_runs(data: Any, most: int) -> None:
+    """Raises ValueError for runs, each its length and what is repeated, of more than `most`."""
+    lengths = [int(length) for length, _ in data]
+    if sum(lengths) > most or min(lengths, default=1) < 1:
+        raise ValueError("more than is ever remembered")
+
+
 _NUMBER = _Data(int, int)
 _LAST = _Data(of_judgement, read_judgement)
 _WAITING = _Data(_of_waiting, _waiting)
@@ -96,6 +103,16 @@ class _Kept:
 
     keeps: ClassVar[Mapping[str, _Data]] = {}
     parts: Sequence[_Kept] = ()
+
+    @property
+    def shape(self) -> list[Any]:
+        """What it is and over how many ticks it reaches, plain data.
+
+        What one remembers means nothing to one of another shape.
+        """
+        return [type(self).__name__, self._reach, *[part.shape for part in self.parts]]
+
+    _reach: int = 0
 
     def saved(self) -> list[Any]:
         """All of it."""
@@ -193,7 +210,7 @@ class _Delayed(_Kept):
     def __init__(self, formula: Formula, delay: int) -> None:
         self._formula = formula
         self.parts = (formula,)
-        self._by = delay - formula.delay
+        self._reach = self._by = delay - formula.delay
         self._waiting: deque[Judgement | None] = deque()
 
     def step(self) -> Judgement | None:
@@ -201,6 +218,11 @@ class _Delayed(_Kept):
             return self._formula.step()
         self._waiting.append(self._formula.step())
         return self._waiting.popleft() if len(self._waiting) > self._by else None
+
+    def restore(self, saved: Any) -> None:
+        """See `_Kept`; no more than ever waits is taken from a file."""
+        check_runs(saved[0], self._by)
+        super().restore(saved)
 
 
 class _Junction(Formula):
@@ -242,7 +264,7 @@ class _Window(Formula):
     keeps: ClassVar[Mapping[str, _Data]] = {"_count": _NUMBER, "_lows": _BEST, "_highs": _BEST}
 
     def __init__(self, ticks: int, operand: Formula) -> None:
-        self._ticks = ticks
+        self._reach = self._ticks = ticks
         self.operands = (operand,)
         self.parts = (operand,)
         self._count = 0

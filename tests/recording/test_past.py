@@ -75,6 +75,16 @@ def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) ->
     assert replayed.returncode == 0 and "belt.c: 152 steps are the same" in replayed.stdout
 
 
+def test_what_was_known_over_other_spans_is_not_taken_over(recorded: Path, tmp_path: Path) -> None:
+    for past in ((), ("--from", f"{recorded}/run.mcap@6")):
+        done = specc(
+            *WHOLE, "--seed", 5, *past, "--set", "patience=1[s]", "--report", tmp_path / "r"
+        )
+        told = report_of(tmp_path / "r")["requirements"]
+        assert "violated" not in [each["verdict"] for each in told]
+    assert "--from: nothing is known of the past for: " in done.stderr
+
+
 def test_what_cannot_be_carried_over_is_told(recorded: Path, tmp_path: Path) -> None:
     text = CONVEYOR.read_text()
     spec = tmp_path / "conveyor_gate.yaml"

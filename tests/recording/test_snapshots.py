@@ -95,3 +95,56 @@ def test_another_specification_keeps_the_scene_and_what_happened(tmp_path: Path)
         None,
         *(began[each] for each in ("a block", "silence", "a push")),
     ]
+
+
+@pytest.mark.parametrize(
+    ("changed", "setting", "code"),
+    [("", "30[N]", 1), ("", "0[N]", 0), ("the push is gone", "30[N]", 0)],
+)
+def test_a_push_under_way_is_that_of_the_new_specification(
+    changed: str, setting: str, code: int, tmp_path: Path
+) -> None:
+    (tmp_path / "cart.xml").write_text(MODEL)
+    spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"
+    push = "{because: a push, at: '0.5[s]', lasts: '3[s]', push: {cart: [force, 0, 0]}}"
+    required = "require: [{that: 'always(plant.s < 2.95[m])', because: test}]\n"
+    calm = SPEC.replace("frames:", "constants: {force: '30[N]'}\nframes:") + required
+    spec.write_text(calm.replace("require:", f"  disturb: [{push}]\nrequire:"))
+    assert specc("run", spec, "--duration", 2, "--record", file).returncode == 0
+    if changed:
+        spec.write_text(calm)
+    more = ("--from", f"{file}@1.5", "--set", f"force={setting}")
+    done = specc("run", spec, "--duration", 2.2, *more)
+    assert done.returncode == code, done.stderr
+
+
+RECEPTORS = """    real_receptors: {odo: {y: {d: "real[m]"}}}
+    virtual_receptors:
+      fast: {uses: [odo], rate: 50 Hz, x: {odo: {d: "real[m]"}}, y: {c: {d: "real[m]"}},
+        behaviours: {tell: {functions: [{y.c.d: x.odo.d}], terminal: never}},
+        states: {S0: tell}, initial_state: S0}
+      slow: {uses: [odo], rate: 10 Hz, x: {odo: {d: "real[m]"}}, y: {c: {d: "real[m]", new: bool}},
+        behaviours: {tell: {functions: [{y.c.d: x.odo.d, y.c.new: fresh(x.odo.d)}],
+          terminal: never}},
+        states: {S0: tell}, initial_state: S0}
+"""
+
+
+def test_a_held_sample_still_reaches_a_slower_reader(tmp_path: Path) -> None:
+    (tmp_path / "cart.xml").write_text(MODEL)
+    spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"
+    text = SPEC.replace("    control:", f"{RECEPTORS}    control:")
+    heard = 'x: {fast: {d: "real[m]"}, slow: {d: "real[m]", new: bool}, wheels: {s:'
+    text = text.replace(
+        'x: {wheels: {s: {type: "real[m]", init: 0}, heard',
+        f'{heard} {{type: "real[m]", init: 0}}, heard',
+    )
+    text = text.replace("  bind:", "  bind:\n    cart.R.odo.d: {joints: [cart], sporadic: true}")
+    silence = "{because: silence, at: '0.95[s]', lasts: '3[s]', silent: [cart.R.odo.d]}"
+    spec.write_text(f"{text}  disturb: [{silence}]\n")
+    whole = ("run", spec, "--duration", 2, "--report")
+    first = specc(*whole, tmp_path / "a.json", "--seed", 1, "--record", file)
+    assert first.returncode == 0, first.stderr
+    done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@1.5")
+    assert done.returncode == 0, done.stderr
+    assert report_of(tmp_path / "b.json") == report_of(tmp_path / "a.json")

@@ -175,7 +175,7 @@ class MujocoPlant:
         self._brakes.set(joint, blocked)
 
     def saved(self) -> dict[str, Any]:
-        """See `specc_runtime.savable.Savable`; commands and what is blocked are not in it."""
+        """See `specc_runtime.savable.Savable`; without commands, and what is blocked or pushed."""
         state = np.empty(mujoco.mj_stateSize(self._model, _STATE))
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         derived = {name: np.array(getattr(self._data, name)).ravel() for name in _DERIVED}
@@ -189,6 +189,7 @@ class MujocoPlant:
         if state.shape != (size,):
             raise PlantError(f"the state of a model with {state.size} numbers, not {size}")
         mujoco.mj_setState(self._model, self._data, state, _STATE)
+        self._data.xfrc_applied[:] = 0.0  # what pushes now pushes again
         self._brakes.hold()
         for name in _DERIVED:
             array = getattr(self._data, name)
