@@ -109,7 +109,7 @@ class _Attempt:
         plant = None
         if system.plant is not None:
             plant = self._handed_over(system.plant) or self._set_up(system)
-        recorder = self._recorder(system, plant)
+        recorder = self._recorder(system, plant, kept.time_s if kept else 0.0)
         session = _session(options, system, plant, self._clock, interruption, recorder)
         if recorder is not None:
             recorder.report = session.report
@@ -153,7 +153,7 @@ class _Attempt:
                 say(f"--from: the run is repeated from its start: {kept.missing}")
             return kept
         if kept.is_set_otherwise(options):
-            say(f"--from: the recorded run had other constants set: {kept.set}")
+            say(f"--from: the recorded run had other constants set: {kept.settings}")
         if options.past is not None:
             self._repeat(kept, options.past, resume[1])
         elif kept.saved is None:
@@ -181,7 +181,7 @@ class _Attempt:
             self._plant = None
             plant.close()
 
-    def _recorder(self, system: System, plant: Any) -> Any:
+    def _recorder(self, system: System, plant: Any, begin_s: float) -> Any:
         """What records the run, if anything does."""
         options = self._options
         if options.record is None:
@@ -190,7 +190,7 @@ class _Attempt:
             return None
         from specc_runtime.recording.recorder import Recorder
 
-        recorder = Recorder(options, system, plant, self._clock)
+        recorder = Recorder(options, system, plant, self._clock, begin_s)
         self._companions.append(recorder)
         return recorder
 

@@ -189,12 +189,18 @@ def _judged(
 def _inspect_into(outcomes: list[Outcome], paths: Sequence[str], overrides: Overrides) -> None:
     """Add the outcomes of files, in their order; those that are done also if interrupted."""
     job = partial(_inspected, overrides=overrides)
-    workers = min(len(paths), len(os.sched_getaffinity(0)))
+    workers = min(len(paths), cores())
     if len(paths) < PARALLEL_FROM or workers < 2:
         for path in paths:
             outcomes.append(job(path))
     else:
         _in_processes(outcomes, job, paths, workers)
+
+
+def cores() -> int:
+    """How many cores this process may use; all that there are where that is not known."""
+    known = getattr(os, "sched_getaffinity", None)  # not everywhere
+    return len(known(0)) if known else os.cpu_count() or 1
 
 
 def _in_processes(

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from specc import __version__
 from specc.cli import streams
-from specc.cli.inspect import judged, overrides_of
+from specc.cli.inspect import cores, judged, overrides_of
 from specc.cli.interruption import INTERRUPTED, MESSAGE, held, terminable
 from specc.cli.run import missing
 from specc.diagnostics.report import Report, report, resolve
@@ -262,7 +262,7 @@ def _run(
         streams.say(f"specc: {count - len(left)} of {count} runs are done already")
     if not left:
         return DONE
-    workers = options.workers or len(os.sched_getaffinity(0))
+    workers = options.workers or cores()
     needed = {number: asked.settings[number] for number in sorted({n for n, _ in left})}
     directories, files = _packages(options, needed, first, workers)
     _check_unchanged(options, inputs)

@@ -84,6 +84,12 @@ def report_of(arguments: list[str]) -> Any:
     return inspect.inspect_all(arguments, Overrides())
 
 
+def test_cores_are_counted_where_none_are_assigned(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr("os.sched_getaffinity", raising=False)
+    monkeypatch.setattr("os.cpu_count", lambda: 3)
+    assert inspect.cores() == 3
+
+
 def test_processes_give_the_same_report_as_one(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -59,11 +59,59 @@ def test_a_continued_run_is_recorded_and_replays(recorded: Path, tmp_path: Path)
     assert report_of(report) == report_of(recorded / "run.json")
 
 
+def test_a_run_that_was_repeated_from_its_start_replays(recorded: Path, tmp_path: Path) -> None:
+    file = tmp_path / "b.mcap"
+    told = ("run", CONVEYOR, "--duration", 2, "--from", f"{recorded}/run.mcap@0.5")
+    assert specc(*told, "--record-exact", "--record", file).returncode == 0
+    replayed = specc("replay", file, "--check")
+    assert replayed.returncode == 0 and "belt.c: 40 steps are the same" in replayed.stdout
+
+
+TALK = """agents:
+  talker:
+    control:
+      rate: 10 Hz
+      y: {hearer: {n: int}}
+      behaviours: {tell: {functions: [{y.hearer.n: 1}], terminal: never}}
+      states: {S0: tell}
+      initial_state: S0
+  hearer:
+    control:
+      rate: 10 Hz
+      x: {talker: {n: int}}
+      memory: {n: {type: int, init: 0}}
+      behaviours: {hear: {functions: [{n: n + 1 if fresh(x.talker.n) else n}], terminal: never}}
+      states: {S0: hear}
+      initial_state: S0
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("agents:\n", TALK, "belt.c: 40 steps are the same"),
+        ("running", "going", "belt.c differs first at 5 s (stamp 100), in running: state\n"),
+    ],
+)
+def test_a_continued_run_is_replayed_with_another_specification(
+    old: str, new: str, words: str, recorded: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "plants").symlink_to(CONVEYOR.parent / "plants")
+    (tmp_path / "pyproject.toml").write_text(f"[tool.specc]\nallow = ['{CONVEYOR.parent}']\n")
+    spec, file = tmp_path / "conveyor_gate.yaml", tmp_path / "b.mcap"
+    spec.write_text(CONVEYOR.read_text().replace(old, new))
+    told = ("run", CONVEYOR, "--duration", 7, "--from", f"{recorded}/run.mcap@5")
+    assert specc(*told, "--record-exact", "--record", file).returncode == 0
+    replayed = specc("replay", file, "--spec", spec)
+    assert replayed.returncode in (0, 1) and words in replayed.stdout, replayed.stderr
+
+
 def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) -> None:
     more = ("--from", f"{recorded}/run.mcap@6.41", "--record", tmp_path / "b.mcap")
     done = specc(*WHOLE, *more, "--set", "cruise=0.4[rad/s]")
     assert done.returncode == 0 and "--from: the recorded run had other constants" in done.stderr
     assert "--from: the specification goes on from 6.4 s, where all are due" in done.stderr
+    assert "other constants set: none\n" in done.stderr
     before, after = messages(recorded / "run.mcap"), messages(tmp_path / "b.mcap")
     parted = []
     for topic, steps in before.items():

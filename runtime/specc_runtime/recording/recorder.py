@@ -28,12 +28,22 @@ from specc_runtime.system import System
 class Recorder:
     """Writes every step of a run; an observer of its records and a companion."""
 
-    def __init__(self, options: Options, system: System, plant: Any, clock: WallClock) -> None:
-        """Has the steps noted from now on. Raises UsageError if the file cannot be written."""
+    def __init__(
+        self,
+        options: Options,
+        system: System,
+        plant: Any,
+        clock: WallClock,
+        begin_s: float = 0.0,
+    ) -> None:
+        """Has the steps noted from now on, which is at `begin_s` of simulated time.
+
+        Raises UsageError if the file cannot be written.
+        """
         assert options.record is not None
         layouts = load_layouts(system)
         self.log = Log(options.record, clock)
-        self.log.note("specc", _about(options, system))
+        self.log.note("specc", _about(options, system, begin_s))
         for name, text in options.texts.items():
             self.log.attach(name, "application/yaml", text.encode())
         shelf = Shelf(self.log, options.record_exact or not _has_pictures())
@@ -80,7 +90,7 @@ def _has_pictures() -> bool:
     return find_spec("cv2") is not None
 
 
-def _about(options: Options, system: System) -> dict[str, str]:
+def _about(options: Options, system: System, begin_s: float) -> dict[str, str]:
     """What a replay needs to know."""
     return {
         "format": FORMAT,
@@ -88,7 +98,7 @@ def _about(options: Options, system: System) -> dict[str, str]:
         "spec": next(iter(options.texts), ""),
         "seed": str(options.seed),
         "exact": str(options.record_exact).lower(),
-        "from": str(options.resume[1]) if options.resume else "",
+        "from": str(round(begin_s / system.tick_s) or ""),
         "set": dumped(dict(options.built_with)).decode(),
         "versions": dumped(versions()).decode(),
         "options": dumped(

@@ -28,7 +28,7 @@ from specc_runtime.recording.messages import (
 )
 from specc_runtime.recording.reading import Unusable
 from specc_runtime.recording.required import Watch
-from specc_runtime.recording.snapshots import WRONG, first_of
+from specc_runtime.recording.snapshots import WRONG, snapshot_of
 from specc_runtime.recording.steps import passage_of, remembered, topic_of
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.sampling import PLANT
@@ -43,10 +43,11 @@ from specc_runtime.track import outcome_of
 class Difference:
     """The first step of a subsystem that is not as it was recorded.
 
-    `what` is "row", "fault" or an element: `y.c.T_c`, a name of memory. `state` is the one that the
-    step began in, empty in the first one, `row` the text of the row that is taken now or, if none
-    is, was taken, `condition` the first one that had another value; `behaviour` the state whose
-    behaviour ran. `recorded` and `now` are both values as texts.
+    `what` is "row", "fault", "state" for one that there is no longer, or an element: `y.c.T_c`, a
+    name of memory. `state` is the one that the step began in, empty in the first one, `row` the
+    text of the row that is taken now or, if none is, was taken, `condition` the first one that had
+    another value; `behaviour` the state whose behaviour ran. `recorded` and `now` are both values
+    as texts.
     """
 
     subsystem: str
@@ -91,11 +92,15 @@ class _Replayed:
         self._fed: dict[str, tuple[Any, Any]] = {}
         self._flagged = [e for e in layout.x if hasattr(subsystem.x, FRESH + e.attribute)]
         self._stamp = 0
+        self._gone = ""
 
     def begin(self, values: Values, saved: Mapping[str, Any], stamp: int) -> None:
         """Go on after the step of this stamp; raises what is no snapshot of it."""
-        list(values.place(self._subsystem, saved))
         self._stamp = stamp + 1
+        if saved["state"] in self._layout.ends:
+            list(values.place(self._subsystem, saved))
+        else:
+            self._gone = str(saved["state"])
 
     @property
     def is_over(self) -> bool:
@@ -107,6 +112,10 @@ class _Replayed:
         told = step_of(text)
         if told["stamp"] != self._stamp:
             self.outcome.unknown = f"the steps from stamp {self._stamp} on are missing"
+            return
+        if self._gone:
+            here = self.outcome.subsystem, told["stamp"], float(told["time"]), self._gone
+            self.outcome.difference = Difference(*here, "state", self._gone, "no such state")
             return
         try:
             self._feed(told)
@@ -205,12 +214,14 @@ def _pairs(
 
 
 def _begin_later(
-    file: Path, system: System, replayed: Mapping[str, _Replayed], watch: Watch | None
+    file: Path, tick: str, system: System, replayed: Mapping[str, _Replayed], watch: Watch | None
 ) -> None:
     """Begin where the recorded run did, which went on from another one. Raises Unusable."""
     try:
-        saved, shelf = first_of(file)
+        saved, shelf = snapshot_of(file, tick)
         if saved is None:
+            for one in replayed.values():
+                one.outcome.unknown = "there is no snapshot of where the run began"
             return
         values = Values(system, load_layouts(system), shelf)
         for one in replayed.values():
@@ -220,7 +231,7 @@ def _begin_later(
         if watch is not None:
             watch.begin(saved, values)
     except WRONG as error:
-        raise Unusable(f"{file}: its first snapshot is damaged: {error}") from error
+        raise Unusable(f"{file}: the snapshot that it begins with is damaged: {error}") from error
 
 
 def replay(
@@ -244,8 +255,8 @@ def replay(
     }
     outcomes = [one.outcome for one in replayed.values()]
     watch = None if only or system.requirements is None else Watch(system, layouts, shelf)
-    if told.get("from"):
-        _begin_later(file, system, replayed, watch)
+    if tick := told.get("from"):
+        _begin_later(file, tick, system, replayed, watch)
     gone: set[str] = set()
     for topic, time_s, text in steps_of(file, shelf):
         one = replayed.get(topic)

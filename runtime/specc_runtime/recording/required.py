@@ -48,9 +48,9 @@ class Watch:
         """Go on from a snapshot; raises what is none."""
         known, tick = saved.get("requirements", ()), int(saved["tick"])
         self._requirements.restore(known, tick, partial(values.values_read, "requirements"))
+        stamps = {**saved["stamps"], PLANT: saved["tick"] - 1}
         for told in self._told.values():
-            stamp = saved["tick"] - 1 if told.name == PLANT else saved["stamps"][told.name]
-            told.begin(int(stamp) + 1)
+            told.begin(int(stamps.get(told.name, -1)) + 1)  # one that is new has no steps
 
     def take(self, topic: str, text: bytes) -> None:
         """Take note of a message; raises Misshapen."""

@@ -97,7 +97,8 @@ class Kept:
     missing: str = "it has no snapshots"
     until_s: float = 0.0
     seed: int = 0
-    set: str = ""
+    set: Mapping[str, Any] | None = None
+    """None where that is not known."""
     texts: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -112,7 +113,14 @@ class Kept:
 
     def is_set_otherwise(self, options: Options) -> bool:
         """Whether the recorded run had other constants set."""
-        return self.set != dumped(dict(options.built_with)).decode()
+        return self.set != dict(options.built_with)
+
+    @property
+    def settings(self) -> str:
+        """The constants that were set, to be read."""
+        if self.set is None:
+            return "not known"
+        return ", ".join(f"{name}={text}" for name, text in self.set.items()) or "none"
 
     def take(self, session: Session, system: System) -> None:
         """Keep what a run is now, which is at rest, instead."""
@@ -177,7 +185,7 @@ def _last_before(file: Path, until_s: float) -> Kept:
     seed = about.get("seed", "")
     if not seed.isdecimal() or len(seed) > _MOST_DIGITS:
         raise UsageError(f"{file} does not say with which seed it was recorded")
-    kept = Kept(until_s=until_s, seed=int(seed), set=about.get("set", ""), texts=texts)
+    kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
     reading = Reading(file, {SNAPSHOTS, PIECES})
     latest = deque(_texts(reading, kept.shelf, until_s), maxlen=_LATEST)
     if until_s > reading.last_s + _EARLIER_S:
@@ -191,14 +199,23 @@ def _last_before(file: Path, until_s: float) -> Kept:
     return kept
 
 
-def first_of(file: Path) -> tuple[Any, Shelved]:
-    """The first snapshot, None if there is none that is whole, and what is aside.
+def _set(about: Mapping[str, str]) -> Mapping[str, Any] | None:
+    """The constants that were set for a run."""
+    try:
+        told = loaded(about.get("set", "").encode())
+    except Misshapen:
+        return None
+    return told if type(told) is dict else None
+
+
+def snapshot_of(file: Path, tick: str) -> tuple[Any, Shelved]:
+    """The snapshot of this tick, None if there is none that is whole, and what is aside.
 
     Raises Unusable, Misshapen.
     """
     shelf = Shelved(inf)
     every = map(_told, _texts(Reading(file, {SNAPSHOTS, PIECES}), shelf, inf))
-    return next((told for told in every if "tick" in told), None), shelf
+    return next((told for told in every if str(told.get("tick")) == tick), None), shelf
 
 
 def _texts(reading: Reading, shelf: Shelved, until_s: float) -> Iterator[bytes]:
