@@ -2,9 +2,10 @@
 
 `python -m specc_runtime.serving` reads jobs from standard input, each a line of JSON with options
 of a run, and answers each with a line: exit code and report, or the code with which its process
-died. No run leaves anything to the next one, in memory or in modules of operators. What runs print
-goes to standard error, which the caller should send to a file. The process ends at once when its
-input does, with the run that is under way, and so never outlives whoever started it.
+died. No run leaves anything to the next one, in memory, in modules of operators, or in processes
+that these have started. What runs print goes to standard error, which the caller should send to a
+file. The process ends at once when its input does, with the run that is under way, and so never
+outlives whoever started it.
 """
 
 from __future__ import annotations
@@ -42,30 +43,54 @@ def serve(scratch: Path) -> None:
             import_module(f"specc_runtime.{name}")
     gc.freeze()
     for line in jobs:
-        answers.write(_answer(line, jobs.fileno(), scratch) + "\n")
+        answers.write(_answer(line, jobs.fileno(), answers.fileno(), scratch) + "\n")
         answers.flush()
 
 
-def _answer(line: str, jobs: int, scratch: Path) -> str:
+def _answer(line: str, jobs: int, answers: int, scratch: Path) -> str:
     answer = scratch / "answer.json"
     answer.unlink(missing_ok=True)
     ended, held = os.pipe()  # until the child ends
     child = os.fork()
     if not child:
+        for mine in (jobs, answers):  # what the run starts may outlive this process, and hold them
+            os.dup2(0, mine)
+        _let_go_in_forks(held)
+        os.setpgid(0, 0)
         _perform(json.loads(line), scratch / "report.json", answer)
     os.close(held)
+    with contextlib.suppress(OSError):  # whichever of both is first
+        os.setpgid(child, child)
     # The next job comes after this answer, so nothing is to be heard but the end of the input.
     waiting = select.poll()
     waiting.register(ended, 0)
     waiting.register(jobs, 0)
     if ended not in dict(waiting.poll()):
-        os.kill(child, signal.SIGKILL)
+        _kill_group(child)
         os._exit(0)
     os.close(ended)
     _, status = os.waitpid(child, 0)
+    _kill_group(child)
     if answer.exists():
         return answer.read_text(encoding="utf-8")
     return json.dumps({"died": os.waitstatus_to_exitcode(status)})
+
+
+def _let_go_in_forks(held: int) -> None:
+    """Let only this process, and none that operators fork, say by this pipe that it is there."""
+    left = [held]
+
+    def let_go() -> None:
+        while left:  # forks of forks have other files by that number
+            os.close(left.pop())
+
+    os.register_at_fork(after_in_child=let_go)
+
+
+def _kill_group(leader: int) -> None:
+    """End a run, if it is there, and what it has started."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(leader, signal.SIGKILL)
 
 
 def _perform(job: Mapping[str, Any], report: Path, answer: Path) -> NoReturn:

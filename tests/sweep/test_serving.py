@@ -66,12 +66,9 @@ def test_every_job_has_its_answer_and_what_runs_print_is_none(tmp_path: Path) ->
     assert first["records_sha256"] == again["records_sha256"] != second["records_sha256"]
 
 
-def test_a_run_ends_when_the_input_does(tmp_path: Path) -> None:
-    """Although its operator never gives the interpreter to anybody else."""
-    endless = (
-        "import os, re\ndef do(m, n):\n    os.write(2, b'.')\n    re.match('(a+)+b', 'a' * 99)"
-    )
-    (tmp_path / "hazards.py").write_text(endless, encoding="utf-8")
+def hazardous(tmp_path: Path, operator: str) -> subprocess.Popen[bytes]:
+    """A process that has a run with this operator as its job."""
+    (tmp_path / "hazards.py").write_text(operator, encoding="utf-8")
     (tmp_path / "hazards.yaml").write_text(HAZARDS, encoding="utf-8")
     built = pipeline.build(str(tmp_path / "hazards.yaml"))
     output.write(tmp_path / "code" / built.system, built.files)
@@ -84,12 +81,35 @@ def test_a_run_ends_when_the_input_does(tmp_path: Path) -> None:
         [sys.executable, "-m", "specc_runtime.serving", str(tmp_path)],
         env=environment(tmp_path),
         stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
-    assert process.stdin and process.stderr
+    assert process.stdin
     process.stdin.write(json.dumps(job).encode() + b"\n")
     process.stdin.flush()
+    return process
+
+
+def test_a_run_ends_when_the_input_does(tmp_path: Path) -> None:
+    """Although its operator never gives the interpreter to anybody else."""
+    endless = (
+        "import os, re\ndef do(m, n):\n    os.write(2, b'.')\n    re.match('(a+)+b', 'a' * 99)"
+    )
+    process = hazardous(tmp_path, endless)
+    assert process.stdin and process.stderr
     assert process.stderr.read(1) == b"."
     process.stdin.close()
     assert process.stderr.read() == b""  # which the run had, too, until its end
     assert process.wait(timeout=60) == 0
+
+
+def test_what_an_operator_started_ends_with_the_run(tmp_path: Path) -> None:
+    forks = (
+        "import os, time\ndef do(m, n):\n    if not n and not os.fork():\n"
+        "        time.sleep(30)\n        os.write(2, b'late')\n        os._exit(0)\n    return n"
+    )
+    process = hazardous(tmp_path, forks)
+    assert process.stdout
+    assert json.loads(process.stdout.readline())["code"] == 0
+    _, told = process.communicate(timeout=60)  # until nobody has its standard error
+    assert b"late" not in told

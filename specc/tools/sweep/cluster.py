@@ -42,11 +42,15 @@ class Shipment(distributed.WorkerPlugin):  # type: ignore[misc]  # it has no typ
         self.versions = versions()
 
     def setup(self, worker: Any) -> None:
-        """Raises RuntimeError for a worker with other versions."""
+        """Raises RuntimeError for a worker with other versions.
+
+        Of one that joins late Dask only logs that, so its runs tell it, too.
+        """
         for package, there in versions().items():
             if (here := self.versions.get(package, there)) != there:
                 why = f"{worker.address} has {package} {there}, not {here} as here"
-                raise RuntimeError(f"{why}; install the same there")
+                enter(self.name, why := f"{why}; install the same there")
+                raise RuntimeError(why)
         enter(self.name, Place(Path(worker.local_directory, self.name), self._bundle))
 
     def teardown(self, worker: Any) -> None:

@@ -66,13 +66,19 @@ class Closed(Exception):
     """The sweep is over."""
 
 
+class Unfit(Exception):
+    """No run can be made here; the message says why."""
+
+
 class _Died(Exception):
     """The process of a run ended."""
 
 
 def perform(job: Job) -> Figures:
-    """What came of a run. Raises Closed once `close` was called."""
-    place = _PLACES[job.place]
+    """What came of a run. Raises Closed once `close` was called, and Unfit."""
+    place = _PLACES.get(job.place, "a worker has no files of the sweep")
+    if isinstance(place, str):
+        raise Unfit(place)
     given = {
         **job.options,
         "directory": str(place.folder / PACKAGES / job.directory),
@@ -215,17 +221,17 @@ class Place:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-_PLACES: dict[str, Place] = {}
+_PLACES: dict[str, Place | str] = {}
 
 
-def enter(name: str, place: Place) -> None:
-    """Have jobs that name the place find it."""
+def enter(name: str, place: Place | str) -> None:
+    """Have jobs that name the place find it, or why it is none."""
     _PLACES[name] = place
 
 
 def leave(name: str) -> None:
     """Close the place and forget it."""
-    if place := _PLACES.pop(name, None):
+    if isinstance(place := _PLACES.pop(name, None), Place):
         place.close()
 
 

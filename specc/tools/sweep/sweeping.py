@@ -24,6 +24,7 @@ from specc.tools.sweep.running import (
     Figures,
     Job,
     Place,
+    Unfit,
     enter,
     failed,
     leave,
@@ -196,6 +197,8 @@ def _outcome(future: Future[Figures]) -> Figures | None:
         raise SweepError(
             "the workers are gone; the same command goes on where this ended"
         ) from None
+    except Unfit as unfit:
+        raise SweepError(f"a run could not be made: {unfit}") from None
     except Exception as error:
         # A run may kill the worker itself, not only the process that it runs in; Dask blames
         # whatever was there.
