@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from specc.lower.names import OWN_NAMES, Imports, NamedPlan, Namespace, identifier, literal
 from specc.model.system import System
@@ -78,12 +79,20 @@ class PythonTypes:
 def plain(type_: Type) -> Type:
     """A type without frames: Python does not tell `Object[K]` from `Object[B]`."""
     match type_:
-        case Record(name=name, python=python) if python:
-            return Opaque(name, (), python)
-        case Record(name=name):
-            return Record(name, (), ())
+        case Record(name=name, fields=fields, python=python):
+            return Record(name, (), tuple((part, plain(inner)) for part, inner in fields), python)
         case Opaque(name=name, python=python):
             return Opaque(name, (), python)
+        case Vector() | Spatial():
+            return replace(type_, frame="")
+        case PartialOf(value=value):
+            return PartialOf(replace(value, frame=""))
+        case Pose():
+            return Pose("", "")
+        case ListOf(element=inner, nonempty=nonempty):
+            return ListOf(plain(inner), nonempty)
+        case OptionalOf(value=inner):
+            return OptionalOf(plain(inner))
     return type_
 
 

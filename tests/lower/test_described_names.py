@@ -97,3 +97,39 @@ def test_types_are_kept_apart(spec: Path) -> None:
 def test_messages_say_what_is_written(spec: Path) -> None:
     (code,) = (text for name, text in build(str(spec)).files.items() if name.endswith("a_c.py"))
     assert 'operator("F", neg, ' in code
+
+
+RECORD = """\
+specc: 1
+types: {Sample: {fields: {q: "real[m]", p: %s}, python: "recs:S"}}
+agent:
+  control:
+    rate: 10 Hz
+    behaviours: {w: {functions: [], terminal: never}}
+    states: {S0: w}
+    initial_state: S0
+  real_receptors: {k: {y: {d: Sample}}}
+  virtual_receptors:
+    k:
+      rate: 10 Hz
+      x: {R: {d: Sample}}
+      memory: {q: {type: "real[m]", init: "0[m]"}}
+      functions: {f: {q: x.R.d.q}}
+      behaviours: {w: {functions: [f], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+"""
+TWO = """\
+specc: 1
+system: two
+plant: {python: "world:World", bind: {a.R.k.d: {}, b.R.k.d: {}}}
+agents: {a: {use: a.yaml}, b: {use: b.yaml}}
+"""
+
+
+def test_records_of_one_class_are_checked_by_their_own_fields(tmp_path: Path) -> None:
+    for name, text in {"a": RECORD % '"real[m]"', "b": RECORD % "int", "two": TWO}.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    code = "\n".join(build(str(tmp_path / "two.yaml")).files.values())
+    assert "q=as_real, p=as_real)" in code
+    assert "q=as_real, p=as_int)" in code

@@ -125,3 +125,37 @@ def test_another_way_through_the_table_skips(tmp_path: Path) -> None:
     )
     with pytest.raises(SkipTest, match="run `specc witness` again"):
         run(scenario, tmp_path)
+
+
+ALIKE = """\
+specc: 1
+system: alike
+operators:
+  größe: {signature: "(n: int) -> int", python: "operator:neg"}
+  grüße: {signature: "(n: int) -> bool", python: "operator:truth"}
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      x: {b: {n: {type: int, init: 0}}}
+      let: {p: größe(x.b.n) > 5, q: grüße(x.b.n)}
+      conditions: {initial: {p: p, q: q, r: not p and not q}}
+      behaviours: {w: {functions: [], terminal: always}}
+      states: {S0: w}
+      initial_state: S0
+      transitions: [[S0, terminal, p, S0], [S0, terminal, q, S0], [S0, terminal, r, S0]]
+  b:
+    control:
+      rate: 10 Hz
+      y: {a: {n: int}}
+      behaviours: {w: {functions: [{y.a.n: 1}], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+"""
+
+
+def test_operators_of_one_identifier(tmp_path: Path) -> None:
+    path = tmp_path / "spec.yaml"
+    path.write_text(ALIKE, encoding="utf-8")
+    (scenario,) = written(path, tmp_path / "out", "--code", "E0602")
+    assert isinstance(run(scenario, tmp_path), UndecidedTransition)

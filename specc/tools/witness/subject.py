@@ -13,7 +13,7 @@ from specc.checks.rows import ending, situation
 from specc.emit import filled
 from specc.frozen import frozen
 from specc.lower import lower
-from specc.lower.names import identifier
+from specc.lower.names import Namespace
 from specc.model.expr import Call, Expr, Unknown, has_unknown, walk
 from specc.model.fsm import Behaviour, Cause, Condition, Transition
 from specc.model.system import Operator, Subsystem, System
@@ -49,8 +49,9 @@ def alone(system: System, name: str) -> System:
         for subsystem in agent.subsystems:
             if subsystem.qualified_name == name:
                 kept = replace(agent, subsystems=(_legible(subsystem),), devices=())
+                names = Namespace()
                 operators = tuple(
-                    replace(operator, python=f"{OPERATORS}:{identifier(operator.name)}")
+                    replace(operator, python=f"{OPERATORS}:{names.new(operator.name)}")
                     for operator in (*system.operators, *_stand_ins(subsystem))
                 )
                 return replace(system, operators=operators, agents=(kept,), plant=None, task=None)
