@@ -148,7 +148,7 @@ class Executor:
             "tick": self.tick,
             "stamps": {name: track.stamp for name, track in self._tracks.items()},
             "sensors": {
-                name: sensor.saved(partial(values.told, "sensor"))
+                name: sensor.saved(partial(values.told, "sensor"), whole=values.is_lenient)
                 | {"had": [n for n, ports in self._ports if any(p.has_had(name) for p in ports)]}
                 for name, sensor in self._sensors.items()
             },
@@ -172,7 +172,7 @@ class Executor:
         for reader, ports in self._ports:
             for port in ports:
                 held = saved["sensors"].get(port.sensor, {})
-                port.restore("value" not in held or reader in held["had"])
+                port.restore(reader in held.get("had", ()))
         for name, told in saved["commands"].items():
             if not values.has("actuator", name):
                 continue

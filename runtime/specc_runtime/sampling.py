@@ -8,6 +8,7 @@ from typing import Any
 
 from specc_runtime.buffers import Put
 from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
+from specc_runtime.forms import Misshapen, NotRecorded
 from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
@@ -42,16 +43,33 @@ class Sensor:
         """Whether there is a new sample whenever one is due, as far as is known."""
         return not (self.silent or self._binding.sporadic)
 
-    def saved(self, told: Callable[[str, Any], Any]) -> dict[str, Any]:
-        """What it remembers; `told` makes plain data of a value."""
+    def saved(self, told: Callable[[str, Any], Any], *, whole: bool) -> dict[str, Any]:
+        """What it remembers; `told` makes plain data of a value.
+
+        A sample is left out that a new one follows, unless the `whole` is asked for.
+        """
         own = {"count": self.count, "taken_s": self._taken_s}
-        return own if self.is_renewed else own | {"value": told(self.name, self.value)}
+        if self.is_renewed and not whole:
+            return own
+        try:
+            return own | {"value": told(self.name, self.value)}
+        except NotRecorded:
+            if not self.is_renewed:
+                raise
+            return own
 
     def restore(self, saved: Any, value_of: Callable[[str, Any], Any]) -> None:
-        """Remember that; raises KeyError, TypeError, ValueError for other data."""
+        """Remember that; raises KeyError, TypeError, ValueError for other data.
+
+        Raises Misshapen, NotRecorded for no sample of it, unless a new one follows.
+        """
         self.count, self._taken_s = int(saved["count"]), float(saved["taken_s"])
         if "value" in saved:
-            self.value = value_of(self.name, saved["value"])
+            try:
+                self.value = value_of(self.name, saved["value"])
+            except (Misshapen, NotRecorded):
+                if not self.is_renewed:
+                    raise
 
     def update(self, time_s: float) -> None:
         """Take a sample, if there is one; raises `DeviceFailed`."""
@@ -142,8 +160,8 @@ class Port:
         self._seen = 0
 
     def restore(self, had: bool) -> None:
-        """The reader has `had` the latest sample, or is still to get it."""
-        self._seen = self._sensor.count if had else -1
+        """The reader has `had` the latest sample, or is still to get it if it is there."""
+        self._seen = self._sensor.count if had or self._sensor.value is None else -1
 
     def has_had(self, sensor: str) -> bool:
         """Whether it is a port of that sensor whose reader has had the latest sample."""

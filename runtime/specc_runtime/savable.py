@@ -10,7 +10,8 @@ import numpy as np
 
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import said
-from specc_runtime.forms import NotRecorded
+from specc_runtime.forms import Misshapen, NotRecorded
+from specc_runtime.plants.errors import PlantError
 
 
 class Savable(Protocol):
@@ -45,10 +46,21 @@ def saved_by(what: str, thing: Any, *, is_lenient: bool = False) -> Any:
         raise NotRecorded(f"{what}, which raised {said(error)}") from error
 
 
-def restored(thing: Any, saved: Any) -> None:
-    """Let somebody remember that, unless it is nothing."""
-    if thing is not None and saved is not None:
-        thing.restore(from_plain(saved))
+def restored(what: str, thing: Any, saved: Any) -> None:
+    """Let somebody remember that, unless it is nothing.
+
+    Raises ValueError for what is no plain data, Misshapen, which says `what` it is, or PlantError
+    for what he does not take.
+    """
+    if thing is None or saved is None:
+        return
+    data = from_plain(saved)
+    try:
+        thing.restore(data)
+    except PlantError:
+        raise
+    except Exception as error:
+        raise Misshapen(f"{what} raised {said(error)}") from error
 
 
 def plain(data: Any) -> Any:

@@ -175,8 +175,8 @@ class Session:
             lost.append("the scene is that of the recorded run")
         self._scene = begun_with
         self._unobserved |= saved["unobserved"]
-        restored(self._judge, saved["task"]["judge"])
-        restored(self._plant, saved["plant"])
+        restored("the judge", self._judge, saved["task"]["judge"])
+        restored("the plant", self._plant, saved["plant"])
         self._disturbances.push_again()
         if self._judge is not None and saved["task"]["judge"] is None:
             lost.append("the judge begins anew: it could not be kept")

@@ -66,6 +66,8 @@ class Values:
 
     def told(self, kind: str, name: str, value: Any) -> Any:
         """The data of a value of a `sensor`, an `actuator` or a reading; raises NotRecorded."""
+        if type(value) is Deferred:
+            value = value.value()
         return self._forms[kind, name].data(value, self._aside)
 
     def value(self, kind: str, name: str, data: Any) -> Any:
@@ -85,6 +87,8 @@ class Values:
     ) -> dict[str, Any]:
         """Where it is and what it knows; inputs from sensors that are `renewed` are left out.
 
+        They are not where that `is_lenient`: in another system they may not be due.
+
         `x` are the inputs of its next step.
 
         Raises NotRecorded.
@@ -94,7 +98,7 @@ class Values:
         inputs = [
             element
             for element in layout.x
-            if sensed.get((subsystem.name, element.attribute)) not in renewed
+            if self.is_lenient or sensed.get((subsystem.name, element.attribute)) not in renewed
         ]
         return {
             "state": subsystem.state,

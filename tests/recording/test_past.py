@@ -285,3 +285,23 @@ def test_a_run_with_images_in_buffers_is_repeated(tmp_path: Path) -> None:
     why = "the run is repeated from its start: eye.I of bot.c, an image"
     assert f"--from: {why}" in done.stderr
     assert report_of(tmp_path / "a.json") == report_of(tmp_path / "b.json")
+
+
+SELDOM = """
+    def sample(self, name):
+        return NO_SAMPLE if self.time_s else Deferred(lambda: np.zeros((2, 3, 3), np.uint8))
+"""
+
+
+def test_another_specification_sees_the_last_image_of_a_camera(tmp_path: Path) -> None:
+    sample = "from specc_runtime.plant import NO_SAMPLE, Deferred\n"
+    (tmp_path / "eyes.py").write_text(sample + WORLD + SELDOM)
+    text = EYES.replace("{bot.R.eye.I: {}}", "{bot.R.eye.I: {sporadic: true}}")
+    spec, file = tmp_path / "bot.yaml", tmp_path / "run.mcap"
+    spec.write_text(text)
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    first = specc("run", spec, "--duration", 2, "--record", file, env=env)
+    assert first.returncode == 0, first.stderr
+    spec.write_text(text.replace("n + 1", "n + 2"))
+    done = specc("run", spec, "--duration", 2, "--from", f"{file}@1.5", env=env)
+    assert done.returncode == 0, done.stdout + done.stderr

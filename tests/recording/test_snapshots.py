@@ -6,6 +6,11 @@ import random
 from pathlib import Path
 
 import pytest
+from specc_runtime.forms import Misshapen
+from specc_runtime.recording.messages import Shelved
+from specc_runtime.requirements import Requirement
+from specc_runtime.savable import restored
+from specc_runtime.temporal import And, Atom, Within, judged
 
 from tests.recording.runs import ROOT, messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
@@ -148,3 +153,42 @@ def test_a_held_sample_still_reaches_a_slower_reader(tmp_path: Path) -> None:
     done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@1.5")
     assert done.returncode == 0, done.stderr
     assert report_of(tmp_path / "b.json") == report_of(tmp_path / "a.json")
+
+
+def test_a_device_that_is_not_due_has_its_last_sample(tmp_path: Path) -> None:
+    (tmp_path / "cart.xml").write_text(MODEL)
+    spec, file = tmp_path / "cart.yaml", tmp_path / "run.mcap"
+    spec.write_text(SPEC.replace("sporadic: true", "rate: 50 Hz"))
+    assert specc("run", spec, "--duration", 2, "--record", file).returncode == 0
+    spec.write_text(SPEC.replace("sporadic: true", "rate: 5 Hz"))
+    done = specc("run", spec, "--duration", 2, "--from", f"{file}@1.5")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_who_fails_at_what_he_saved_is_named() -> None:
+    class Forgetful:
+        def restore(self, saved: object) -> None:
+            raise RuntimeError(f"no {saved}")
+
+    with pytest.raises(Misshapen, match="the judge raised RuntimeError: no 3"):
+        restored("the judge", Forgetful(), 3)
+
+
+def test_no_more_is_taken_from_a_file_than_is_ever_remembered() -> None:
+    atom = Atom(lambda: judged(holds=True), "x")
+    whole = Requirement("", "", And(atom, Within(3, atom)), {})
+    for _ in range(10):
+        whole.step({})
+    saved = whole.saved(dict)
+    whole.restore(saved, dict)
+    with pytest.raises(ValueError, match="more than"):
+        whole.restore(saved | {"earlier": [[10**9, {}]]}, dict)
+    waiting = [[[[10**9, None]], *saved["formula"][0][1:]], *saved["formula"][1:]]
+    with pytest.raises(ValueError, match="more than"):
+        whole.restore(saved | {"formula": waiting}, dict)
+    shelf = Shelved(most_bytes=10)
+    for name in "abb":
+        shelf.put(name, bytes(6))
+    assert shelf.packed("", {"type": "", "digest": "b"}) == bytes(6)
+    with pytest.raises(Exception, match="a value of"):
+        shelf.packed("", {"type": "", "digest": "a"})

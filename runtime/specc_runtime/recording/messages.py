@@ -8,6 +8,7 @@ from __future__ import annotations
 from base64 import b64decode
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +35,22 @@ NOTHING = b"nothing"
 class Shelved:
     """What stands aside in the file, as it was read last; see `Fetch`."""
 
-    def __init__(self, most: float = 2 * WINDOW) -> None:
-        """Keeps so many values."""
+    def __init__(self, most: float = 2 * WINDOW, most_bytes: float = inf) -> None:
+        """Keeps so many values, of so many bytes, the last ones."""
         self.report: Mapping[str, str] = {}
         """What the file says of the run as a whole, if it is whole."""
-        self._most = most
+        self._most, self._most_bytes = most, most_bytes
+        self._bytes = 0
         self._kept: OrderedDict[str, Any] = OrderedDict()
 
     def put(self, digest: str, value: Any) -> None:
         """Keep a value."""
+        self._bytes += memoryview(value).nbytes
+        if digest in self._kept:
+            self._bytes -= memoryview(self._kept.pop(digest)).nbytes
         self._kept[digest] = value
-        self._kept.move_to_end(digest)
-        if len(self._kept) > self._most:
-            self._kept.popitem(last=False)
+        while len(self._kept) > self._most or self._bytes > self._most_bytes:
+            self._bytes -= memoryview(self._kept.popitem(last=False)[1]).nbytes
 
     def image(self, data: Any) -> Any:
         """See `Fetch`."""

@@ -7,7 +7,7 @@ camera images are in none.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -42,6 +42,8 @@ _SCHEMA = object_schema(
 )
 _LATEST = 1000
 """Snapshots that are looked through for the last one that is whole."""
+_MOST_BYTES, _MOST_ASIDE = 2**28, 2**31
+"""Of these snapshots, and of what is aside: a file may unpack to far more than it is."""
 _EARLIER_S = 1e-6
 _MOST_DIGITS = 4000
 """Of a seed; Python reads no more."""
@@ -93,7 +95,7 @@ class Kept:
     """
 
     saved: Any = None
-    shelf: Shelved = field(default_factory=lambda: Shelved(inf))
+    shelf: Shelved = field(default_factory=lambda: Shelved(inf, _MOST_ASIDE))
     missing: str = "it has no snapshots"
     until_s: float = 0.0
     seed: int = 0
@@ -187,7 +189,7 @@ def _last_before(file: Path, until_s: float) -> Kept:
         raise UsageError(f"{file} does not say with which seed it was recorded")
     kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
     reading = Reading(file, {SNAPSHOTS, PIECES})
-    latest = deque(_texts(reading, kept.shelf, until_s), maxlen=_LATEST)
+    latest = _last(_texts(reading, kept.shelf, until_s))
     if until_s > reading.last_s + _EARLIER_S:
         raise UsageError(f"{file} ends at {reading.last_s:g} s, before {until_s:g} s")
     for text in reversed(latest):
@@ -208,12 +210,24 @@ def _set(about: Mapping[str, str]) -> Mapping[str, Any] | None:
     return told if type(told) is dict else None
 
 
+def _last(texts: Iterable[bytes]) -> deque[bytes]:
+    """The last of them, at least one."""
+    latest: deque[bytes] = deque()
+    size = 0
+    for text in texts:
+        latest.append(text)
+        size += len(text)
+        while len(latest) > _LATEST or (size > _MOST_BYTES and len(latest) > 1):
+            size -= len(latest.popleft())
+    return latest
+
+
 def snapshot_of(file: Path, tick: str) -> tuple[Any, Shelved]:
     """The snapshot of this tick, None if there is none that is whole, and what is aside.
 
     Raises Unusable, Misshapen.
     """
-    shelf = Shelved(inf)
+    shelf = Shelved(inf, _MOST_ASIDE)
     every = map(_told, _texts(Reading(file, {SNAPSHOTS, PIECES}), shelf, inf))
     return next((told for told in every if str(told.get("tick")) == tick), None), shelf
 
