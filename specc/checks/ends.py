@@ -10,6 +10,7 @@ from specc.analysis import Facts
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed
 from specc.model.system import Device, Element, Port, Shared, Subsystem
+from specc.model.types import Enum, Opaque, Record, Type, inner_types
 from specc.source import Place
 
 # Connected buffers have exactly the same structure at both ends.
@@ -150,13 +151,14 @@ def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
     for name, one in mine.items():
         other = theirs.get(name)
         if other and one.type != other.type:
-            connected = Related(there.place_of(other), f"connected to this one: `{other.type}`")
+            mine_is, theirs_is = _told_apart(one.type, other.type)
+            connected = Related(there.place_of(other), f"connected to this one: `{theirs_is}`")
             declared = here.declared(one) or there.declared(other)
             yield Diagnostic(
                 "E0405",
-                f"`{name}` is `{one.type}` at one end and `{other.type}` at the other",
+                f"`{name}` is `{mine_is}` at one end and `{theirs_is}` at the other",
                 here.place_of(one),
-                f"`{one.type}`",
+                f"`{mine_is}`",
                 (connected, *declared),
                 "both ends of a connection must have exactly the same type",
             )
@@ -167,6 +169,37 @@ def _compare(here: _End, there: _End) -> Iterator[Diagnostic]:
     elif only_here or only_there:
         ends = (here, there) if only_there else (there, here)
         yield _missing(_Lack(ends[0], only_there or only_here), ends[1])
+
+
+def _told_apart(one: Type, other: Type) -> tuple[str, str]:
+    """Texts of two types that differ; of one name in two files, with what differs in them."""
+    texts = str(one), str(other)
+    if texts[0] != texts[1]:
+        return texts
+    inside = _inside(one), _inside(other)
+    for (name, mine), (_, theirs) in zip(_parts(one), _parts(other), strict=False):
+        if inside[0] == inside[1] and mine != theirs:
+            told = _told_apart(mine, theirs)
+            return f"{texts[0]} with {name}{told[0]}", f"{texts[1]} with {name}{told[1]}"
+    return f"{texts[0]}{inside[0]}", f"{texts[1]}{inside[1]}"
+
+
+def _parts(type_: Type) -> list[tuple[str, Type]]:
+    if isinstance(type_, Record):
+        return [(f"{name}: ", inner) for name, inner in type_.fields]
+    return [("", inner) for inner in inner_types(type_)]
+
+
+def _inside(type_: Type) -> str:
+    """What a type has of its own beside its name and the types of its parts."""
+    match type_:
+        case Enum(members=members):
+            return f" = enum[{', '.join(members)}]"
+        case Record(fields=fields, python=python):
+            return f" {{{', '.join(name for name, _ in fields)}}}{python and f' of {python}'}"
+        case Opaque(python=python, codec=codec):
+            return f" of {', '.join(filter(None, (python, *codec))) or 'no class'}"
+    return ""
 
 
 class _Lack(NamedTuple):

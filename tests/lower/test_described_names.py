@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from specc.cli.main import main
 from specc.pipeline import build, compile_spec
 from specc.testing import Stepped
 
@@ -133,3 +134,45 @@ def test_records_of_one_class_are_checked_by_their_own_fields(tmp_path: Path) ->
     code = "\n".join(build(str(tmp_path / "two.yaml")).files.values())
     assert "q=as_real, p=as_real)" in code
     assert "q=as_real, p=as_int)" in code
+
+
+ENDS = """\
+specc: 1
+types: {M: %s}
+agent:
+  control:
+    rate: 10 Hz
+    %s: {%s: {v: M}}
+    behaviours: {w: {functions: [], terminal: never}}
+    states: {S0: w}
+    initial_state: S0
+"""
+APART = {
+    "members": ('"enum[off, on]"', '"enum[off, out]"', "M = enum[off, on]", "M = enum[off, out]"),
+    "names": ("{fields: {q: int}}", "{fields: {p: int}}", "M {q}", "M {p}"),
+    "fields": ("{fields: {q: int}}", "{fields: {q: bool}}", "M with q: int", "M with q: bool"),
+}
+
+
+@pytest.mark.parametrize("differ", APART)
+def test_types_of_one_name_are_told_apart(differ: str, tmp_path: Path) -> None:
+    one, other, *told = APART[differ]
+    (tmp_path / "a.yaml").write_text(ENDS % (one, "y", "b"))
+    (tmp_path / "b.yaml").write_text(ENDS % (other, "x", "a"))
+    top = tmp_path / "top.yaml"
+    top.write_text("specc: 1\nsystem: top\nagents: {a: {use: a.yaml}, b: {use: b.yaml}}\n")
+    (found,) = (d for d in compile_spec(str(top)).diagnostics if d.code == "E0405")
+    ends = sorted(found.message.split("`")[3::2])
+    assert ends == sorted(told)
+
+
+def test_a_difference_says_whose_operator_it_is(
+    spec: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    new = tmp_path / "new"
+    for name, text in FILES.items():
+        path = new / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace("operator:neg", "operator:abs"))
+    main(["diff", str(spec), str(new / "spec.yaml")])
+    assert "operator F of lib/desc.yaml" in capsys.readouterr().out

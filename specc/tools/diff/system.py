@@ -171,9 +171,14 @@ def _texts(
     *,
     semantic: bool,
 ) -> None:
-    both = book.matched(part, old, new, lambda t: t[0], lambda t: t[1], semantic=False)
+    both = book.matched(part, old, new, lambda t: _told(t[0]), lambda t: t[1], semantic=False)
     for name, (_, before), (_, after) in both:
         book.changed(part, name, "", before, after, semantic=semantic)
+
+
+def _told(name: str) -> str:
+    """A name in the system for a reader: `F of lib/arm.yaml` for `F@lib/arm.yaml`."""
+    return name.replace("@", " of ", 1)
 
 
 def _constants(old: System, new: System, book: Book) -> None:
@@ -185,7 +190,7 @@ def _constants(old: System, new: System, book: Book) -> None:
 
 
 def _operators(old: Iterable[Operator], new: Iterable[Operator], book: Book) -> None:
-    both = book.matched("operator", old, new, lambda o: o.name, _signature, semantic=False)
+    both = book.matched("operator", old, new, lambda o: _told(o.name), _signature, semantic=False)
     for name, before, after in both:
         book.changed("operator", name, "signature", _signature(before), _signature(after))
         book.changed("operator", name, "function", before.python, after.python)
