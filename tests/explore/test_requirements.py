@@ -202,3 +202,46 @@ def test_what_looks_far_back_takes_nothing_from_what_does_not(tmp_path: Path) ->
     )
     told = [j.verdict for j in explore(compile_spec(str(spec)).proofs, 20_000).requirements]
     assert told == ["not explored", "proved"]
+
+
+DESCRIBED = """\
+specc: 1.1
+parameters: {limit: int, hear: agent}
+agent:
+  control:
+    rate: 10 Hz
+    y: {hear: {v: int}}
+    memory: {n: {type: int, init: 0}}
+    functions: {f: {n: "5 if n < limit else 0", y.hear.v: n}}
+    behaviours: {w: {functions: [f], terminal: never}}
+    states: {S0: w}
+    initial_state: S0
+"""
+USING = """\
+specc: 1.1
+system: shadowed
+constants: {limit: 3}
+agents:
+  a: {use: part.yaml, with: {limit: "100", hear: b}}
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {v: {type: int, init: 0}}}
+      memory: {k: {type: int, init: 0}}
+      functions: {f: {k: x.a.v}}
+      behaviours: {w: {functions: [f], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+require:
+  - {that: always(a.c.n < limit), because: of the constant of the system}
+  - {that: always(a.c.n < limit + 3), because: of the constant of the system}
+"""
+
+
+def test_constants_of_requirements_are_those_of_the_system(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(DESCRIBED, encoding="utf-8")
+    (tmp_path / "spec.yaml").write_text(USING, encoding="utf-8")
+    result = compile_spec(str(tmp_path / "spec.yaml"))
+    assert result.ok, result.diagnostics
+    verdicts = [each.verdict for each in explore(result.proofs, 1_000).requirements]
+    assert verdicts == ["violated", "proved"]

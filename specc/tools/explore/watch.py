@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -68,7 +69,8 @@ class Watch:
         for slot, x in enumerate(sent.values()):
             output = self._index[x.subsystem], (x.element[0], x.element[1])
             self._shown.setdefault(output, []).append(slot)
-        self._known = walkers[0].static
+        # Those of the system alone: parameters of a description may have the same names.
+        self._known = Known({}, {c.name: c.value for c in system.constants}, tick_s)
         self._numbers = Numbers()
         self._answers: dict[tuple[object, ...], tuple[tuple[Truth, ...], ...]] = {}
         self._steps: dict[tuple[int, tuple[object, ...], int], tuple[int, tuple[int, ...]]] = {}
@@ -134,7 +136,7 @@ class Watch:
             value = self._value(reading, found)
             if value is not None:
                 memory[reading.name] = value
-        known = Known({}, self._known.constants, self._known.period_s, memory=memory)
+        known = replace(self._known, memory=memory, _lets={})
         return tuple(tuple(_truth(a, known) for a in mon.atoms) for mon in self.monitors)
 
     def _value(self, reading: Reading, found: object) -> Value | None:
