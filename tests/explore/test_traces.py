@@ -92,3 +92,45 @@ def test_a_place_where_nothing_can_be_written(
     (tmp_path / "file").write_text("")
     assert main(["explore", str(LOST), "--traces", str(tmp_path / "file")]) == 2
     assert f"cannot write to {tmp_path / 'file'}: file exists" in capsys.readouterr().err
+
+
+NAMED = """\
+specc: 1.1
+system: named
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      y: {b: {größe: "real[m]", b_c: "real[m]"}, b_b: {c: "real[m]"}}
+      functions: {f: {y.b.größe: "1[m]", y.b.b_c: "1[m]", y.b_b.c: "1[m]"}}
+      behaviours: {w: {functions: [f], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {größe: {type: "real[m]", init: "0[m]"}, b_c: {type: "real[m]", init: "0[m]"}}}
+      conditions: {terminal: {t: "x.a.größe > 2[m] or x.a.b_c > 2[m]"}}
+      behaviours: {w: {terminal: t}, r: {terminal: never}}
+      states: {S0: w, S1: r}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1]]
+  b_b:
+    control:
+      rate: 10 Hz
+      x: {a: {c: {type: "real[m]", init: "0[m]"}}}
+      memory: {k: {type: "real[m]", init: "0[m]"}}
+      behaviours: {w: {functions: [{k: x.a.c}], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+"""
+
+
+def test_what_is_sent_has_other_names_in_the_code(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Letters that other spellings stand for, and names that are one when they are joined."""
+    (tmp_path / "spec.yaml").write_text(NAMED, encoding="utf-8")
+    (finding,) = traced(tmp_path / "spec.yaml", tmp_path / "traces", capsys)
+    assert finding["code"] == "W1001"
+    assert Path(finding["recording"]).is_file()

@@ -18,6 +18,7 @@ from itertools import pairwise, product
 from typing import Any, Protocol
 
 from specc.lang.evaluate import Environment, evaluate
+from specc.lower.module import buffer_names
 from specc.model import expr as m
 from specc.model.system import System
 from specc.model.types import (
@@ -159,11 +160,9 @@ class _Expected:
             for e in p.elements
         }
         self._types = {
-            (s.qualified_name, f"{p.peer}_{e.name}"): _present(e.type)
+            (s.qualified_name, name): _present(s.outputs[output].type)
             for s in system.subsystems
-            for p in s.ports
-            if p.direction == "y"
-            for e in p.elements
+            for output, name in buffer_names(s.outputs).items()
         }
 
     def stray(self, known: Reports) -> Stray | None:
