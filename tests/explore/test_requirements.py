@@ -17,8 +17,12 @@ from specc.model import requirement as r
 from specc.model.expr import TRUE
 from specc.pipeline import Result, compile_spec
 from specc.source import Place
+from specc.tools.explore.abstraction import Abstraction
+from specc.tools.explore.composition import Composition
 from specc.tools.explore.explorer import explore
+from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
+from specc.tools.explore.required import groups
 from tests.explore.verdicts import misjudged
 from tests.scenarios.runs import SPECS
 from tests.soundness.running import compiled
@@ -245,3 +249,39 @@ def test_constants_of_requirements_are_those_of_the_system(tmp_path: Path) -> No
     assert result.ok, result.diagnostics
     verdicts = [each.verdict for each in explore(result.proofs, 1_000).requirements]
     assert verdicts == ["violated", "proved"]
+
+
+@pytest.mark.parametrize("budget", [3, 4])
+def test_violations_on_the_last_steps_of_the_budget_are_kept(budget: int) -> None:
+    """Also if not all ways from where they are were followed."""
+    case = Path(__file__).parent / "cases/required-before.yaml"
+    facts = compile_spec(str(case)).proofs
+    (group,) = groups(facts)
+    abstraction = Abstraction(facts, group.requirements)
+    watched = group.requirements
+    graph = Graph(Composition(group.names, abstraction, exact=False, watched=watched), budget)
+    assert graph.violated == {0}
+    number, (edge,) = graph.violation(0)
+    assert number == len(graph.edges) < len(graph.configurations)
+    assert edge.violated == (0,)
+
+
+@pytest.mark.parametrize(
+    ("error", "why"), [(KeyboardInterrupt, "interrupted"), (MemoryError, "out of memory")]
+)
+def test_what_ends_the_telling_of_requirements_leaves_the_rest(
+    error: type[BaseException], why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = Path(__file__).parent / "cases/required-section.yaml"
+    way = Graph.way
+
+    def ends(self: Graph, number: int) -> Any:
+        if self.composition.watch is not None:
+            raise error
+        return way(self, number)
+
+    monkeypatch.setattr(Graph, "way", ends)
+    found = explore(compile_spec(str(case)).proofs, 20_000)
+    assert found.broken_off == why
+    assert found.slices and all(each.complete for each in found.slices)
+    assert [each.verdict for each in found.requirements] == ["not explored"]

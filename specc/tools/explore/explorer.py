@@ -16,7 +16,7 @@ from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import Finding, findings
-from specc.tools.explore.graph import BrokenOff, Graph
+from specc.tools.explore.graph import BrokenOff, Graph, broken_off
 from specc.tools.explore.required import FOR_TIME, Group, Judged, groups, judged
 from specc.tools.explore.symmetry import likewise
 
@@ -140,11 +140,15 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
     left = min(budget - spent, budget // FOR_REQUIREMENTS)
     told: dict[int, Judged] = {}
     for index, group in enumerate(required):
+        told |= {id(r): Judged(r, "not explored") for r in group.requirements}
         if result.broken_off:
-            told |= {id(r): Judged(r, "not explored") for r in group.requirements}
             continue
         share = max(0, left) // (len(required) - index)
-        said, there, graphs = judged(group, facts, share)
+        try:
+            said, there, graphs = judged(group, facts, share)
+        except (KeyboardInterrupt, MemoryError) as error:
+            result.broken_off = broken_off(error)
+            continue
         left -= sum(graph.steps for graph in graphs)
         result.broken_off = graphs[-1].broken_off
         told |= {id(each.requirement): each for each in said}
@@ -184,10 +188,8 @@ def _found(
     """What is found in a graph; nothing if looking for it is broken off."""
     try:
         return findings(graph, abstraction, facts.system)
-    except KeyboardInterrupt:
-        graph.broken_off = "interrupted"
-    except MemoryError:
-        graph.broken_off = "out of memory"
+    except (KeyboardInterrupt, MemoryError) as error:
+        graph.broken_off = broken_off(error)
     return {}
 
 

@@ -25,6 +25,11 @@ RESERVE = 1 << 25
 _FAR: Cost = 1 << 62, 0, 0
 
 
+def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
+    """What exploring was broken off by."""
+    return "out of memory" if isinstance(error, MemoryError) else "interrupted"
+
+
 class Graph:
     """The configurations that were found, and the steps between them.
 
@@ -41,6 +46,7 @@ class Graph:
         self.edges: list[list[Edge]] = []
         self.faults: list[Passage] = []
         self.violated = set(begun.violated)
+        self._violations: list[Passage] = []
         self.steps = 0
         self.broken_off: BrokenOff = ""
         self._begun = begun
@@ -50,10 +56,8 @@ class Graph:
             reserve = bytearray(RESERVE)
             self._explore(budget)
             del reserve
-        except KeyboardInterrupt:  # what was found so far is told
-            self.broken_off = "interrupted"
-        except MemoryError:
-            self.broken_off = "out of memory"
+        except (KeyboardInterrupt, MemoryError) as error:  # what was found so far is told
+            self.broken_off = broken_off(error)
 
     @property
     def complete(self) -> bool:
@@ -81,8 +85,10 @@ class Graph:
                     self.faults.append((here, edge))
                     continue
                 out.append(edge._replace(target=self._number(there, here)))
+                if edge.violated:  # kept even if not all edges from here are followed
+                    self._violations.append((here, out[-1]))
+                    self.violated.update(edge.violated)
             self.edges.append(out)
-            self.violated.update(*(edge.violated for edge in out))
 
     def _number(self, there: Configuration, here: int) -> int:
         number = self._known.get(there)
@@ -115,7 +121,7 @@ class Graph:
         if requirement in self._begun.violated:
             return 0, ()
         number, edge = min(
-            ((n, e) for n, out in enumerate(self.edges) for e in out if requirement in e.violated),
+            ((n, e) for n, e in self._violations if requirement in e.violated),
             key=lambda passage: self.cost(*passage),
         )
         return number, (edge,)
