@@ -206,10 +206,10 @@ def _in_parallel(
 
     # Copies of this process would hold the lock of the folder for as long as they live.
     spawn = multiprocessing.get_context("spawn")
-    with held():
-        pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_parent)
-        jobs = [pool.submit(make, setting) for setting in settings]
+    pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_parent)
     try:
+        with held():  # until all processes are known; what came meanwhile is raised here
+            jobs = [pool.submit(make, setting) for setting in settings]
         return [job.result() for job in jobs]
     except BaseException:
         for process in multiprocessing.active_children():
