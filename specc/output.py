@@ -19,11 +19,13 @@ _UNCOMPARED = "__pycache__"
 
 
 def stale(directory: Path, files: Mapping[str, str]) -> list[Diagnostic]:
-    """One finding for each file that a build would change, add or remove.
+    """A finding for each file that a build would change, add or remove, or one if there is none.
 
     `files` maps paths relative to `directory` to their text.
     """
     try:
+        if not _present(directory):
+            return [_unbuilt(directory)]
         return [_stale(directory / name, state) for name, state in _differences(directory, files)]
     except OSError as error:
         return [_refused(directory, error)]
@@ -105,6 +107,11 @@ def _swap(directory: Path, new: Path, old: Path) -> None:
 def _stale(path: Path, state: str) -> Diagnostic:
     message = f"the file is {state}"
     return Diagnostic("E0092", message, Place(str(path)), help="run `specc build` and commit")
+
+
+def _unbuilt(directory: Path) -> Diagnostic:
+    hint = "run `specc build` without --check; what is reviewed with the specification is committed"
+    return Diagnostic("E0092", "nothing has been built here yet", Place(str(directory)), help=hint)
 
 
 def _foreign(directory: Path) -> Diagnostic:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -32,6 +32,8 @@ class Result:
     sources: Sources
     broken: frozenset[str] = frozenset()
     """Qualified names of subsystems that lack parts; nothing is generated from them."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Everything that the command line can set -> the unit of a number without one."""
     is_part: bool = False
     """Whether the file has no system, but definitions or a description; `system` has them alone."""
 
@@ -62,8 +64,8 @@ def compile_spec(
 ) -> Result:
     """Read, shape, resolve and check the system at `path`; any other file is refused (E0102).
 
-    `values` are texts of constants, by name, that take the place of those in the files; `texts`
-    those of files, by real path, that are read instead.
+    `values` are texts that take the place of those in the files, by the names of what they are
+    values of; `texts` are those of files, by real path, that are read instead.
     """
 
     def read(named: str, row_keys: tuple[str, ...]) -> Document:
@@ -117,7 +119,7 @@ def _compiled(
     agents = [agent.name for agent in resolved.system.agents]
     every = findings.certain((*without_follow_ups(own, checked), *checked))
     found = tuple(once(every, agents))
-    return Result(resolved.system, proofs, found, loader.sources, resolved.broken)
+    return Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
 
 
 def read_spec(path: str) -> Result:
@@ -129,7 +131,9 @@ def read_spec(path: str) -> Result:
             return Result(None, None, tuple(loader.findings.diagnostics), loader.sources)
         resolved = resolve(file, loader.load, loader.findings, loader.reach)
     diagnostics = tuple(loader.findings.diagnostics)
-    return Result(resolved.system, None, diagnostics, loader.sources, resolved.broken)
+    return Result(
+        resolved.system, None, diagnostics, loader.sources, resolved.broken, resolved.units
+    )
 
 
 def build(

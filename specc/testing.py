@@ -4,7 +4,7 @@ it is compared. docs/your_robot.md shows how.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
@@ -17,7 +17,7 @@ from specc_runtime.stepping import Stepper, array
 from specc_runtime.track import outcome_of
 
 from specc import output
-from specc.diagnostics import nearest
+from specc.diagnostics.nearest import hint
 from specc.lang import Environment, ExprError, ExprErrors, Scope, evaluate, expression, members_of
 from specc.lang.errors import Declared
 from specc.model import expr as e
@@ -101,7 +101,7 @@ class Stepped:
         """Put it into a state in which it has been for some periods, and give memory values.
 
         Raises:
-            ValueError: as `step`.
+            ValueError: as `step`, or some memory has no value yet, as before the first step.
         """
         for name, value in memory.items():
             element = self._element(self._memory, name)
@@ -110,8 +110,15 @@ class Stepped:
         if state:
             if state not in self._methods:
                 raise ValueError(_unknown("state", state, self._methods))
+            left = [n for n, e in self._memory.items() if not self._has(e)]
+            if left:
+                names = " and ".join(left)
+                raise ValueError(f"{names} has no value before the first `step()`; or give one")
             self._stepper.place(state, self._methods[state])
             self._stepper.lasted(periods)
+
+    def _has(self, element: Element) -> bool:
+        return hasattr(self._subsystem.memory, element.attribute)
 
     def __getitem__(self, name: str) -> Any:
         """An output that was written last, `y.c.v`, or memory, in SI units.
@@ -183,7 +190,5 @@ def _as_runtime(value: Any, type_: Type) -> Any:
     return value
 
 
-def _unknown(what: str, name: str, known: Collection[str]) -> str:
-    close = " or ".join(nearest(name, known))
-    hint = f"did you mean {close}?" if close else f"there are {', '.join(known)}"
-    return f"there is no {what} {name!r}; {hint}"
+def _unknown(what: str, name: str, known: Iterable[str]) -> str:
+    return f"there is no {what} {name!r}; {hint(name, known)}"

@@ -61,7 +61,7 @@ class SystemRequirements(Requirements):
     def _atom_2(self) -> Judgement:
         """belt.E.drive.v_m < 0.1[rad/s]."""
         memory = self.values
-        return judged(memory.belt_E_drive_v_m < 0.1, finite(memory.belt_E_drive_v_m - 0.1))
+        return judged(memory.belt_E_drive_v_m < 0.1, finite(0.1 - memory.belt_E_drive_v_m))
 
     def _atom_3(self) -> Judgement:
         """state(gate.c) == halting."""

@@ -21,8 +21,7 @@ from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
 from specc_runtime.plant import Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
-from specc_runtime.report import Report, check_writable, stillborn, write
-from specc_runtime.savable import Savable
+from specc_runtime.report import Report, check_outputs, stillborn, write
 from specc_runtime.session import Recording, Session
 from specc_runtime.system import PlantSpec, System, Task
 from specc_runtime.task import Judge, Scene, drawn
@@ -88,12 +87,7 @@ class _Attempt:
             self._interruption.request()
 
     def _run(self) -> None:
-        options = self._options
-        written = [f for f in (options.report, options.video, options.record) if f is not None]
-        for index, file in enumerate(written):
-            check_writable(file)
-            if file.resolve() in [other.resolve() for other in written[:index]]:
-                raise UsageError(f"cannot write {file}: two things that are asked for go there")
+        check_outputs(self._options)
         with Watchdog(lambda: self.session.progress if self.session else -1, self._clock):
             try:
                 self._go()
@@ -159,11 +153,13 @@ class _Attempt:
         elif kept.saved is None:
             raise UsageError(f"{resume[0]} has nothing to go on from: {kept.missing}")
         if abs(kept.time_s - resume[1]) > 1e-6:
-            say(f"--from: the specification goes on from {kept.time_s:g} s, where all are due")
+            say(f"--from: the specification goes on from {kept.time_s:.9g} s")
+        kept.is_other = True
         return kept
 
     def _repeat(self, kept: Kept, past: Path, until_s: float) -> None:
         """Let the recorded specification run until then, and keep what the other goes on from."""
+        tick_s = load_system(self._options.directory, self._options.base).tick_s
         system = load_system(past, self._options.base)
         plant = self._set_up(system) if system.plant is not None else None
         judge, options = open_judge(system, plant), self._options
@@ -171,13 +167,13 @@ class _Attempt:
         try:
             kept.go_on(session, system)
             self.session = session
-            session.go_to(until_s)
+            session.go_to(until_s, tick_s)
             kept.take(session, system)
         finally:
             self.session = None
             session.close()
         self._plant_of = system.plant.python if system.plant else ""
-        if plant is not None and not shortcomings(plant, Savable):
+        if plant is not None and (kept.saved is None or kept.saved["plant"] is not None):
             self._plant = None
             plant.close()
 
@@ -304,7 +300,8 @@ def open_judge(system: System, plant: Any) -> Judge | None:
     task = system.task
     if task is None or not task.judge:
         return None
-    judge: Judge = made("judge", task.judge, Judge, plant=plant)
+    but = "" if task.watch else "watch"
+    judge: Judge = made("judge", task.judge, Judge, but, plant=plant)
     return judge
 
 
@@ -336,8 +333,7 @@ def _session(
     alone = options.duration_s is not None and options.cycles is None
     if options.cycle_limit_s is not None and (alone or system.task is None):
         raise UsageError("--cycle-limit: the run does not count cycles; add --cycles")
-    judge = open_judge(system, plant)
-    return Session(options, system, plant, judge, clock, interruption, recorder)
+    return Session(options, system, plant, open_judge(system, plant), clock, interruption, recorder)
 
 
 def _accompany(

@@ -7,27 +7,31 @@ the order of subsystems nor the speed of the machine can be seen in a run.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
 from specc_runtime.blame import Blame
+from specc_runtime.buffers import slots
 from specc_runtime.clock import WallClock
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
-from specc_runtime.plant import Plant
+from specc_runtime.plant import NO_SAMPLE, Plant
 from specc_runtime.records import Observer
 from specc_runtime.safety import Commands, LastOutput, leave_safe
 from specc_runtime.sampling import Onlooker, Port, Sensor
 from specc_runtime.snapshot import Values
-from specc_runtime.subsystem import Subsystem
+from specc_runtime.subsystem import Subsystem, contents
 from specc_runtime.system import System
 from specc_runtime.track import Track
 from specc_runtime.watchdog import frames_of, left
-from specc_runtime.wiring import sensor_rates, timeline, tracks, worker_pool
+from specc_runtime.wiring import Slot, sensor_rates, timeline, tracks, worker_pool
 
+Mark = tuple[int, Commands, list[tuple[object, dict[str, Any]]]]
+"""A moment of a run: its tick, the last commands, and what each part held, none of it copied."""
 REST_S = 1.0
-_ROUNDING = 1e-6  # of a rest; times are multiples of a rounded tick
+
+_ROUNDING = 1e-6  # times are multiples of a rounded tick
 
 
 class Executor:
@@ -50,11 +54,7 @@ class Executor:
 
         Raises ValueError if it is not, or lacks a method that the run calls.
         """
-        if (system.plant is None) != (plant is None):
-            what = "no devices, but was given" if plant else "devices, but was given no"
-            raise ValueError(f"system {system.name!r} has {what} plant")
-        if plant is not None and (lacking := shortcomings(plant, Plant)):
-            raise ValueError(f"the plant, a {type(plant).__name__}, {'; '.join(lacking)}")
+        _check(system, plant)
         self.tick = 0
         self.faults: list[Fault] = []
         self._abandoned = False
@@ -62,30 +62,30 @@ class Executor:
         self._plant = plant
         self._onlooker = onlooker
         self._observers = tuple(observers)
-        rates = sensor_rates(system)
-        bound = system.plant.sensors if system.plant else ()
-        sensors = (
-            {b.name: Sensor(b, plant.sample) for b in bound if b.name in rates} if plant else {}
-        )
-        self._sensors = sensors
+        self._rates = rates = sensor_rates(system)
+        self._sensors = _sensors(system, plant, rates)
         self._safe = system.plant.safe if system.plant else ()
         self._commands: Commands = {}
-        slots = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
+        due = timeline({s.subsystem.name: s.ticks for s in system.subsystems}, rates)
         self._pool = None if inline else worker_pool(system)
         self._tracks = tracks(
-            system, plant, sensors, self._commands, self._pool, clock or WallClock()
+            system, plant, self._sensors, self._commands, self._pool, clock or WallClock()
         )
         self._blame = Blame(system, self._tracks)
+        self._table = self._rows(due)
+        self._at_rest = at_rest
+        self._rest = len(due) * max(1, round(REST_S / (len(due) * self._tick_s)))
+
+    def _rows(self, slots: Sequence[Slot]) -> list[tuple[tuple[Track, ...], tuple[Sensor, ...]]]:
+        """Who is due and what is sampled at each tick; ticks that are alike share a row."""
         rows = {
             slot: (
-                tuple(self._tracks[name] for name in slot.subsystems),
-                tuple(sensors[name] for name in slot.sensors),
+                tuple([self._tracks[name] for name in slot.subsystems]),
+                tuple([self._sensors[name] for name in slot.sensors]),
             )
             for slot in set(slots)
         }
-        self._table: list[tuple[tuple[Track, ...], tuple[Sensor, ...]]] = [rows[s] for s in slots]
-        self._at_rest = at_rest
-        self._rest = len(slots) * max(1, round(REST_S / (len(slots) * self._tick_s)))
+        return [rows[slot] for slot in slots]
 
     @property
     def time_s(self) -> float:
@@ -126,31 +126,39 @@ class Executor:
         self.tick = tick + 1
         return True
 
-    def rest_before(self, time_s: float) -> float:
-        """The last simulated time until then at which all subsystems are due."""
-        rest_s = len(self._table) * self._tick_s
-        return math.floor(time_s / rest_s + _ROUNDING) * rest_s
-
     def settle(self) -> bool:
         """Commit the steps that are due now. False after a fault."""
         for track in self._table[self.tick % len(self._table)][0]:
-            if track.pending:
+            if track.pending or track.late:
                 self._commit(track)
         return not self.faults
 
-    def saved(self, values: Values) -> dict[str, Any]:
-        """What goes on between the subsystems, at rest; raises NotRecorded.
+    def part(self) -> bool:
+        """Commit what is due now and, before others may see it, all else that is under way.
 
-        All subsystems are due now, so what they sent is in their buffers, and of sensors there are
-        new samples to come.
+        False after a fault. The run does not go on.
         """
+        self.settle()
+        for track in self._under_way:
+            if track.pending:
+                self._commit(track, is_early=True)
+        return not self.faults
+
+    def saved(self, values: Values) -> dict[str, Any]:
+        """What goes on between the subsystems while no step is under way; raises NotRecorded."""
+        late = [track for track in self._tracks.values() if track.late]
         return {
             "tick": self.tick,
             "stamps": {name: track.stamp for name, track in self._tracks.items()},
+            "late": {t.name: values.of_sent(t.runner.subsystem, t.late) for t in late},
             "sensors": {
-                name: sensor.saved(partial(values.told, "sensor"), whole=values.is_lenient)
+                name: sensor.saved(
+                    partial(values.told, "sensor"),
+                    whole=values.is_lenient or any((n, name) not in self.renewed for n in readers),
+                )
                 | {"had": [n for n, ports in self._ports if any(p.has_had(name) for p in ports)]}
                 for name, sensor in self._sensors.items()
+                for readers in [self._rates[name].readers]
             },
             "commands": {
                 name: {"by": by, "value": values.told("actuator", name, value)}
@@ -159,27 +167,54 @@ class Executor:
         }
 
     def restore(self, saved: Any, values: Values) -> None:
-        """Go on from there, with the devices that there are.
+        """Go on from there, with the devices that there are, whose values are of their types now.
 
         Raises LookupError, TypeError, ValueError for other data.
         """
-        self.tick = round(saved["time"] / self._tick_s)
-        for track in self._tracks.values():
-            track.stamp = -(-self.tick // track.ticks) - 1
+        sensors, commands = saved["sensors"], saved["commands"]
+        held = {name: each["value"] for name, each in sensors.items() if "value" in each}
+        samples = values.found("sensor", held)
+        self.tick = math.ceil(saved["time"] / self._tick_s - _ROUNDING)
+        if abs(self.time_s - saved["time"]) > _ROUNDING:
+            of_time = f"there is no base tick at {saved['time']:g} s"
+            values.lost.append(f"agents go on from {self.time_s:g} s: {of_time}")
+        for name, track in self._tracks.items():
+            track.go_on(self.tick)
+            track.late = values.sent(name, saved.get("late", {}).get(name, {}))
         for name, sensor in self._sensors.items():
-            if name in saved["sensors"]:
-                sensor.restore(saved["sensors"][name], partial(values.value, "sensor"))
+            if name in sensors:
+                sensor.restore(sensors[name], samples.get(name, NO_SAMPLE))
         for reader, ports in self._ports:
             for port in ports:
-                held = saved["sensors"].get(port.sensor, {})
-                port.restore(reader in held.get("had", ()))
-        for name, told in saved["commands"].items():
-            if not values.has("actuator", name):
-                continue
-            value = values.value("actuator", name, told["value"])
-            self._commands[name] = str(told["by"]), value
+                port.restore(reader in sensors.get(port.sensor, {}).get("had", ()))
+        told = {name: each["value"] for name, each in commands.items()}
+        for name, value in values.found("actuator", told).items():
+            self._commands[name] = str(commands[name]["by"]), value
             if self._plant is not None:
                 self._plant.actuate(name, value)
+
+    def mark(self) -> Mark:
+        """This moment, between two ticks of a run without workers."""
+        parts: list[object] = [*self._sensors.values()]
+        for track in self._tracks.values():
+            subsystem = track.runner.subsystem
+            parts += [track, track.runner, *track.ports]
+            parts += [subsystem, subsystem.x, subsystem.y, subsystem.memory]
+        return self.tick, dict(self._commands), [(part, contents(part)) for part in parts]
+
+    def go_back(self, mark: Mark) -> None:
+        """Go on from there, as often as one likes; the plant is not told."""
+        self.tick, commands, parts = mark
+        self.faults.clear()
+        self._abandoned = False
+        self._commands.clear()
+        self._commands.update(commands)
+        for part, held in parts:
+            for name in slots(part):
+                if name in held:
+                    setattr(part, name, held[name])
+                elif hasattr(part, name):
+                    delattr(part, name)
 
     @property
     def _ports(self) -> list[tuple[str, tuple[Port, ...]]]:
@@ -192,9 +227,15 @@ class Executor:
         return ((runner.subsystem, runner.inbox) for runner in runners)
 
     @property
-    def renewed(self) -> frozenset[str]:
-        """The sensors of which there is a new sample when their readers are due now."""
-        return frozenset(name for name, sensor in self._sensors.items() if sensor.is_renewed)
+    def renewed(self) -> frozenset[tuple[str, str]]:
+        """Subsystems, each with a sensor of which it gets a new sample before its next step."""
+        return frozenset(
+            (name, sensor)
+            for sensor, rate in self._rates.items()
+            for name in rate.readers
+            if self._sensors[sensor].is_renewed
+            and rate.last_before(self._tracks[name].next_tick(self.tick)) >= self.tick
+        )
 
     def silence(self, element: str, silent: bool) -> None:
         """Let an element of a device have no samples from now on, or have them again."""
@@ -209,11 +250,16 @@ class Executor:
 
     def finish(self) -> None:
         """Wait for the steps that are under way and commit them in the order of their time."""
-        pending = [track for track in self._tracks.values() if track.pending]
-        for track in sorted(pending, key=lambda track: (track.visible_tick, track.name)):
+        for track in self._under_way:
             if self._abandoned:
                 return
             self._commit(track)
+
+    @property
+    def _under_way(self) -> list[Track]:
+        """Those whose last step the others have not seen, in the order in which they may."""
+        found = [track for track in self._tracks.values() if track.pending or track.late]
+        return sorted(found, key=lambda track: (track.visible_tick, track.name))
 
     def abandon(self, error: BaseException) -> None:
         """Treat the steps that are under way as failed and wait for none, because of this error."""
@@ -250,11 +296,30 @@ class Executor:
             return {}
         return leave_safe(self._safe, self._plant, self._sensors, self._commands)
 
-    def _commit(self, track: Track) -> None:
+    def _commit(self, track: Track, *, is_early: bool = False) -> None:
         try:
-            record = track.commit(self._tick_s)
+            if not track.pending:
+                track.show()
+                return
+            record = track.commit(self._tick_s, is_early=is_early)
             for observe in self._observers:
                 observe(record)
         except Fault as fault:
             self._abandoned |= isinstance(fault, StepAbandoned)
             self.faults.append(self._blame.of_step(fault, track, self._tick_s))
+
+
+def _check(system: System, plant: Plant | None) -> None:
+    """Raises ValueError for a plant that a system does not have, or that is none."""
+    if (system.plant is None) != (plant is None):
+        what = "no devices, but was given" if plant else "devices, but was given no"
+        raise ValueError(f"system {system.name!r} has {what} plant")
+    if plant is not None and (lacking := shortcomings(plant, Plant)):
+        raise ValueError(f"the plant, a {type(plant).__name__}, {'; '.join(lacking)}")
+
+
+def _sensors(system: System, plant: Plant | None, read: Collection[str]) -> dict[str, Sensor]:
+    """The sensors that somebody reads."""
+    if system.plant is None or plant is None:
+        return {}
+    return {b.name: Sensor(b, plant.sample) for b in system.plant.sensors if b.name in read}

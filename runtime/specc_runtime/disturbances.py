@@ -96,7 +96,8 @@ class Disturbances:
             if one.began_s is not None:
                 self._act(one)
         mine = {one.name for one in self._all}
-        gone = [name for name, each in known.items() if name not in mine and each["began_s"]]
+        began = [name for name, each in known.items() if each["began_s"] is not None]
+        gone = [name for name in began if name not in mine]
         return [
             *(f"nothing is known of the disturbance: {name}" for name in sorted(mine - {*known})),
             *(f"there is no such disturbance, which began in the past: {name}" for name in gone),

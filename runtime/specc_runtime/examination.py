@@ -28,10 +28,13 @@ _POSTPONED = (inspect.iscoroutinefunction, inspect.isasyncgenfunction, inspect.i
 """Calls of such functions return before anything of them has been done."""
 
 
-def shortcomings(thing: object, protocol: type) -> list[str]:
-    """What an object lacks of a protocol: attributes, methods, methods with its parameters."""
+def shortcomings(thing: object, protocol: type, but: str = "") -> list[str]:
+    """What an object lacks of a protocol: attributes, methods, methods with its parameters.
+
+    `but`: a method that it need not have.
+    """
     found = [_attribute(thing, name) for name in _attributes(protocol)]
-    found += [_method(thing, function) for function in _methods(protocol)]
+    found += [_method(thing, f) for f in _methods(protocol) if f.__name__ != but]
     return [text for text in found if text]
 
 

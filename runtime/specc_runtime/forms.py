@@ -23,7 +23,9 @@ Packed = bytes | tuple[np.ndarray[Any, Any], ...]
 Encode = Callable[[Any], Packed]
 Decode = Callable[[Any], Any]
 _LARGEST_INT = 2**63 - 1
-_MOST_DIGITS = 4000
+_MOST_DECIMAL_BITS = 10_000
+"""Of a whole number with decimal digits, of which Python writes 4300 at most."""
+_LONG = re.compile(r"-?([1-9][0-9]{0,4000}|0x[0-9a-f]+)\Z", re.ASCII)
 _NUMBERS = re.compile(r"[<>|][fiub][1248]\Z")
 
 
@@ -50,7 +52,7 @@ class Aside(Protocol):
     def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
         """What the codec of an opaque type made of a value, or an array of it."""
 
-    def left_out(self, kind: str) -> Any:
+    def left_out(self, kind: str, value: Any) -> Any:
         """An opaque value that has no codec, or is not asked for."""
 
 
@@ -62,6 +64,10 @@ class Fetch(Protocol):
 
     def packed(self, kind: str, data: Any) -> bytes:
         """What a codec made."""
+
+    def kept(self, kind: str, data: Any) -> Any:
+        """An opaque value itself, if it stayed in this process."""
+        raise NotRecorded(f"a value of {kind}")
 
 
 class Form:
@@ -98,17 +104,27 @@ class _Plain(Form):
         return data
 
 
+def is_short(value: int) -> bool:
+    """Whether a whole number has 64 bits at most, so that all who read JSON can."""
+    return -_LARGEST_INT <= value <= _LARGEST_INT
+
+
+def digits(value: int) -> str:
+    """A whole number as text, hexadecimal (`0x...`) if it is long."""
+    return str(value) if value.bit_length() < _MOST_DECIMAL_BITS else hex(value)
+
+
 class _Integer(Form):
     """Whole numbers; those beyond 64 bits are texts."""
 
     is_plain = False
 
     def data(self, value: Any, aside: Aside) -> Any:
-        return value if -_LARGEST_INT <= value <= _LARGEST_INT else str(value)
+        return value if is_short(value) else digits(value)
 
     def value(self, data: Any, fetch: Fetch) -> Any:
-        if type(data) is str and len(data) < _MOST_DIGITS and data.lstrip("-").isdecimal():
-            return int(data)
+        if type(data) is str and _LONG.match(data):
+            return int(data, 0)
         if type(data) is not int:
             raise Misshapen(f"{_said(data)} is no whole number")
         return data
@@ -257,7 +273,7 @@ class _Opaque(Form):
 
     def data(self, value: Any, aside: Aside) -> Any:
         if self._encode is None or not aside.exact:
-            return aside.left_out(self._kind)
+            return aside.left_out(self._kind, value)
         data = self._encode(value)
         if type(data) is tuple and all(type(part) is np.ndarray for part in data):
             return {"type": self._kind, "arrays": [self._array(part, aside) for part in data]}
@@ -290,6 +306,8 @@ class _Opaque(Form):
         return tuple(arrays)
 
     def value(self, data: Any, fetch: Fetch) -> Any:
+        if isinstance(data, dict) and "kept" in data:
+            return fetch.kept(self._kind, data)
         packed = self._unpacked(data, fetch)
         if self._decode is None:
             raise NotRecorded(f"a value of {self._kind}, which has no codec any more")

@@ -65,11 +65,12 @@ def load_layouts(system: System) -> Mapping[str, Layout]:
     return layouts
 
 
-def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:
+def made(role: str, path: str, protocol: type, but: str = "", /, **arguments: Any) -> Any:
     """What `module:name` makes of the arguments, which are given by position.
 
     Raises UsageError, with the role and the path, if there is no such name, it cannot be called so,
-    or the result cannot be called as the protocol says; the fault of the role if it raises.
+    or the result cannot be called as the protocol says, `but` one method; the fault of the role if
+    it raises.
     """
     named = f"the {role} {path!r}"
     make = _named(path, named)
@@ -83,7 +84,7 @@ def made(role: str, path: str, protocol: type, **arguments: Any) -> Any:
         raise
     except BaseException as error:  # the user's own code may raise anything
         raise _failed(role, path, error) from error
-    if lacking := shortcomings(thing, protocol):
+    if lacking := shortcomings(thing, protocol, but):
         raise UsageError(f"{named} {'; '.join(lacking)}")
     return thing
 

@@ -65,13 +65,16 @@ def parse(arguments: Sequence[str] | None) -> Options:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of a run to a parser; they do not depend on who builds the package."""
-    parser.add_argument(
-        "--seed", metavar="N", type=_whole_number, default=0, help="seed of the random numbers"
-    )
+    # A run that goes on has the seed of the recorded one. A text, since argparse takes a default
+    # for what is not said only if it is the same object.
+    seed_or_past = parser.add_mutually_exclusive_group().add_argument
+    words = "seed of the random numbers (default: 0)"
+    seed_or_past("--seed", metavar="N", type=_whole_number, default="0", help=words)
+    words = "go on from a recording, with its seed"
+    seed_or_past("--from", metavar="FILE.mcap@S", type=_moment, dest="resume", help=words)
     add_extent(parser)
     add = parser.add_argument
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
-    add("--from", metavar="FILE.mcap@S", type=_moment, dest="resume", help="go on from a recording")
     add("--record", metavar="FILE.mcap", type=Path, help="record every step")
     add("--record-exact", action="store_true", help="with images as they are, to replay all of it")
     add("--video", metavar="FILE.mp4", type=Path, help="film the scene; FILE.webp for pages")

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from specc_runtime.faults import UnrecordableValue
+from specc_runtime.forms import digits
 
 LARGE_ARRAY_BYTES = 4096
 """Arrays from this size on enter by the digest of their bytes."""
@@ -46,7 +47,7 @@ def _of_text(value: str) -> bytes:
 
 
 def _of_int(value: int) -> bytes:
-    data = b"%d" % value
+    data = digits(value).encode()
     return _length(b"i", len(data)) + data
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.clock import WallClock
-from specc_runtime.cycle import Executor
+from specc_runtime.cycle import Executor, Mark
 from specc_runtime.faults import AxiomViolated, Fault
 from specc_runtime.forms import Fetch, Form, NotRecorded
 from specc_runtime.interruption import Interruption
@@ -53,6 +53,8 @@ class Rehearsal:
         self.sensors = tuple(self._forms)
         self.ticks = {s.subsystem.name: s.ticks for s in system.subsystems}
         self.tick_s = system.tick_s
+        self._plant = Scripted(self._forms) if system.plant is not None else None
+        self._executor: Executor | None = None
 
     def influences(self, subsystem: str) -> list[str]:
         """The sensors that a subsystem gets values of, through as few others as possible first."""
@@ -63,21 +65,39 @@ class Rehearsal:
             found |= dict.fromkeys(i.sensor for i in inputs if i.subsystem == name)
         return list(found)
 
-    def run(self, reports: Reports, ticks: int, goes_on: GoesOn) -> list[Failure]:
-        """A run of so many base ticks, and what ended it earlier. Raises what `plant` raises."""
-        going = True
+    def run(
+        self,
+        reports: Reports,
+        ticks: int,
+        goes_on: GoesOn,
+        since: Mark | None = None,
+        keep: Collection[int] = (),
+    ) -> tuple[list[Failure], dict[int, Mark]]:
+        """A run up to a base tick: what ended it earlier, and the moments to `keep` on the way.
 
-        def observe(record: StepRecord) -> None:
-            nonlocal going
-            step = record.subsystem, record.stamp, record.state, record.transition
-            going = goes_on(*step, dict(_plain(record.sent))) and going
-
+        It begins at a moment of a run `since` which reports are others, which saves time.
+        Raises what `plant` raises.
+        """
+        if self._executor is None:
+            self._executor = Executor(self.again(), self._plant, [self._observe], inline=True)
+            self._begin = self._executor.mark()
+        executor, kept = self._executor, dict[int, Mark]()
+        executor.go_back(since or self._begin)
+        if self._plant is not None:
+            self._plant.follow(reports, executor.tick)
+        self._going, self._goes_on = True, goes_on
         with np.errstate(all="ignore"):
-            executor = Executor(self.again(), self.plant(reports), [observe], inline=True)
-            while going and executor.tick < ticks and executor.advance():
-                pass
+            while True:
+                if executor.tick in keep:
+                    kept[executor.tick] = executor.mark()
+                if not (self._going and executor.tick < ticks and executor.advance()):
+                    break
             executor.finish()
-        return [_failure(fault) for fault in executor.faults]
+        return [_failure(fault) for fault in executor.faults], kept
+
+    def _observe(self, record: StepRecord) -> None:
+        step = record.subsystem, record.stamp, record.state, record.transition
+        self._going = self._goes_on(*step, dict(_plain(record.sent))) and self._going
 
     def again(self) -> System:
         """The system at its beginning, which nothing disturbs."""
@@ -90,7 +110,11 @@ class Rehearsal:
 
         Raises NotRecorded, Misshapen for what is no value of an element.
         """
-        return None if self._system.plant is None else Scripted(self._forms, reports)
+        if self._system.plant is None:
+            return None
+        plant = Scripted(self._forms)
+        plant.follow(reports, 0)
+        return plant
 
 
 def record(
@@ -144,17 +168,25 @@ def _forms(system: System) -> dict[str, Form]:
 
 
 def _failure(fault: Fault) -> Failure:
+    if isinstance(fault.__cause__, KeyboardInterrupt):
+        raise fault.__cause__
     return Failure(fault.subsystem, fault.stamp, isinstance(fault, AxiomViolated), fault.message)
 
 
 class Scripted:
     """A plant that reports by a script, and takes every command."""
 
-    def __init__(self, forms: Mapping[str, Form], reports: Reports) -> None:
-        self._tick = 0
+    def __init__(self, forms: Mapping[str, Form]) -> None:
+        self._forms = forms
+
+    def follow(self, reports: Reports, tick: int) -> None:
+        """Report that, from a base tick on. Raises NotRecorded, Misshapen for other values."""
+        self._tick = tick
         self._ticks = {name: [tick for tick, _ in said] for name, said in reports.items()}
         self._values = {
-            name: [NO_SAMPLE if data is ... else _value(forms[name], data) for _, data in said]
+            name: [
+                NO_SAMPLE if data is ... else _value(self._forms[name], data) for _, data in said
+            ]
             for name, said in reports.items()
         }
 

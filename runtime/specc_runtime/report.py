@@ -6,6 +6,7 @@ import json
 import math
 import os
 import platform
+import re
 import resource
 import sys
 from collections import Counter
@@ -222,8 +223,36 @@ def peak_memory_mb() -> float:
     return peak * unit_bytes / 1e6
 
 
-def check_writable(path: Path) -> None:
-    """Raises UsageError unless a file can be put there; better known before a run than after."""
+REPORT, RECORDING, FILM = "report", "recording", "film"
+_BEGINNINGS = {
+    REPORT: rb'\{\s*"spec":',
+    RECORDING: rb"\x89MCAP",
+    FILM: rb"RIFF|\x1aE\xdf\xa3|.{4}ftyp",  # WebP, Matroska, MP4
+}
+
+
+def check_outputs(options: Options) -> None:
+    """Raises UsageError unless all files that a run is to write can be put where they are to go.
+
+    Better known before a run than after.
+    """
+    wanted = ((options.report, REPORT), (options.video, FILM), (options.record, RECORDING))
+    written: set[Path] = set()
+    for file, kind in wanted:
+        if file is None:
+            continue
+        check_writable(file, kind)
+        if file.resolve() in written:
+            raise UsageError(f"cannot write {file}: two things that are asked for go there")
+        written.add(file.resolve())
+
+
+def check_writable(path: Path, kind: str) -> None:
+    """Raises UsageError unless a file of a kind can be put there.
+
+    What is there already gives way only if it is empty or of that kind: it is no file that
+    somebody wrote by hand, and none that a run reads.
+    """
     folder = path.parent
     if not folder.is_dir():
         raise UsageError(f"cannot write {path}: there is no folder {folder}")
@@ -234,6 +263,17 @@ def check_writable(path: Path) -> None:
         raise UsageError(f"cannot write {path}: it is no ordinary file")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"cannot write {path}: permission denied")
+    if path.exists() and not _is_of(kind, path):
+        raise UsageError(f"cannot write {path}: what is there is no {kind}; name another file")
+
+
+def _is_of(kind: str, path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            head = file.read(1000)
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
+    return not head or re.match(_BEGINNINGS[kind], head, re.DOTALL) is not None
 
 
 def write(report: Report, path: Path) -> None:

@@ -3,148 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict, deque
-from collections.abc import Callable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any, ClassVar, Literal
 
-from specc_runtime.faults import text_of
 from specc_runtime.records import StepRecord
+from specc_runtime.requirement import Requirement, Told
 from specc_runtime.sampling import PLANT
-from specc_runtime.temporal import (
-    TRUE,
-    UNKNOWN,
-    Formula,
-    Judgement,
-    check_runs,
-    of_judgement,
-    read_judgement,
-)
+from specc_runtime.temporal import UNKNOWN
 
-Verdict = Literal["met", "violated", "unknown"]
-Told = Callable[[Mapping[str, Any]], dict[str, Any]]
-"""Makes plain data of values by their attributes, or values of the data."""
-
-
-class Requirement:
-    """What is required, at every tick if it `lasts`, else at the first one; and what became of it.
-
-    `reads` has the attribute of each value that it names, by that name.
-    """
-
-    def __init__(
-        self,
-        that: str,
-        because: str,
-        formula: Formula,
-        reads: Mapping[str, str],
-        *,
-        lasts: bool = True,
-    ) -> None:
-        self.that = that
-        self.because = because
-        self.reads = reads
-        self.formula = formula
-        self._lasts = lasts
-        self.holds = False
-        """Whether it does, at the last tick that is judged."""
-        self._worst = TRUE
-        self._count = 0
-        self._over = False
-        self._earlier: deque[Mapping[str, Any]] = deque()
-        self._first: dict[str, tuple[int, dict[str, Any]]] = {}
-        """By the verdict that it makes, the first such tick and the values that are told of it."""
-
-    def step(self, values: Mapping[str, Any]) -> None:
-        """Take in a tick with the values that are there then."""
-        self._earlier.append(values)
-        found = self.formula.step()
-        if found is None:
-            return
-        then = self._earlier.popleft()
-        self.holds = found[0][0]
-        if self._lasts or not self._count:
-            self._judge(found, then)
-        self._count += 1
-
-    def _judge(self, found: Judgement, then: Mapping[str, Any]) -> None:
-        (low, high), worst = found, self._worst
-        self._worst = min(low, worst[0]), min(high, worst[1])
-        if not low[0]:
-            verdict = "unknown" if high[0] else "violated"
-            if verdict not in self._first:
-                self._first[verdict] = self._count, self._shown(then)
-
-    def pass_over(self, ticks: int) -> None:
-        """Nothing is known of so many ticks; all atoms are unknown."""
-        for _ in range(ticks):
-            self.step({})
-
-    def finish(self, missed: int) -> None:
-        """The run is over, `missed` ticks ago: all that is still to be judged is unknown."""
-        self.pass_over(0 if self._over else missed + self.formula.delay)
-        self._over = True
-
-    @property
-    def verdict(self) -> Verdict:
-        """What is known of it; a requirement is met only once the run is over."""
-        if not self._worst[1][0]:
-            return "violated"
-        return "met" if self._over and self._count and self._worst[0][0] else "unknown"
-
-    def as_data(self, tick_s: float) -> dict[str, Any]:
-        """The entry of the report; `time_s` is the first tick that makes the verdict."""
-        verdict = self.verdict
-        margin = {"met": self._worst[0][1], "violated": self._worst[1][1], "unknown": None}[verdict]
-        first = self._first.get(verdict)
-        return {
-            "that": self.that,
-            "because": self.because,
-            "verdict": verdict,
-            "margin": None if margin is None or math.isinf(margin) else margin,
-            "time_s": first[0] * tick_s if first else None,
-            "values": first[1] if first else {},
-        }
-
-    def saved(self, told: Told) -> dict[str, Any]:
-        """What it remembers of the run."""
-        runs = [list(same) for _, same in groupby(self._earlier, id)]
-        return {
-            "that": self.that,
-            "shape": self.formula.shape,
-            "formula": self.formula.saved(),
-            "holds": self.holds,
-            "worst": of_judgement(self._worst),
-            "count": self._count,
-            "earlier": [[len(same), told(same[0])] for same in runs],
-            "first": self._first,
-        }
-
-    def is_of(self, saved: Any) -> bool:
-        """Whether that means something to it: it reaches over the same ticks."""
-        return bool(saved.get("shape") == self.formula.shape)
-
-    def restore(self, saved: Any, values_of: Told) -> None:
-        """Remember that; raises KeyError, TypeError, ValueError for other data."""
-        self.formula.restore(saved["formula"])
-        self.holds, self._count = bool(saved["holds"]), int(saved["count"])
-        self._worst = read_judgement(saved["worst"])
-        check_runs(saved["earlier"], self.formula.delay)
-        runs = [(int(count), values_of(values)) for count, values in saved["earlier"]]
-        self._earlier = deque([values for count, values in runs for _ in range(count)])
-        self._first = {str(v): (int(at), dict(shown)) for v, (at, shown) in saved["first"].items()}
-
-    def _shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        plain = (bool, int, float, str)
-        return {
-            name: None
-            if attribute not in values
-            else values[attribute]
-            if isinstance(values[attribute], plain)
-            else text_of(values[attribute])
-            for name, attribute in self.reads.items()
-        }
+__all__ = ["ABSENT", "Reading", "Requirement", "Requirements"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +49,22 @@ def _found(reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsys
 
 def _told(reading: Reading, value: Any) -> Any:
     return value is not ABSENT if reading.asks_presence else value
+
+
+class _Numbered:
+    """The data of the values of ticks, each once, by the numbers that stand for them."""
+
+    def __init__(self, told: Told) -> None:
+        self.told: list[dict[str, Any]] = []
+        self._told = told
+        self._numbers: dict[int, int] = {}
+
+    def number(self, values: Mapping[str, Any]) -> int:
+        """The number of these values, which are not other ones later."""
+        if id(values) not in self._numbers:
+            self._numbers[id(values)] = len(self.told)
+            self.told.append(self._told(values))
+        return self._numbers[id(values)]
 
 
 class _Alike:
@@ -236,44 +121,62 @@ class _Alike:
             gone = [name for name, value in change.items() if value is ABSENT]
             there = {name: value for name, value in change.items() if value is not ABSENT}
             changes[str(tick)] = [told(there), gone]
+        earlier = _Numbered(told)  # requirements have the same values, each of more or fewer ticks
+        each = [requirement.saved(earlier.number) for requirement in self.requirements]
         return {
             "tick": self.tick,
             "settled": self.settled,
             "known": told(self._known),
             "changes": changes,
-            "each": [requirement.saved(told) for requirement in self.requirements],
+            "earlier": earlier.told,
+            "each": each,
         }
 
-    def restore(self, saved: Any, tick: int, values_of: Told) -> list[str]:
-        """See `Requirements`; nothing is known of the run if `saved` is None."""
-        saved = saved or {"tick": tick, "settled": {}, "known": {}, "changes": {}, "each": []}
+    def restore(
+        self, saved: Any, tick: int, due: Mapping[str, int], values_of: Told, *, is_other: bool
+    ) -> list[str]:
+        """See `Requirements`; nothing is known of the run if `saved` is None.
+
+        `due` has the tick of each subsystem's next step, when all that it sent before is seen.
+        """
+        begun = {"tick": tick, "settled": {}, "known": {}, "changes": {}, "earlier": (), "each": []}
+        saved = saved or begun
         self.tick = min(tick, int(saved["tick"]))
-        self.settled = {name: int(saved["settled"].get(name, tick)) for name in self.settled}
+        self.settled = {
+            name: min(int(saved["settled"].get(name, tick)), due[name]) for name in self.settled
+        }
         self._known = values_of(saved["known"])
         self._changes.clear()
-        for at, (there, gone) in saved["changes"].items():
-            self._changes[int(at)] = values_of(there) | dict.fromkeys(gone, ABSENT)
+        owners = {r.attribute: name for name, found in self.readings.items() for r in found}
+        for at, (there, gone) in sorted(saved["changes"].items(), key=lambda item: int(item[0])):
+            for name, value in (values_of(there) | dict.fromkeys(gone, ABSENT)).items():
+                if name in owners:
+                    self._changes[min(int(at), due[owners[name]])][name] = value
         known = {each["that"]: each for each in saved["each"]}
-        known = {
-            each.that: known[each.that]
-            for each in self.requirements
-            if each.that in known and each.is_of(known[each.that])
-        }
-        new = [each for each in self.requirements if each.that not in known]
-        for atom in self._atoms:
-            atom.now = UNKNOWN
-        for each in new:
-            each.pass_over(self.tick)
+        earlier = [values_of(values) for values in saved["earlier"]]
+        lost: list[str] = []
         for each in self.requirements:
-            if each.that in known:
-                each.restore(known[each.that], values_of)
+            past = known.get(each.that)
+            if past is None or not each.is_of(past) or (is_other and each.formula.depth < math.inf):
+                missing = each.judge_anew(self.tick, past, earlier.__getitem__, self._show)
+                if past is None or missing:
+                    of = "nothing" if past is None else "too little"
+                    lost.append(f"{of} is known of the past for: {each.that}")
+            else:
+                each.restore(past, earlier.__getitem__)
+                if is_other:
+                    lost.append(f"what was so before stays as it was judged for: {each.that}")
+        self._show(self._known)
+        return lost
+
+    def _show(self, values: Mapping[str, Any]) -> None:
+        """Judge conditions on these values."""
         for name in vars(type(self.values)).get("__slots__", ()):
-            if name not in self._known and hasattr(self.values, name):
+            if name not in values and hasattr(self.values, name):
                 delattr(self.values, name)
-        for name, value in self._known.items():
+        for name, value in values.items():
             setattr(self.values, name, value)
         self.begin()
-        return [each.that for each in new]
 
     def abandon(self, tick: int) -> None:
         """What is not judged by then is unknown."""
@@ -377,16 +280,23 @@ class Requirements:
         """What is known of the run so far."""
         return [group.saved(told) for group in self._groups]
 
-    def restore(self, saved: Any, tick: int, values_of: Told) -> list[str]:
-        """Go on from there at a tick; which of them are new, and know nothing of those before.
+    def restore(
+        self, saved: Any, tick: int, values_of: Told, *, is_other: bool = False
+    ) -> list[str]:
+        """Go on from there at a tick; says of what of the ticks before too little is known.
+
+        If the description `is_other` than the one that judged until then, what that has judged
+        stays, and what is open is judged as this one says.
 
         Raises LookupError, TypeError, ValueError for other data.
         """
         known = {frozenset(each["settled"]): each for each in saved}
-        new: list[str] = []
+        due = {name: -(-tick // ticks) * ticks for name, (_, ticks) in self._subsystems.items()}
+        lost: list[str] = []
         for group in self._judged():
-            new += group.restore(known.get(frozenset(group.settled)), tick, values_of)
-        return new
+            past = known.get(frozenset(group.settled))
+            lost += group.restore(past, tick, due, values_of, is_other=is_other)
+        return lost
 
     @property
     def violated(self) -> bool:

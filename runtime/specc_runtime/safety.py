@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from specc_runtime.faults import DeviceFailed, said, text_of
-from specc_runtime.plant import Plant
+from specc_runtime.plant import NO_SAMPLE, Plant
 from specc_runtime.sampling import Sensor, compute_deferred
 
 
@@ -61,7 +61,7 @@ def leave_safe(
     for device in devices:
         for element, attribute in device.reports.items():
             sensor = sensors.get(f"{device.name}.{element}")
-            if sensor is not None and sensor.count:
+            if sensor is not None and sensor.value is not NO_SAMPLE:
                 setattr(device.memory, attribute, sensor.value)
                 with suppress(DeviceFailed):  # what reads it fails then, and `otherwise` is sent
                     compute_deferred(device.memory, (attribute,))

@@ -8,7 +8,6 @@ from typing import Any
 
 from specc_runtime.buffers import Put
 from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
-from specc_runtime.forms import Misshapen, NotRecorded
 from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import SensorBinding
 from specc_runtime.plants.errors import PlantError
@@ -32,7 +31,7 @@ class Sensor:
     def __init__(self, binding: SensorBinding, sample: Callable[[str], Any]) -> None:
         self.name = binding.name
         self.count = 0
-        self.value: Any = None
+        self.value: Any = NO_SAMPLE
         self.silent = False
         self._binding = binding
         self._sample = sample
@@ -49,27 +48,19 @@ class Sensor:
         A sample is left out that a new one follows, unless the `whole` is asked for.
         """
         own = {"count": self.count, "taken_s": self._taken_s}
-        if self.is_renewed and not whole:
+        if (self.is_renewed and not whole) or self.value is NO_SAMPLE:
             return own
-        try:
-            return own | {"value": told(self.name, self.value)}
-        except NotRecorded:
-            if not self.is_renewed:
-                raise
-            return own
+        return own | {"value": told(self.name, self.value)}
 
-    def restore(self, saved: Any, value_of: Callable[[str, Any], Any]) -> None:
+    def restore(self, saved: Any, sample: Any = NO_SAMPLE) -> None:
         """Remember that; raises KeyError, TypeError, ValueError for other data.
 
-        Raises Misshapen, NotRecorded for no sample of it, unless a new one follows.
+        Without a `sample` there has to be one as at the start, unless a new one follows anyway.
         """
         self.count, self._taken_s = int(saved["count"]), float(saved["taken_s"])
-        if "value" in saved:
-            try:
-                self.value = value_of(self.name, saved["value"])
-            except (Misshapen, NotRecorded):
-                if not self.is_renewed:
-                    raise
+        self.value = sample
+        if sample is NO_SAMPLE and not self.is_renewed:
+            self.count = 0
 
     def update(self, time_s: float) -> None:
         """Take a sample, if there is one; raises `DeviceFailed`."""
@@ -161,7 +152,7 @@ class Port:
 
     def restore(self, had: bool) -> None:
         """The reader has `had` the latest sample, or is still to get it if it is there."""
-        self._seen = self._sensor.count if had or self._sensor.value is None else -1
+        self._seen = self._sensor.count if had or self._sensor.value is NO_SAMPLE else -1
 
     def has_had(self, sensor: str) -> bool:
         """Whether it is a port of that sensor whose reader has had the latest sample."""

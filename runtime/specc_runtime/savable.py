@@ -40,9 +40,11 @@ def saved_by(what: str, thing: Any, *, is_lenient: bool = False) -> Any:
         raise NotRecorded(f"{what}, which {'; '.join(lacking)}")
     try:
         return plain(thing.saved())
-    except NotRecorded as why:
-        raise NotRecorded(f"{what}, which saves {why}") from None
     except Exception as error:
+        if is_lenient:
+            return None
+        if isinstance(error, NotRecorded):
+            raise NotRecorded(f"{what}, which saves {error}") from None
         raise NotRecorded(f"{what}, which raised {said(error)}") from error
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
+from fractions import Fraction
 from typing import Any, Protocol
 
+from specc_runtime.account import Account
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
 from specc_runtime.cycle import Executor
@@ -17,25 +18,25 @@ from specc_runtime.forms import Misshapen
 from specc_runtime.interruption import Abandoned, Interruption
 from specc_runtime.options import CYCLE_LIMIT_S, Options, UsageError
 from specc_runtime.plant import Plant
-from specc_runtime.records import Observer, RecordDigest, StepRecord
+from specc_runtime.records import Observer, StepRecord
 from specc_runtime.report import (
     Ending,
     Report,
-    Statistics,
     peak_memory_mb,
     subsystem_data,
     versions,
 )
-from specc_runtime.requirements import Requirements
 from specc_runtime.safety import LastOutput
-from specc_runtime.sampling import Onlooker
 from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
-from specc_runtime.task import Cycles, Judge, drawn
+from specc_runtime.task import Judge, drawn
 
 DEFAULT_DURATION_S = 10.0
 """Simulated time of a run of a system without a task."""
+_ROUNDING = 1e-6  # times are multiples of a rounded tick
+_FINEST = 10**9
+"""Parts of a second that base ticks are taken for."""
 
 
 class Recording(Protocol):
@@ -65,48 +66,28 @@ class Session:
         that does not hang together, UsageError for a plant that cannot be disturbed as it says.
         """
         self.interruption = interruption
-        self.duration_s = options.duration_s
-        self.wanted = options.cycles
-        if self.duration_s is None and system.task is None:
-            self.duration_s = DEFAULT_DURATION_S
-        elif self.duration_s is None and self.wanted is None:
-            self.wanted = 1
-        self._seed = options.seed
+        self.duration_s, self.wanted = _asked(options, system)
+        self._options = options
         self._scene = drawn(system.task.starts, options.seed) if system.task else {}
-        self._cycle_limit_s = options.cycle_limit_s or CYCLE_LIMIT_S
-        self._set = dict(options.built_with)
         self._system = system
         self._clock = clock
         self._wall_s = 0.0
         self._begin_s = clock.now_s()
         self._over_now = False
         self._last_outputs: dict[str, LastOutput] = {}
-        self._judge_faults: list[Fault] = []
-        self._statistics = Statistics(system)
-        self._digest = RecordDigest()
-        self._cycles = Cycles(system, judge, lambda: self._executor.time_s)
-        observers: list[Observer] = [self._digest, self._statistics, self._cycles]
-        if recorder is not None:
-            observers.insert(0, recorder)
-        self._requirements = system.requirements
-        self._followers = [each for each in (system.requirements, system.triggers) if each]
-        for each in self._followers:
-            periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
-            each.follow(periods, system.tick_s)
-            observers.append(each)
-        onlooker = _onlooker(system, plant, recorder, self._followers)
-        self._unobserved = onlooker.failed if onlooker else {}
+        self._other_faults: list[Fault] = []
+        self._account = Account(system, judge, lambda: self._executor.time_s)
+        own: list[Observer] = [] if recorder is None else [recorder]
         self._executor = Executor(
             system,
             plant,
-            observers,
-            onlooker=onlooker,
+            (*own, *self._account.observers),
+            onlooker=self._account.onlooker(system, plant, recorder),
             inline=options.inline,
             clock=clock,
             at_rest=self._rest,
         )
         self._plant = plant
-        self._judge = judge
         self._recorder = recorder
         self._kept = 0
         """The tick of the last snapshot."""
@@ -120,14 +101,14 @@ class Session:
 
     def _rest(self) -> None:
         """Nothing is under way: let the recorder keep all that there is, once."""
-        self._digest.fold()
+        self._account.digest.fold()
         before, self._kept = self._kept, self._executor.tick
         if self._recorder is not None and self._kept > before:
             self._recorder.keep(self._executor.time_s, self.saved)
 
     def saved(self, values: Values) -> dict[str, Any]:
         """A snapshot, plain data; raises NotRecorded for what has none."""
-        executor, keeps = self._executor, partial(saved_by, is_lenient=values.is_lenient)
+        executor = self._executor
         return {
             **executor.saved(values),
             "time": executor.time_s,
@@ -135,18 +116,18 @@ class Session:
                 subsystem.name: values.of_subsystem(subsystem, x, executor.renewed)
                 for subsystem, x in executor.inboxes()
             },
-            "records": self._digest.saved(),
-            "tallies": self._statistics.saved(),
-            "task": self._cycles.saved() | {"judge": keeps("the judge", self._judge)},
-            **{of: each.saved(partial(values.read, of)) for of, each in self._followed()},
+            **self._account.saved(values),
             "disturbances": self._disturbances.saved(),
             "scene": self._scene,
-            "unobserved": self._unobserved,
-            "plant": keeps("the plant", self._plant),
+            "plant": saved_by("the plant", self._plant, is_lenient=values.is_lenient),
         }
 
-    def restore(self, saved: Mapping[str, Any], values: Values) -> list[str]:
-        """Go on from a snapshot; what of it has no place, or is not in it.
+    def restore(
+        self, saved: Mapping[str, Any], values: Values, *, is_other: bool = False
+    ) -> list[str]:
+        """Go on from a snapshot, which `is_other` if it is of another specification.
+
+        Gives what of it has no place, or is not in it.
 
         Raises Misshapen, and LookupError, TypeError, ValueError, for what is no snapshot.
         """
@@ -160,40 +141,30 @@ class Session:
                 lost += values.place(subsystem, saved["subsystems"][subsystem.name])
             else:
                 lost.append(f"{subsystem.name}: is at its beginning: it was not recorded")
-        self._digest.restore(saved["records"])
-        self._statistics.restore(saved["tallies"])
-        self._cycles.restore(saved["task"])
-        for of, each in self._followed():
-            tick = self._executor.tick
-            # What they know is in ticks of one length.
-            known = saved.get(of, ()) if tick == saved["tick"] else ()
-            new = each.restore(known, tick, partial(values.values_read, of))
-            lost += [f"nothing is known of the past for: {that}" for that in new]
+        lost += self._account.restore(saved, values, self._executor.tick, is_other=is_other)
         lost += self._disturbances.restore(saved["disturbances"])
         begun_with = {str(name): float(value) for name, value in saved["scene"].items()}
         if begun_with != self._scene:
             lost.append("the scene is that of the recorded run")
         self._scene = begun_with
-        self._unobserved |= saved["unobserved"]
-        restored("the judge", self._judge, saved["task"]["judge"])
         restored("the plant", self._plant, saved["plant"])
         self._disturbances.push_again()
-        if self._judge is not None and saved["task"]["judge"] is None:
-            lost.append("the judge begins anew: it could not be kept")
-        return lost
+        return [*lost, *dict.fromkeys(values.lost)]
 
-    def go_to(self, time_s: float) -> None:
-        """Run to the last moment until then at which nothing is under way.
+    def go_to(self, time_s: float, tick_s: float) -> None:
+        """Run to the first moment from then on that is a tick for a base tick of `tick_s`, too.
+
+        What is under way is computed; the others see it when they would have.
 
         Raises UsageError if a fault ends it before.
         """
-        self.duration_s, self.wanted = self._executor.rest_before(time_s), None
+        self.duration_s, self.wanted = _meeting(time_s, self._system.tick_s, tick_s), None
         self._guarded(lambda: self._advance(()))
         if self.interruption.requested:
             raise KeyboardInterrupt
-        if self.faults or not self._executor.settle():
+        if self.faults or not self._executor.part():
             raise UsageError(f"the recorded run ends by a fault: {self.faults[0].message}")
-        self._digest.fold()
+        self._account.digest.fold()
 
     @property
     def time_s(self) -> float:
@@ -204,10 +175,6 @@ class Session:
         """End what goes on in other threads, without a word to devices."""
         self._executor.close()
 
-    def _followed(self) -> list[tuple[str, Requirements]]:
-        both = ("requirements", self._system.requirements), ("triggers", self._system.triggers)
-        return [(of, each) for of, each in both if each is not None]
-
     @property
     def progress(self) -> int:
         """A number that changes as long as the run goes on."""
@@ -217,8 +184,8 @@ class Session:
         """The run as it is now."""
         return View(
             self._executor.time_s,
-            self._statistics.states,
-            tuple(self._cycles.fulfilled),
+            self._account.statistics.states,
+            tuple(self._account.cycles.fulfilled),
             self.wanted,
             self.duration_s,
         )
@@ -233,8 +200,8 @@ class Session:
         try:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)
-            if self._requirements is not None:
-                self._requirements.finish(self._executor.tick)
+            if self._account.requirements is not None:
+                self._account.requirements.finish(self._executor.tick)
         finally:
             self.interruption.allow(always=True)
             self._executor.close()
@@ -249,28 +216,29 @@ class Session:
         simulated_s = self._executor.time_s
         wall_s = self._wall_s or self._clock.now_s() - self._begin_s
         busy_s = self._executor.busy_s
-        tallies = self._statistics.tallies
+        account = self._account
+        tallies = account.statistics.tallies
         return Report(
             spec=self._system.spec or self._system.name,
-            seed=self._seed,
+            seed=self._options.seed,
             versions=versions(),
             simulated_s=simulated_s,
             wall_s=wall_s,
             real_time_factor=simulated_s / wall_s if wall_s else 0.0,
             peak_memory_mb=peak_memory_mb(),
-            cycles=self._cycles.results,
+            cycles=account.cycles.results,
             subsystems={n: subsystem_data(tallies[n], busy_s[n]) for n in sorted(tallies)},
-            equations_executed=self._statistics.equations(),
-            records_sha256=self._digest.hexdigest(),
+            equations_executed=account.statistics.equations(),
+            records_sha256=account.digest.hexdigest(),
             faults=[fault.as_data() for fault in self.faults],
             ended=self._ended(),
             interrupted=self.interruption.requested,
             last_outputs={n: o.as_data() for n, o in sorted(self._last_outputs.items())},
-            set=self._set,
+            set=dict(self._options.built_with),
             scene=self._scene,
-            requirements=self._requirements.as_data() if self._requirements else [],
+            requirements=account.requirements.as_data() if account.requirements else [],
             disturbances=self._disturbances.as_data(),
-            unobserved=self._unobserved,
+            unobserved=account.unobserved,
         )
 
     def _ended(self) -> Ending:
@@ -283,52 +251,49 @@ class Session:
     @property
     def fulfilled(self) -> bool:
         """Whether nothing failed or was violated, and every cycle wanted is fulfilled."""
-        if self._requirements is not None and self._requirements.violated:
-            return False
         enough = self.wanted is None or self._complete()
-        return enough and all(self._cycles.fulfilled) and not self.faults
+        good = enough and all(self._account.cycles.fulfilled)
+        return good and not self._account.violated and not self.faults
 
     def _complete(self) -> bool:
-        return self.wanted is not None and len(self._cycles.results) >= self.wanted
+        return self.wanted is not None and len(self._account.cycles.results) >= self.wanted
 
     @property
     def shortfall(self) -> str:
         """Why cycles that were wanted are not there; empty if they are."""
-        done = len(self._cycles.results)
+        results = self._account.cycles.results
+        done = len(results)
         if self.faults or self.wanted is None or done >= self.wanted:
             return ""
-        limit = self._cycle_limit_s
-        cut = self._cycles.results and self._cycles.results[-1]["ended"] == "time limit"
-        why = f"one took {limit:g} s" if cut else f"{self.duration_s:g} s were over"
+        cut = results and results[-1]["ended"] == "time limit"
+        why = f"one took {self._cycle_limit_s:g} s" if cut else f"{self.duration_s:g} s were over"
         return f"{done} of {self.wanted} cycles when {why}"
 
     def abandon(self) -> None:
         """Give the plant its safe outputs although a step that does not end is still under way."""
         self._executor.abandon(self.interruption.abandoned())
-        if self._requirements is not None:
-            self._requirements.abandon(self._executor.tick)
+        if self._account.requirements is not None:
+            self._account.requirements.abandon(self._executor.tick)
         self._last_outputs = self._executor.leave_safe()
         self._over_now = True
 
     def _end_of_the_last_cycle(self) -> None:
         with suppress(JudgeFailed):  # a judge that fails after a fault adds nothing to it
-            self._cycles.end("fault")
+            self._account.cycles.end("fault")
 
     @property
     def faults(self) -> list[Fault]:
         """What stopped the run."""
-        return self._executor.faults + self._judge_faults
+        return self._executor.faults + self._other_faults
 
     def _advance(self, companions: Sequence[Companion]) -> None:
         calls = [(self._ticks(c.period_s), c) for c in companions]
-        observe, executor = self._cycles.observe, self._executor
+        executor = self._executor
         while not self._over() and self._disturbed() and executor.advance():
             if executor.tick == 1:
                 executor.wait()
                 self._begin_s = self._clock.now_s()
-            observe()
-            for each in self._followers:
-                each.advance(executor.tick)
+            self._account.advance(executor.tick)
             for ticks, companion in calls:
                 if executor.tick % ticks == 0 and not self._accompanied(companion):
                     calls = [call for call in calls if call[1] is not companion]
@@ -358,13 +323,18 @@ class Session:
         if self._complete():
             return True
         if self.duration_s is not None:
-            last = math.ceil(self.duration_s / self._system.tick_s - 1e-6)
+            last = math.ceil(self.duration_s / self._system.tick_s - _ROUNDING)
             if self._executor.tick >= last or self.wanted is None:
                 return self._executor.tick >= last
-        if self._executor.time_s - self._cycles.begun_s < self._cycle_limit_s:
+        cycles = self._account.cycles
+        if self._executor.time_s - cycles.begun_s < self._cycle_limit_s:
             return False
-        self._cycles.end("time limit")
+        cycles.end("time limit")
         return True
+
+    @property
+    def _cycle_limit_s(self) -> float:
+        return self._options.cycle_limit_s or CYCLE_LIMIT_S
 
     def _ticks(self, period_s: float) -> int:
         return max(1, round(period_s / self._system.tick_s))
@@ -381,19 +351,21 @@ class Session:
     def note(self, fault: Fault) -> None:
         """Add a fault of what goes on around the executor."""
         fault.time_s = fault.time_s or self._executor.time_s
-        self._judge_faults.append(fault)
+        self._other_faults.append(fault)
 
 
-def _onlooker(
-    system: System,
-    plant: Plant | None,
-    recorder: Observer | None,
-    followers: Sequence[Requirements],
-) -> Onlooker | None:
-    """What samples the plant for those who follow the run; a recorder gets all that there is."""
-    if system.plant is None or plant is None:
-        return None
-    read = frozenset[str]().union(*(each.observed for each in followers))
-    seen = [one for one in system.plant.observed if recorder is not None or one.name in read]
-    told: list[Observer] = [*([] if recorder is None else [recorder]), *followers]
-    return Onlooker(seen, plant.sample, told) if seen else None
+def _meeting(time_s: float, *ticks_s: float) -> float:
+    """The first time from then on that is a multiple of all these."""
+    parts = [Fraction(tick_s).limit_denominator(_FINEST) for tick_s in ticks_s]
+    below = math.gcd(*(part.denominator for part in parts))
+    every_s = math.lcm(*(part.numerator for part in parts)) / below
+    return math.ceil(time_s / every_s - _ROUNDING) * every_s
+
+
+def _asked(options: Options, system: System) -> tuple[float | None, int | None]:
+    """How long the run is in simulated time, and for how many cycles."""
+    if options.duration_s is None and system.task is None:
+        return DEFAULT_DURATION_S, options.cycles
+    if options.duration_s is None and options.cycles is None:
+        return None, 1
+    return options.duration_s, options.cycles

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
-from specc_runtime.buffers import FRESH, PRESENT, setter
+from specc_runtime.buffers import FRESH, Sent, setter
 from specc_runtime.forms import (
     TEXT,
     TRUTH,
@@ -46,12 +47,15 @@ class Values:
     ) -> None:
         """`aside` takes or has what does not stand in a snapshot itself.
 
-        What cannot be kept is left out if that `is_lenient`.
+        If it `is_lenient`, another system is to go on: samples are kept although new ones follow,
+        and a plant or a judge that cannot tell what it remembers is left out.
         """
         self.is_lenient = is_lenient
+        self.lost: list[str] = []
+        """What of the data that was asked for has no place in the system, and why."""
         self._layouts = layouts
         self._aside: Any = aside
-        self._forms: dict[tuple[str, str], Form] = dict(_forms(system, layouts))
+        self._forms: dict[tuple[str, str], tuple[Form, str]] = dict(_forms(system, layouts))
         self._last: dict[tuple[str, Element], tuple[Any, Any]] = {}
         plant = system.plant
         self._sensed = {(i.subsystem, i.element): i.sensor for i in plant.inputs} if plant else {}
@@ -60,36 +64,50 @@ class Values:
         """Whether there is such a subsystem."""
         return subsystem in self._layouts
 
-    def has(self, kind: str, name: str) -> bool:
-        """Whether there is such a sensor, actuator or reading."""
-        return (kind, name) in self._forms
-
     def told(self, kind: str, name: str, value: Any) -> Any:
         """The data of a value of a `sensor`, an `actuator` or a reading; raises NotRecorded."""
         if type(value) is Deferred:
             value = value.value()
-        return self._forms[kind, name].data(value, self._aside)
-
-    def value(self, kind: str, name: str, data: Any) -> Any:
-        """The value of the data; raises LookupError, Misshapen, NotRecorded."""
-        return self._forms[kind, name].value(data, self._aside)
+        form, shown = self._forms[kind, name]
+        try:
+            return form.data(value, self._aside)
+        except NotRecorded as why:
+            raise NotRecorded(f"{shown}, {why}") from None
 
     def read(self, of: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The data of what requirements or triggers read, by attributes."""
+        """The data of sensors, actuators, or what requirements or triggers read, by names."""
         return {name: self.told(of, name, value) for name, value in values.items()}
 
-    def values_read(self, of: str, data: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of that, as far as anything reads them now."""
-        return {n: self.value(of, n, item) for n, item in data.items() if (of, n) in self._forms}
+    def found(self, of: str, data: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of that which there are in this system; others of its own are `lost`."""
+        values = {}
+        for name, item in data.items():
+            if (of, name) not in self._forms:
+                continue
+            form, shown = self._forms[of, name]
+            try:
+                values[name] = form.value(item, self._aside)
+            except (Misshapen, NotRecorded) as why:
+                self.lost.append(f"the last value of {shown} is not taken over: {why}")
+        return values
+
+    def of_sent(self, subsystem: Subsystem, sent: Sent) -> dict[str, Any]:
+        """The data of what it sent; raises NotRecorded."""
+        layout, buffer = self._layouts[subsystem.name], SimpleNamespace(**dict(sent))
+        return self._elements(subsystem, layout.y, buffer)
+
+    def sent(self, subsystem: str, data: Mapping[str, Any]) -> Sent:
+        """The values of that, as far as it sends them now."""
+        return tuple(self._found(self._layouts[subsystem].y, data)[0].items())
 
     def of_subsystem(
-        self, subsystem: Subsystem, x: Any, renewed: Collection[str]
+        self, subsystem: Subsystem, x: Any, renewed: Collection[tuple[str, str]]
     ) -> dict[str, Any]:
         """Where it is and what it knows; inputs from sensors that are `renewed` are left out.
 
         They are not where that `is_lenient`: in another system they may not be due.
 
-        `x` are the inputs of its next step.
+        `x` are the inputs of its next step, `renewed` names subsystems with sensors.
 
         Raises NotRecorded.
         """
@@ -98,15 +116,19 @@ class Values:
         inputs = [
             element
             for element in layout.x
-            if self.is_lenient or sensed.get((subsystem.name, element.attribute)) not in renewed
+            if self.is_lenient
+            or (subsystem.name, sensed.get((subsystem.name, element.attribute))) not in renewed
         ]
+        there = self._elements(subsystem, inputs, x)
+        names = {e.attribute: ".".join(e.name) for e in layout.x}
+        flags = {n: getattr(x, FRESH + attribute, None) for attribute, n in names.items()}
         return {
             "state": subsystem.state,
             "periods": vars(subsystem).get("_periods", 0),
             "memory": self._elements(subsystem, layout.memory, subsystem.memory),
-            "x": self._elements(subsystem, inputs, x),
-            "fresh": [e.name for e in layout.x if getattr(x, FRESH + e.attribute, False)],
-            "present": [e.name for e in layout.x if getattr(x, PRESENT + e.attribute, False)],
+            "x": there,
+            "awaited": [name for name in names.values() if name not in there],
+            "fresh": {name: flag for name, flag in flags.items() if flag is not None},
         }
 
     def _elements(
@@ -124,8 +146,6 @@ class Values:
                 try:
                     last = value, element.form.data(value, self._aside)
                 except NotRecorded as why:
-                    if self.is_lenient:
-                        continue
                     name = ".".join(element.name)
                     raise NotRecorded(f"{name} of {subsystem.name}, {why}") from None
                 self._last[subsystem.name, element] = last
@@ -141,13 +161,7 @@ class Values:
         state = saved["state"]
         if state not in layout.ends:
             raise Misshapen(f"{name} was in {state}, which is no state of it")
-        x = subsystem.x
-        for attribute, value in self._found(layout.x, saved["x"])[0].items():
-            setter(x, attribute)(value)
-        for element in layout.x:
-            for prefix, raised in ((FRESH, saved["fresh"]), (PRESENT, saved["present"])):
-                if hasattr(x, prefix + element.attribute):
-                    setattr(x, prefix + element.attribute, list(element.name) in raised)
+        yield from self._place_inputs(subsystem, saved)
         memory, missing = self._found(layout.memory, saved["memory"])
         method, periods = layout.ends[state][2], int(saved["periods"]) + 1
         _place(subsystem, memory, state, method, periods)
@@ -156,6 +170,21 @@ class Values:
         yield from (f"{name}: memory {n} is as at the beginning: {w}" for n, w in missing.items())
         known = {".".join(e.name) for e in layout.memory}
         yield from (f"{name}: there is no memory {n}" for n in saved["memory"] if n not in known)
+
+    def _place_inputs(self, subsystem: Subsystem, saved: Mapping[str, Any]) -> Iterator[str]:
+        """What has no value in the snapshot stays as it is at the beginning of a run."""
+        name, x, elements = subsystem.name, subsystem.x, self._layouts[subsystem.name].x
+        found, missing = self._found(elements, saved["x"])
+        for element in elements:
+            shown, flag = ".".join(element.name), FRESH + element.attribute
+            if element.attribute in found:
+                setter(x, element.attribute)(found[element.attribute])
+                if hasattr(x, flag):
+                    setattr(x, flag, saved["fresh"].get(shown, False))
+                    if shown not in saved["fresh"]:
+                        yield f"{name}: whether input {shown} is fresh was not asked: it is not"
+            elif shown not in saved["awaited"]:
+                yield f"{name}: input {shown} is as at the beginning: {missing[shown]}"
 
     def _found(
         self, elements: Iterable[Element], data: Mapping[str, Any]
@@ -196,24 +225,31 @@ def _begin_anew(subsystem: Subsystem, place: Callable[[], None]) -> None:
     vars(subsystem)["_work"] = work
 
 
-def _forms(system: System, layouts: Mapping[str, Layout]) -> Iterator[tuple[tuple[str, str], Form]]:
+def _forms(
+    system: System, layouts: Mapping[str, Layout]
+) -> Iterator[tuple[tuple[str, str], tuple[Form, str]]]:
+    """Forms by where they are, each with what it is called."""
     plant = system.plant
     for item in plant.inputs if plant else ():
-        yield ("sensor", item.sensor), _form(layouts[item.subsystem].x, item.element)
+        element = _element(layouts[item.subsystem].x, item.element)
+        yield ("sensor", item.sensor), (element.form, item.sensor)
     for output in plant.outputs if plant else ():
-        yield ("actuator", output.actuator), _form(layouts[output.subsystem].y, output.element)
+        element = _element(layouts[output.subsystem].y, output.element)
+        yield ("actuator", output.actuator), (element.form, output.actuator)
     for of, followers in (("requirements", system.requirements), ("triggers", system.triggers)):
         for reading in followers.readings if followers else ():
             yield (of, reading.attribute), _form_of(reading, layouts)
 
 
-def _form_of(reading: Reading, layouts: Mapping[str, Layout]) -> Form:
+def _form_of(reading: Reading, layouts: Mapping[str, Layout]) -> tuple[Form, str]:
     if reading.asks_presence:
-        return TRUTH
+        return TRUTH, reading.attribute
     if reading.kind == "state":
-        return TEXT
-    return _form(getattr(layouts[reading.subsystem], PART[reading.kind]), reading.element)
+        return TEXT, f"the state of {reading.subsystem}"
+    part = getattr(layouts[reading.subsystem], PART[reading.kind])
+    element = _element(part, reading.element)
+    return element.form, f"{'.'.join(element.name)} of {reading.subsystem}"
 
 
-def _form(elements: Iterable[Element], attribute: str) -> Form:
-    return next(element.form for element in elements if element.attribute == attribute)
+def _element(elements: Iterable[Element], attribute: str) -> Element:
+    return next(element for element in elements if element.attribute == attribute)

@@ -48,9 +48,14 @@ class Stepper:
         return self.subsystem.step()
 
     def place(self, state: str, method: str) -> None:
-        """Put it into a state, which `method` of the generated class works in."""
+        """Put it into a state, which `method` of the generated class works in.
+
+        What it remembers is there already: some of the class is made of that, in the first period.
+        """
         self.subsystem.state = state
         vars(self.subsystem)["_work"] = getattr(self.subsystem, method)
+        if (settle := getattr(self.subsystem, "_settle", None)) is not None:
+            settle()
 
     def lasted(self, periods: int) -> None:
         """Let the state have lasted some periods when its conditions are asked next."""

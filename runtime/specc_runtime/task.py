@@ -41,7 +41,8 @@ def _one(draw: Draw, rng: np.random.Generator) -> float:
 class Judge(Protocol):
     """Watches a run and says what each cycle was worth. Made with the plant, once the scene is set.
 
-    `criterion` names the entry of a cycle's report that says whether the cycle was fulfilled.
+    It has `watch` if the task watches memory. `criterion` names the entry of a cycle's report that
+    says whether the cycle was fulfilled.
     """
 
     criterion: str

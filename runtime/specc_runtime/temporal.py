@@ -30,9 +30,18 @@ TRUE: Judgement = (_HIGHEST, _HIGHEST)
 FALSE: Judgement = (_LOWEST, _LOWEST)
 
 
-def judged(holds: bool, margin: float = math.inf) -> Judgement:
-    """The judgement of a condition by what it says and how far its two numbers are apart."""
-    size = abs(margin)
+def judged(holds: bool, margin: float | Callable[[], float] = math.inf) -> Judgement:
+    """The judgement of a condition by what it says and how far it is from saying the opposite.
+
+    The margin of whole numbers is a float as well, infinite where it is beyond all floats. There is
+    none where it needs what the condition did not come to ask, of `or` or of `all`.
+    """
+    try:
+        size = abs(float(margin() if callable(margin) else margin))
+    except Exception as error:
+        if not isinstance(error, AttributeError) and not _may_be_raised(error):
+            raise
+        size = math.inf
     known = (True, size) if holds else (False, -size)
     return known, known
 
@@ -131,9 +140,13 @@ class _Kept:
 
 
 class Formula(_Kept, ABC):
-    """A formula that follows a run. What it says at a tick is known `delay` ticks later."""
+    """A formula that follows a run. What it says at a tick is known `delay` ticks later.
+
+    What it remembers follows from the last `depth` ticks.
+    """
 
     delay: int = 0
+    depth: float = 0
     operands: Sequence[Formula] = ()
 
     def atoms(self) -> Iterator[Atom]:
@@ -175,7 +188,7 @@ class Atom(Formula):
         return self.now
 
 
-def _may_be_raised(error: Exception, reads: Collection[str]) -> bool:
+def _may_be_raised(error: Exception, reads: Collection[str] = ()) -> bool:
     """Whether a condition without a value raises it: what is absent, arithmetic, an operator."""
     if isinstance(error, ArithmeticError | LookupError | ValueError):
         return True
@@ -188,7 +201,7 @@ class Not(Formula):
     """The opposite."""
 
     def __init__(self, operand: Formula) -> None:
-        self.delay = operand.delay
+        self.delay, self.depth = operand.delay, operand.depth
         self.operands = (operand,)
         self.parts = (operand,)
 
@@ -211,6 +224,7 @@ class _Delayed(_Kept):
         self._formula = formula
         self.parts = (formula,)
         self._reach = self._by = delay - formula.delay
+        self.depth = formula.depth + self._by
         self._waiting: deque[Judgement | None] = deque()
 
     def step(self) -> Judgement | None:
@@ -231,6 +245,7 @@ class _Junction(Formula):
         self.delay = max(operand.delay for operand in operands)
         self.operands = operands
         self._delayed = [_Delayed(operand, self.delay) for operand in operands]
+        self.depth = max(operand.depth for operand in self._delayed)
         self.parts = self._delayed
 
     def step(self) -> Judgement | None:
@@ -272,6 +287,7 @@ class _Window(Formula):
         self._lows: deque[tuple[int, Known]] = deque()
         self._highs: deque[tuple[int, Known]] = deque()
         self.delay = operand.delay + (ticks if self.ahead else 0)
+        self.depth = operand.depth + ticks
 
     def step(self) -> Judgement | None:
         """See `Formula`."""
@@ -321,7 +337,7 @@ class Since(Formula):
     keeps: ClassVar[Mapping[str, _Data]] = {"_last": _LAST}
 
     def __init__(self, first: Formula, second: Formula) -> None:
-        self.delay = max(first.delay, second.delay)
+        self.delay, self.depth = max(first.delay, second.delay), math.inf
         self.operands = (first, second)
         self._first = _Delayed(first, self.delay)
         self._second = _Delayed(second, self.delay)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import copy
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any
 
-from specc_runtime.buffers import Sent
+from specc_runtime.buffers import Put, Sent, sender
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import AxiomViolated, DeviceFailed, Fault, StepAbandoned, StepFailed
 from specc_runtime.interruption import Abandoned
@@ -26,23 +25,24 @@ class Track:
     """Starts steps and commits what came of them.
 
     `pending` tells whether a step was started at `started_tick` and is not committed yet; `last` is
-    the record of the last step that the others have seen.
+    the record of the last step that the others have seen; `late` is what was committed and sent
+    before they may see it.
     """
 
     __slots__ = (
-        "_scheduled", "_send", "_watch", "last", "name", "pending", "ports", "runner", "stamp",
-        "started_tick",
+        "_readers", "_scheduled", "_send", "_watch", "last", "late", "name", "pending", "ports",
+        "runner", "stamp", "started_tick",
     )  # fmt: skip
 
     def __init__(
         self,
         scheduled: Scheduled,
         runner: Runner,
-        send: Mapping[str, Callable[[Any], Sent]],
+        readers: Mapping[str, Sequence[Put]],
         ports: tuple[Port, ...],
         watch: tuple[str, ...],
     ) -> None:
-        """`send` gives for each state what sends its outputs."""
+        """`readers` has for each output the setters of those who read it."""
         self.name = scheduled.subsystem.name
         self.runner = runner
         self.ports = ports
@@ -50,8 +50,13 @@ class Track:
         self.started_tick = 0
         self.pending = False
         self.last: StepRecord | None = None
+        self.late: Sent = ()
         self._scheduled = scheduled
-        self._send = send
+        self._readers = readers
+        self._send = {
+            state: sender(elements, [readers[element] for element in elements])
+            for state, elements in scheduled.subsystem.sends.items()
+        }
         self._watch = watch
 
     @property
@@ -71,8 +76,20 @@ class Track:
         self.pending = True
         self.runner.start()
 
-    def commit(self, tick_s: float) -> StepRecord:
-        """Make the pending step visible; raises the fault that it ended in."""
+    def next_tick(self, tick: int) -> int:
+        """When it is due, from this tick on."""
+        return -(-tick // self.ticks) * self.ticks
+
+    def go_on(self, tick: int) -> None:
+        """Be between two steps at a tick, the next one that of its time."""
+        self.stamp = self.next_tick(tick) // self.ticks - 1
+        self.started_tick = self.stamp * self.ticks
+
+    def commit(self, tick_s: float, *, is_early: bool = False) -> StepRecord:
+        """Make the pending step visible; raises the fault that it ended in.
+
+        If that `is_early`, what it sent is `late`, and nobody sees it yet.
+        """
         self.pending = False
         outcome = self.runner.outcome()
         if isinstance(outcome, Fault):
@@ -84,9 +101,20 @@ class Track:
             memory = subsystem.memory
             watched = tuple([(name, getattr(memory, name, None)) for name in self._watch])
         time_s = self.started_tick * tick_s
-        sent = self._send[state](subsystem.y)
+        if is_early:
+            names = subsystem.sends[state]
+            self.late = sent = sender(names, [()] * len(names))(subsystem.y)
+        else:
+            sent = self._send[state](subsystem.y)
         self.last = StepRecord(self.name, self.stamp, time_s, state, outcome, sent, watched)
         return self.last
+
+    def show(self) -> None:
+        """Let the others see what is `late`."""
+        late, self.late = self.late, ()
+        for element, value in late:
+            for put in self._readers[element]:
+                put(value)
 
 
 class Runner(ABC):
@@ -190,6 +218,9 @@ def _fault(subsystem: Subsystem, error: BaseException) -> Fault:
         fault = error
     else:
         module = type(subsystem).__module__
+        if isinstance(error, AttributeError) and error.obj is subsystem.x:
+            absent = LookupError(f"input {error.name} has no value")
+            error = absent.with_traceback(error.__traceback__)
         kind = StepAbandoned if isinstance(error, Abandoned) else StepFailed
         fault = kind(subsystem.name, subsystem.state, error, module)
     fault.inputs = fault.inputs or contents(subsystem.x)

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from specc_runtime.buffers import Put, lower_flags, sender, setter
+from specc_runtime.buffers import Put, lower_flags, setter
 from specc_runtime.clock import WallClock
 from specc_runtime.faults import DeviceFailed, Fault
 from specc_runtime.plant import Plant
@@ -35,6 +35,10 @@ class SensorRate:
 
     ticks: int
     readers: tuple[str, ...]
+
+    def last_before(self, tick: int) -> int:
+        """The tick of the last sample until then, if it is worth taking."""
+        return tick - tick % (self.ticks or 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +113,8 @@ SWITCH_S = 1e-4
 """How long a worker may keep the interpreter while a control loop waits for it. Python's own 5 ms
 are more than two periods of such a loop."""
 
-Readers = dict[tuple[str, str], list[Put]]
-"""(subsystem, output element) -> the setters of those who read it."""
+Readers = dict[str, dict[str, list[Put]]]
+"""Subsystem -> output element -> the setters of those who read it."""
 
 
 def worker_pool(system: System) -> Workers | None:
@@ -140,15 +144,11 @@ def tracks(
     for scheduled in system.subsystems:
         subsystem = scheduled.subsystem
         name = subsystem.name
-        send = {
-            state: sender(elements, [readers[name, element] for element in elements])
-            for state, elements in subsystem.sends.items()
-        }
         watch = system.task.watch if system.task and system.task.subsystem == name else ()
         inputs = [i for i in (system.plant.inputs if system.plant else ()) if i.subsystem == name]
         runner = _runner(subsystem, tuple(i.element for i in inputs), pool, clock)
         ports = [Port(sensors[i.sensor], setter(subsystem.x, i.element)) for i in inputs]
-        built[name] = Track(scheduled, runner, send, tuple(ports), watch)
+        built[name] = Track(scheduled, runner, readers[name], tuple(ports), watch)
     return built
 
 
@@ -162,14 +162,14 @@ def _runner(
 
 
 def _readers(system: System, plant: Plant | None, commands: Commands) -> Readers:
-    readers: Readers = defaultdict(list)
+    readers: Readers = defaultdict(lambda: defaultdict(list))
     for item in system.connections:
         inbox = system.scheduled(item.target).subsystem.x
-        readers[item.source, item.output].append(setter(inbox, item.input))
+        readers[item.source][item.output].append(setter(inbox, item.input))
     if system.plant is not None and plant is not None:
         for output in system.plant.outputs:
             put = _command(plant, output, commands)
-            readers[output.subsystem, output.element].append(put)
+            readers[output.subsystem][output.element].append(put)
     return readers
 
 

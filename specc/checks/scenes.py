@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import chain, permutations
 from math import ceil, gcd, inf
+from operator import attrgetter, itemgetter
 
 from specc.analysis import Facts
 from specc.analysis.dataflow import Measured
@@ -150,9 +152,7 @@ def _silent(
             yield Diagnostic("E0517", message, place, related=related, help=help)
     elif binding.max_gap_s is not None:
         sampling = _Sampling(binding, facts)
-        spans = [_Span(each, place, sampling.tick) for each, place in found]
-        for row in sampling.rows(spans):
-            longest = sampling.longest(row)
+        for row, longest in sampling.gaps([_Span(each, p, sampling.tick) for each, p in found]):
             if longest is None or longest > binding.max_gap_s:
                 without = "to the end of the run" if longest is None else f"for {ms(longest)}"
                 message = f"`{name}` may have no sample {without}, which its `max_gap` excludes"
@@ -160,6 +160,10 @@ def _silent(
                 others = tuple(Related(s.place, "silent too") for s in row if s is not odd)
                 help = "make `lasts` shorter, or `max_gap` longer"
                 yield Diagnostic("E0517", message, odd.place, "", (*related, *others), help)
+
+
+_MOST_ORDERED = 6
+"""Silences that wait and are tried in every order."""
 
 
 class _Span:
@@ -191,33 +195,91 @@ class _Sampling:
         }
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
         self._periods = [int(period / self.tick) for period in periods] or [1]
+        self._grid = gcd(*self._periods)
 
-    def rows(self, spans: list[_Span]) -> Iterator[list[_Span]]:
-        """Silences between which there may be no sample; those that wait may begin at any time."""
+    def gaps(self, spans: list[_Span]) -> Iterator[tuple[list[_Span], Fraction | None]]:
+        """Silences between which there may be no sample, and the longest time between samples.
+
+        None is to the end of the run. Those that wait may begin at any time from their first tick
+        on: of what can come of them there is the longest.
+        """
         waiting = [span for span in spans if span.last is None]
+        rows = self._rows(span for span in spans if span.last is not None)
+        for row in [*rows, waiting]:
+            if any(span.ticks is None for span in row):
+                yield row, None
+            elif row is not waiting:
+                yield row, self._longest(row)
+        if waiting and all(span.ticks is not None for span in spans):
+            yield self._waited(waiting, rows)
+
+    def _waited(
+        self, waiting: list[_Span], rows: list[list[_Span]]
+    ) -> tuple[list[_Span], Fraction]:
+        if len(waiting) > _MOST_ORDERED:  # no more than if all come one after the other
+            row = [*chain(*rows), *waiting]
+            return row, self._between(self._missed(row))
+        later = [rows[start:] for start in range(len(rows) + 1)]
+        found = [self._stretch(order, rest) for order in permutations(waiting) for rest in later]
+        joined = [(row, ticks) for row, ticks in found if not set(waiting).isdisjoint(row)]
+        row, ticks = max(joined, key=itemgetter(1))
+        return row, self._between(ticks)
+
+    def _rows(self, timed: Iterable[_Span]) -> list[list[_Span]]:
         rows: list[list[_Span]] = []
-        timed = (span for span in spans if span.last is not None)
-        for span in sorted(timed, key=lambda span: span.first):
+        for span in sorted(timed, key=attrgetter("first")):
             if rows and self._before(span.first) < _end(rows[-1]):
                 rows[-1].append(span)
             else:
                 rows.append([span])
-        for row in rows:
-            touched = any(self._before(span.first) < _end(row) for span in waiting)
-            yield row + waiting if touched else row
-        if waiting:
-            yield waiting
+        return rows
 
-    def longest(self, row: list[_Span]) -> Fraction | None:
-        """The longest time since the last sample at which there could have been one."""
-        if any(span.ticks is None for span in row):
-            return None
-        if all(span.first == span.last for span in row):
-            gap = self._before(int(_end(row))) - max(0, self._before(row[0].first))
-            return max(gap, 0) * self.tick
-        grid = gcd(*self._periods)
-        missed = sum(-(-(span.ticks or 0) // grid) for span in row) * grid
-        return (missed + min(self._periods) - grid) * self.tick
+    def _longest(self, row: list[_Span]) -> Fraction:
+        gap = self._before(int(_end(row))) - max(0, self._before(row[0].first))
+        longest = max(gap, 0) * self.tick
+        if any(span.first != span.last for span in row):
+            return min(longest, self._between(self._missed(row)))
+        return longest
+
+    def _stretch(
+        self, waiting: Sequence[_Span], rows: Sequence[list[_Span]]
+    ) -> tuple[list[_Span], int]:
+        """Silences, each of which begins as the one before ends, or before; how many ticks in all.
+
+        They begin with the first row, if there is one; those that wait come in the order given,
+        but for those of which it is too early.
+        """
+        row, later = list(rows[0]) if rows else [], list(rows[1:])
+        end = self._sampled(int(_end(row)) if row else max(span.first for span in waiting))
+        parts = [self._extent(row)] if row else []
+        begin = end - sum(parts)
+        for span in waiting:
+            if self._before(span.first) >= end:
+                continue
+            row.append(span)
+            end += self._missed([span])
+            parts.append(self._missed([span]))
+            while later and self._before(later[0][0].first) < end:
+                parts.append(self._extent(later[0]))
+                end = max(end, min(end + parts[-1], self._sampled(int(_end(later[0])))))
+                row += later.pop(0)
+        is_drawn = any(span.last not in (None, span.first) for span in row)
+        return row, sum(parts) if is_drawn else end - begin
+
+    def _extent(self, row: list[_Span]) -> int:
+        """The most ticks without samples by silences that do not wait."""
+        return min(self._missed(row), self._sampled(int(_end(row))) - self._sampled(row[0].first))
+
+    def _missed(self, row: list[_Span]) -> int:
+        """Ticks for which there is no sample, if none of the silences overlap."""
+        return sum(self._sampled(span.ticks or 0) for span in row)
+
+    def _sampled(self, tick: int) -> int:
+        """The first tick from this one on at which there may be a sample."""
+        return -(-tick // self._grid) * self._grid
+
+    def _between(self, missed: int) -> Fraction:
+        return (missed + min(self._periods) - self._grid) * self.tick
 
     def _before(self, tick: int) -> int:
         """The last tick before this one at which there is a sample."""

@@ -147,16 +147,11 @@ def states_left(facts: Facts) -> Iterator[Diagnostic]:
         found = components(names, edges)
         cycles = [part for part in found if len(part.states) > 1]
         for part in found:
-            if not part.left and _is_trap(part, cycles, set(edges), subsystem):
+            if not part.left and _is_trap(part, cycles, set(edges)):
                 yield _not_left(subsystem, part)
 
 
-def _is_trap(
-    part: Component,
-    cycles: list[Component],
-    edges: set[tuple[str, str]],
-    subsystem: Subsystem,
-) -> bool:
+def _is_trap(part: Component, cycles: list[Component], edges: set[tuple[str, str]]) -> bool:
     """Several states are a trap if other states form a cycle, which is then left for good.
 
     Otherwise the others are the steps that lead to the work. A single state is the end if nothing

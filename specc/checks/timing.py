@@ -9,10 +9,11 @@ from math import ceil
 from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
 from specc.analysis.dataflow import Measured, Node, Sent
-from specc.analysis.rates import LONGEST
+from specc.analysis.rates import LONGEST, base_tick
 from specc.analysis.reads import arrivals_asked
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import ms
+from specc.mjcf import Model
 from specc.model.fsm import State
 from specc.model.system import Element, Subsystem
 from specc.source import Place
@@ -47,6 +48,42 @@ def _rate(subsystem: Subsystem) -> str:
 def _count(ticks: object) -> str:
     text = str(ticks)
     return text if len(text) <= 12 else f"10^{len(text) - 1}"
+
+
+# The simulation of a model goes on by whole time steps, so every base tick has to be some of them.
+
+
+_WHOLE = Fraction(1, 1_000_000)
+"""How far from a whole number of time steps a tick may be, as when a model is run."""
+
+
+def ticks_stepped(facts: Facts) -> Iterator[Diagnostic]:
+    """E0518, at the first subsystem whose period is not a whole number of time steps."""
+    plant, model, timed = facts.system.plant, facts.model, facts.rates.timed
+    if plant is None or not isinstance(model, Model) or not model.timestep_s or not timed:
+        return
+    step_s = Fraction(model.timestep_s).limit_denominator(10**9)
+    tick_s = base_tick(1 / s.rate_hz for s in timed)
+    if not step_s or _is_stepped(tick_s, step_s):
+        return
+    odd, *others = [s for s in timed if not _is_stepped(1 / s.rate_hz, step_s)] or timed
+    period_s = 1 / odd.rate_hz
+    fitting_s = step_s * max(1, round(period_s / step_s))
+    finer_s = tick_s / ceil(tick_s / step_s)
+    finer = f'; or give the model `<option timestep="{float(finer_s):.12g}"/>`'
+    yield Diagnostic(
+        "E0518",
+        f"{_rate(odd)} does not fit the time step of the model, {ms(step_s)}",
+        odd.place.below("rate"),
+        f"a period of {ms(period_s)} has {float(period_s / step_s):.6g} steps",
+        (Related(plant.place, "the model"), *(_with_rate(s) for s in others[:4])),
+        f"the nearest period that fits is {ms(fitting_s)}" + finer * (10 * finer_s > step_s),
+    )
+
+
+def _is_stepped(time_s: Fraction, step_s: Fraction) -> bool:
+    steps = time_s / step_s
+    return round(steps) > 0 and abs(steps - round(steps)) <= _WHOLE
 
 
 # A subsystem that asks whether a value has come is fast enough to see every value.
@@ -289,5 +326,5 @@ def _fitting(tick: Fraction, rate: Fraction) -> str:
     return f"the nearest period that fits is {float(1000 * ticks * tick):g} ms"
 
 
-CHECKS = (rates_meet, readers_fast_enough, ages_bounded, sensors_in_time)
+CHECKS = (rates_meet, ticks_stepped, readers_fast_enough, ages_bounded, sensors_in_time)
 USES = (ages_known, ages_held, rates_divide)

@@ -121,7 +121,7 @@ def _looking(commands: Any) -> None:
     explore.add_argument(
         "--budget",
         metavar="STEPS",
-        type=_steps,
+        type=_ranged(int, 1, 99_999_999),
         default=700_000,
         help="of single machines, in all ways that are followed (default: 700000)",
     )
@@ -170,7 +170,8 @@ def _importing(commands: Any) -> None:
     scxml.add_argument("files", metavar="FILE.scxml", nargs=1)
     for each in (fabric, scxml):
         each.add_argument("--name", metavar="NAME", default="", help="name of the system")
-        each.add_argument("--period", metavar="S", type=_period, help="period in seconds")
+        period = _ranged(Fraction, 1e-7, 3600)
+        each.add_argument("--period", metavar="S", type=period, help="period in seconds")
         each.add_argument(
             "--out", metavar="FILE.yaml", help="file to write (default: standard output)"
         )
@@ -195,7 +196,11 @@ def _replaying(commands: Any) -> None:
     replay.add_argument("--spec", metavar="SPEC", help=words)
     replay.add_argument("--subsystem", metavar="NAME", help="this subsystem only: irp.m")
     replay.add_argument(
-        "--until", metavar="S", type=_until, default=inf, help="simulated time to compare"
+        "--until",
+        metavar="S",
+        type=_ranged(float, 0, inf),
+        default=inf,
+        help="simulated time to compare",
     )
     words = "exit code 1 also if something cannot be compared"
     replay.add_argument("--check", action="store_true", help=words)
@@ -230,7 +235,7 @@ def _of_run(command: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         action=_Values,
         default={},
-        help="take this value for a constant; may be repeated",
+        help="take this value for a constant or for a parameter, `arm.hand.force`; may be repeated",
     )
     _add_from_runtime(command, "add_arguments")
 
@@ -242,16 +247,17 @@ def _of_sweep(command: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUES",
         action=_Values,
         default={},
-        help="values of a constant: FROM:TO:COUNT with both ends, or A,B,C; may be repeated",
+        help="values of a constant or parameter: FROM:TO:COUNT, or A,B,C; may be repeated",
     )
     words = "FROM:TO without TO, or A,B,C (default: %(default)s)"
     command.add_argument("--seeds", metavar="SEEDS", default="0:10", help=words)
     words = "address of a Dask cluster (default: processes of this machine)"
     command.add_argument("--scheduler", metavar="HOST:PORT", help=words)
     words = "runs at once on this machine (default: one for each core)"
-    command.add_argument("--workers", metavar="N", type=_workers, help=words)
+    command.add_argument("--workers", metavar="N", type=_ranged(int, 1, 9999), help=words)
     words = "wall time after which a run is ended (default: %(default)g s)"
-    command.add_argument("--limit", metavar="S", type=_limit, default=600.0, help=words)
+    limit = _ranged(float, 1e-3, 1e7)
+    command.add_argument("--limit", metavar="S", type=limit, default=600.0, help=words)
     words = "folder for the table, to which later runs are added (default: sweeps/SPEC)"
     command.add_argument("--out", metavar="DIR", help=words)
     _add_from_runtime(command, "add_extent")
@@ -304,43 +310,24 @@ def _warnings(text: str) -> tuple[str, ...]:
     return codes
 
 
-def _period(text: str) -> Fraction:
-    try:
-        period = Fraction(text) if len(text) < 20 else Fraction(0)
-    except (ValueError, ZeroDivisionError):
-        period = Fraction(0)
-    if not Fraction(1, 10**7) <= period <= 3600:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a period in seconds")
-    return period
+def _ranged(
+    read: Callable[[str], int | float | Fraction], low: float, high: float
+) -> Callable[[str], int | float | Fraction]:
+    """Takes the text of a whole number, else of seconds, in a range, both ends included."""
+    what = "a whole number" if read is int else "a number of seconds"
 
+    def taken(text: str) -> int | float | Fraction:
+        try:
+            # Python reads other digits, and `1_0`, too.
+            number = read(text) if text.isascii() and "_" not in text and len(text) < 20 else -1
+        except (ValueError, ZeroDivisionError):
+            number = -1
+        if not low <= number <= high:
+            words = f"{text!r} is not {what} from {low:.12g} to {high:.12g}"
+            raise argparse.ArgumentTypeError(words)
+        return number
 
-def _steps(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and int(text[:9]) > 0 and len(text) < 9):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of steps")
-    return int(text)
-
-
-def _workers(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and len(text) < 5 and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes, 1 or more")
-    return int(text)
-
-
-def _limit(text: str) -> float:
-    limit_s = _until(text)
-    if not 0 < limit_s <= 1e7:
-        raise argparse.ArgumentTypeError(f"{text!r} s are too few or too many")
-    return limit_s
-
-
-def _until(text: str) -> float:
-    try:
-        until_s = float(text)
-    except ValueError:
-        until_s = -1.0
-    if not until_s >= 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a time in seconds")
-    return until_s
+    return taken
 
 
 def _wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from specc.cli import inspect, streams
 from specc.diagnostics import Diagnostic, nearest
 from specc.diagnostics.report import Finding, Report, report, resolve
-from specc.source import Sources
+from specc.source import Place, Sources, real_path
 
 if TYPE_CHECKING:
     from specc.diagnostics.render.visible import Form
@@ -37,6 +37,7 @@ def build(options: Namespace) -> int:
     from specc import output, pipeline
 
     findings: list[Finding] = []
+    built_from: dict[Path, str] = {}
     stopped = False
     for path in options.specs:
         built = pipeline.build(path)
@@ -45,12 +46,21 @@ def build(options: Namespace) -> int:
         stopped |= not built.result.ok
         if built.result.ok and not refused:
             directory = Path(options.out, built.system)
-            if options.check:
+            first = built_from.setdefault(directory, path)
+            if real_path(first) != real_path(path):
+                put = [_taken(directory, first, path)]
+            elif options.check:
                 put = output.stale(directory, built.files)
             else:
                 put = output.write(directory, built.files, _writable(path, options.out))
             findings += resolve(put, Sources())
     return _publish(report(findings, options.specs), options.format) or int(stopped)
+
+
+def _taken(directory: Path, first: str, path: str) -> Diagnostic:
+    message = f"the system of {first} goes here, so that of {path}, which has the same name, cannot"
+    hint = "give one of them another name, or build it by itself with another --out"
+    return Diagnostic("E0091", message, Place(str(directory)), help=hint)
 
 
 def _writable(spec: str, out: str) -> Reach:

@@ -37,17 +37,18 @@ def run_explore(options: Namespace) -> int:
     except Refused as refused:
         streams.say(f"specc: {refused}")
         return 2
+    interrupted = found.broken_off == "interrupted" or any(each.is_interrupted for each in kept)
     explored = tuple(finding.diagnostic for finding in found.findings)
     # Other findings are left aside, and so are the comments about them.
     alone = replace(result, diagnostics=explored, is_part=True)
     told = inspect.report_on(options.spec, alone, inspect.overrides_of(options))
     if options.format == "json":
-        streams.show(_as_json(result.system.name, found, kept), "json")
+        streams.show(_as_json(result.system.name, found, kept, interrupted=interrupted), "json")
         code = streams.exit_code(told)
     else:
         streams.show(_as_text(found, kept, options.budget))
         code = streams.tell(told)
-    if found.broken_off == "interrupted":
+    if interrupted:
         raise KeyboardInterrupt
     return code
 
@@ -77,7 +78,9 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
+def _as_json(
+    system: str, found: Exploration, kept: Sequence[Recorded], *, interrupted: bool
+) -> str:
     """An object with `version`, `system`, `slices`, `findings` and what holds of what is asked."""
     slices = [
         {
@@ -108,7 +111,7 @@ def _as_json(system: str, found: Exploration, kept: Sequence[Recorded]) -> str:
         slices=slices,
         assumptions=assumptions,
         requirements=requirements,
-        interrupted=found.broken_off == "interrupted",
+        interrupted=interrupted,
         findings=told,
     )
 

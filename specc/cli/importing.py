@@ -24,6 +24,9 @@ def run_import(options: Namespace) -> int:
     code = streams.tell(report(findings, options.files))
     if not made.text:
         return code
+    if options.out and os.path.realpath(options.out) in map(os.path.realpath, options.files):
+        streams.say(f"specc: {options.out} is what is imported; name another file with --out")
+        return 2
     return _put(formatted(made.text), options.out, options.force)
 
 

@@ -10,10 +10,15 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from types import FrameType
 
 INTERRUPTED = 130
 MESSAGE = "specc: interrupted"
 _AGAIN_S = 0.001
+
+is_over = False
+"""Whether the process is about to end with a code that is known; Ctrl-C then changes nothing."""
+_has_come = False
 
 
 @contextmanager
@@ -56,9 +61,14 @@ def held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def raise_again() -> None:
-    """Handle Ctrl-C where Python would print and forget it: in callbacks, e.g. of imports."""
+def begin() -> None:
+    """Raise KeyboardInterrupt until `is_over`, even where Python would print and forget it.
+
+    That is in callbacks, e.g. of imports.
+    """
     sys.unraisablehook = _unraisable
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _raise)
 
 
 def is_behind(error: BaseException) -> bool:
@@ -68,19 +78,31 @@ def is_behind(error: BaseException) -> bool:
 
 
 def no_more() -> None:
-    """Ignore Ctrl-C from now on: the process is about to end with a code that is known."""
+    """Ignore Ctrl-C also when Python handles no signals any more."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _end(number: int, frame: object) -> None:
+def _end(number: int, frame: FrameType | None) -> None:
     os.write(2, f"{MESSAGE}\n".encode())
     os._exit(INTERRUPTED)
 
 
+def _raise(number: int, frame: FrameType | None) -> None:
+    global _has_come
+    if not is_over:
+        _has_come = True
+        signal.default_int_handler(number, frame)
+
+
 def _unraisable(fault: sys.UnraisableHookArgs) -> None:
+    # A signal that came before SIG_IGN and was not yet handled: Python tells so of nothing.
+    if is_over and issubclass(fault.exc_type, OSError) and fault.object is None:
+        return
     if not issubclass(fault.exc_type, KeyboardInterrupt):
-        sys.__unraisablehook__(fault)
+        # What was half made when Ctrl-C came may fail when it is deleted: z3 has such objects.
+        if not _has_come:
+            sys.__unraisablehook__(fault)
     elif hasattr(signal, "setitimer"):
-        signal.signal(signal.SIGALRM, signal.default_int_handler)
+        signal.signal(signal.SIGALRM, _raise)
         signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)

@@ -27,14 +27,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         SystemExit: the arguments are wrong, ask for help, or the runtime ended the process.
     """
     whole_process = arguments is None
-    if whole_process:
-        interruption.raise_again()
-        gc.set_threshold(_NEW_OBJECTS)
     try:
-        return _guarded(arguments)
+        try:
+            if whole_process:
+                interruption.begin()
+                gc.set_threshold(_NEW_OBJECTS)
+            return _guarded(arguments)
+        finally:
+            # No call: Python lets handlers run when one begins.
+            interruption.is_over = whole_process
     except KeyboardInterrupt:
-        if whole_process:
-            interruption.no_more()
         streams.say(interruption.MESSAGE)
         return interruption.INTERRUPTED
     finally:

@@ -52,7 +52,7 @@ def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | 
     values, own = values_of(told), texts_of(built.result.sources, options.spec)
     if [*texts.values()] == [*own.values()] and values == dict(options.set):
         return None
-    then = pipeline.build(options.spec, values, _placed(texts, options.spec))
+    then = pipeline.build(options.spec, values, placed(texts, options.spec))
     foreign = sorted(set(_named_code(then.files)) - set(_named_code(built.files)))
     if not then.files:
         why = "it has errors: " + "; ".join(d.message for d in then.result.diagnostics)
@@ -69,7 +69,7 @@ def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | 
     return None
 
 
-def _placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:
+def placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:
     """The recorded texts by where they would be, if the first one were that of `spec`."""
     first = os.path.dirname(next(iter(texts), ""))
     here = os.path.dirname(spec)

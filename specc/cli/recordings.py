@@ -35,11 +35,10 @@ def recover(options: Namespace) -> int:
         return unusable(str(refused))
     except OSError as error:
         return unusable(f"cannot write {out}: {(error.strerror or 'unknown reason').lower()}")
-    missing = f", {saved.damaged} damaged parts left out" if saved.damaged else ""
     words = "it had been cut" if saved.cut else "it was whole"
-    streams.say(
-        f"specc: {out}: {saved.messages} messages until {saved.last_s:.3f} s; {words}{missing}"
-    )
+    if saved.damaged:
+        words = f"damaged parts left out: {saved.damaged}"
+    streams.say(f"specc: {out}: {saved.messages} messages until {saved.last_s:.3f} s; {words}")
     return SAME
 
 
@@ -74,7 +73,12 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
             "recording.replay", "replay", package, base, file, only, options.until
         )
     code = _tell(outcomes, result, options)
-    return code if watch is None else max(code, _required(watch))
+    if watch is not None:
+        code = max(code, _required(watch))
+    judged = watch is not None and any(r["verdict"] != "unknown" for r in watch.as_data())
+    if judged or any(outcome.steps or outcome.difference for outcome in outcomes):
+        return code
+    raise Refused(f"nothing in {options.file} can be compared with {spec}")
 
 
 def _required(watch: Any) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from argparse import Namespace
 from pathlib import Path
 
@@ -31,7 +32,8 @@ def init(options: Namespace) -> int:
     for place in places.values():
         streams.show(f"{place}\n")
     spec = next(place for place in places.values() if place.suffix == ".yaml")
-    streams.show(f"\nspecc status {spec}\nspecc run {spec} --cycles 1\n")
+    named = shlex.quote(str(spec))
+    streams.show(f"\nspecc status {named}\nspecc run {named} --cycles 1\n")
     return 0
 
 

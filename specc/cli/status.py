@@ -25,6 +25,8 @@ Outcome = Literal["done", "open", "wrong"]
 SYSTEM_STEPS = ("scenario", "structure", "definitions")
 SIMULATED_STEPS = (*SYSTEM_STEPS, "simulation")
 """Of a system with a plant or a task, which Fig. 4 does not ask for."""
+PART_STEPS = ("definitions",)
+"""Of a file that has no system, but what systems use."""
 AGENT_STEPS = ("devices", "control", "assignment")
 SUBSYSTEM_STEPS = ("buffers", "role", "fsm", "behaviours", "ends")
 
@@ -78,16 +80,20 @@ class Progress:
         return min(left, key=lambda step: step.state != "wrong", default=None)
 
 
-def progress(system: System, findings: Iterable[Diagnostic]) -> list[Progress]:
-    """The system, then each agent with its subsystems."""
+def progress(
+    system: System, findings: Iterable[Diagnostic], *, is_part: bool = False
+) -> list[Progress]:
+    """The system, then each agent with its subsystems; of a part its definitions stand for both."""
     told = [finding for finding in findings if finding.severity != "warning"]
     parts = {s.qualified_name: s for s in system.subsystems}
     owner = {id(finding): _owner(finding, system) for finding in told}
-    steps = SIMULATED_STEPS if system.plant or system.task else SYSTEM_STEPS
+    own_steps = SIMULATED_STEPS if system.plant or system.task else SYSTEM_STEPS
+    steps: tuple[str, ...] = PART_STEPS if is_part else own_steps
     found = [_of("system", steps, _missing_of_system(system), _own("", told, owner))]
     for agent in system.agents:
         missing = () if agent.subsystems else ("control",)
-        found.append(_of(agent.name, AGENT_STEPS, missing, _own(agent.name, told, owner)))
+        if not is_part:
+            found.append(_of(agent.name, AGENT_STEPS, missing, _own(agent.name, told, owner)))
         for name in (s.qualified_name for s in agent.subsystems):
             own = _own(name, told, owner)
             found.append(_of(name, SUBSYSTEM_STEPS, tuple(_missing(parts[name])), own))
@@ -196,10 +202,11 @@ def status(options: Namespace) -> int:
     """Print how far a specification has come along the procedure of section 3."""
     from specc import pipeline
 
-    result = pipeline.compile_spec(options.spec)
+    result = pipeline.check_spec(options.spec)
     if result.system is None:
         return streams.tell_of(result, options.spec)
-    name, found = result.system.name, progress(result.system, result.diagnostics)
+    name = result.system.name
+    found = progress(result.system, result.diagnostics, is_part=result.is_part)
     believed = list(assumptions(result.proofs))
     if options.format == "json":
         streams.show(as_json(name, found, believed, result.system.requirements), "json")
@@ -221,7 +228,8 @@ def assumptions(facts: Facts) -> Iterator[tuple[str, str, str]]:
     for machine in facts.machines:
         for axiom in machine.subsystem.axioms:
             grounds = facts.arriving.judged(machine, axiom).grounds
-            yield machine.subsystem.qualified_name, show(axiom.that), _GROUNDS[grounds]
+            name = machine.subsystem.qualified_name.removeprefix(".")
+            yield name, show(axiom.that), _GROUNDS[grounds]
 
 
 Believed = list[tuple[str, str, str]]
@@ -235,7 +243,8 @@ def as_text(
     Between them stands how much is required of every run.
     """
     of_system = tuple(step.name for step in found[0].steps)
-    groups = (("system", of_system), ("agent", AGENT_STEPS), ("subsystem", SUBSYSTEM_STEPS))
+    whole = "file" if of_system == PART_STEPS else "system"
+    groups = ((whole, of_system), ("agent", AGENT_STEPS), ("subsystem", SUBSYSTEM_STEPS))
     blocks = []
     for kind, steps in groups:
         members = [item for item in found if tuple(step.name for step in item.steps) == steps]
@@ -275,7 +284,7 @@ def as_json(
 
 
 def _name(item: Progress, system: str) -> str:
-    return system if item.of == "system" else item.of
+    return system if item.of == "system" else item.of.removeprefix(".")
 
 
 def _next(name: str, found: list[Progress]) -> list[str]:

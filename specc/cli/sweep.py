@@ -126,32 +126,12 @@ def _sweep(options: Namespace) -> int:
 
 
 def _asked(options: Namespace) -> _Asked:
-    units: dict[str, str] = {}
+    from specc import pipeline
 
-    def unit_of(name: str) -> str:
-        if not units:
-            units.update(_units(options.spec))
-        return units.get(name, "")
-
-    axes = tuple(axis_of(name, text, unit_of) for name, text in options.set.items())
+    units = pipeline.read_spec(options.spec).units if options.set else {}
+    axes = tuple(axis_of(name, text, units.get(name, "")) for name, text in options.set.items())
     seeds = seeds_of(options.seeds)
     return _Asked(axes, tuple(settings_of(axes, seeds)), seeds)
-
-
-def _units(path: str) -> dict[str, str]:
-    """The units in which constants are written that are quantities, by their names."""
-    from specc import pipeline
-    from specc.tools.sweep.settings import quantity
-
-    result = pipeline.read_spec(path)
-    found = {"": ""}
-    for constant in result.system.constants if result.system else ():
-        source = result.sources.get(constant.place.file)
-        for route in ((*constant.place.route, "is"), constant.place.route):
-            written = source.written(route).strip("\"'") if source else ""
-            if (number := quantity(written)) is not None:
-                found[constant.name] = number[1]
-    return found
 
 
 # Code for every setting.
@@ -358,7 +338,7 @@ def _conclude(asked: _Asked, folder: Folder) -> None:
     streams.show(streams.table(summary.as_text(cells, names)))
     told = summary.reasons(rows)
     for reason, count in told[:_REASONS]:
-        streams.show(f"{count} not successful: {reason}\n")
+        streams.show(f"{count} {reason}\n")
     if len(told) > _REASONS:
         streams.show(f"and {len(told) - _REASONS} other reasons\n")
     _draw(cells, names, asked.swept, folder.path / "plots")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from specc.pipeline import Build
     from specc.tools.explore.findings import Finding
-    from specc.tools.explore.trace import Trace
 
+_INTERRUPTED = "interrupted"
 AFTER = 10
 """Periods of the slowest machine that a recording goes on for when the trace is over."""
 
@@ -31,6 +31,11 @@ class Recorded:
 
     file: str = ""
     lacks: str = ""
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether Ctrl-C came before it was made."""
+        return self.lacks == _INTERRUPTED
 
 
 def recorded(
@@ -66,7 +71,11 @@ def _recorded(
     texts = texts_of(built.result.sources, spec)
     for number, finding in enumerate(findings, 1):
         file = scratch / f"{number}-{finding.code}.mcap"
-        lacks = _record(finding.way, built, rehearsal, {"record": file, "texts": texts})
+        try:
+            lacks = _record(finding, built, rehearsal, {"record": file, "texts": texts})
+        except KeyboardInterrupt:
+            yield from [Recorded(lacks=_INTERRUPTED)] * (len(findings) - number + 1)
+            return
         if lacks:
             yield Recorded(lacks=lacks)
             continue
@@ -75,18 +84,22 @@ def _recorded(
         yield Recorded(str(kept))
 
 
-def _record(way: Trace, built: Build, rehearsal: Any, options: dict[str, Any]) -> str:
-    """Record a run that goes as a trace; says why if there is none."""
-    from specc.tools.explore.concrete import NotConcreteError, reports
+def _record(finding: Finding, built: Build, rehearsal: Any, options: dict[str, Any]) -> str:
+    """Record a run that goes as the trace of a finding; says why if there is none."""
+    from specc.tools.explore.concrete import reports
+    from specc.tools.explore.reported import NotConcreteError
 
     assert built.result.system is not None
+    way = finding.way
     try:
         found = reports(way, built.result.system, rehearsal)
     except NotConcreteError as error:
         return str(error)
     slowest = max(rehearsal.ticks[step.walker.name] for step in way.steps)
-    reaches_s = [reach_s(each.formula) for each in built.result.system.requirements]
-    after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * float(max(reaches_s, default=0)))
+    # A monitor has to see that what is required does not come.
+    required = [r for r in built.result.system.requirements if r.that in finding.about]
+    ahead_s = max((float(reach_s(each.formula)) for each in required), default=0.0)
+    after_s = max(AFTER * slowest * rehearsal.tick_s, 2 * ahead_s)
     duration_s = float(way.time_s) + after_s
     called("rehearsal", "record", rehearsal, found, duration_s, options)
     return ""

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from specc.cli import streams
-from specc.diagnostics import nearest
+from specc.diagnostics.nearest import hint
 
 if TYPE_CHECKING:
     from specc.pipeline import Result
@@ -112,10 +112,7 @@ def _unknown(options: argparse.Namespace, result: Result) -> str:
 
 
 def _no(what: str, name: str, known: Iterable[str]) -> str:
-    listed = list(known)
-    close = " or ".join(nearest(name, listed))
-    hint = f"did you mean {close}?" if close else f"there are {', '.join(listed)}"
-    return f"no {what} called {name!r}; {hint}"
+    return f"no {what} called {name!r}; {hint(name, known)}"
 
 
 def _is_asked(item: Refutation, options: argparse.Namespace) -> bool:

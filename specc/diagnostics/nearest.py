@@ -27,6 +27,13 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
     return [candidate for match in close for candidate in by_folded[match]][:MOST]
 
 
+def hint(name: str, known: Iterable[str]) -> str:
+    """What may be meant by a name that is not known: the nearest ones, or all that there are."""
+    known = list(known)
+    close = " or ".join(nearest(name, known))
+    return f"did you mean {close}?" if close else f"there are {', '.join(known)}"
+
+
 def surely_meant(name: str, close: Sequence[str], long_enough: int = 4) -> str:
     """The only one of the close names that is a slip of one letter away; else nothing.
 

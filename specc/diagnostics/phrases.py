@@ -12,6 +12,11 @@ def listed(names: Iterable[str], word: str) -> str:
     return f"{', '.join(most)} {word} {last}" if most else last
 
 
+def counted(count: int, noun: str) -> str:
+    """`1 error`, `2 errors`."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def ms(seconds: Fraction) -> str:
     """A length of time in milliseconds."""
     return f"{float(1000 * seconds):.6g} ms"

@@ -22,7 +22,6 @@ from specc.lang.parse import CUT_SHORT, parse, parse_syntax
 from specc.lang.show import show
 from specc.lang.types import (
     TYPE_WORDS,
-    Signature,
     TypeNames,
     parse_signature,
     parse_type,
@@ -40,7 +39,6 @@ __all__ = [
     "ExprErrors",
     "Members",
     "Scope",
-    "Signature",
     "TypeNames",
     "check",
     "evaluate",

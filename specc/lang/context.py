@@ -9,7 +9,7 @@ from functools import partial
 from typing import TypeVar
 
 from specc.frozen import frozen
-from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, one_of, origins
+from specc.lang.errors import ExprError, ExprErrors, Origin, Scope, each, one_of, origins
 from specc.lang.mismatch import fits, scalar_unit, way_out
 from specc.lang.parse import span
 from specc.model.expr import Expr, Items, Nothing, Number, Sure, TextLiteral, Unknown
@@ -130,16 +130,7 @@ class Context:
 
     def each(self, *jobs: Callable[[], T]) -> list[T]:
         """Results of independent jobs; if some fail, the errors of all of them at once."""
-        results: list[T] = []
-        errors: list[ExprError] = []
-        for job in jobs:
-            try:
-                results.append(job())
-            except ExprErrors as found:
-                errors += found.errors
-        if errors:
-            raise ExprErrors(errors)
-        return results
+        return each(jobs)
 
     def inside(self, scope: Scope) -> Context:
         """The same expression in the scope of a quantifier."""

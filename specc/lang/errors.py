@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
@@ -35,6 +35,7 @@ CLOCK_NAMES = ("elapsed", "entered", "period")
 
 
 Name = TypeVar("Name")
+T = TypeVar("T")
 
 
 @frozen
@@ -69,6 +70,8 @@ class Scope:
     """By peer and element, for `x.peer.element`."""
     later: Collection[str] = ()
     """Memory and lets, which have no value yet where the expression is evaluated."""
+    below: Collection[str] = ()
+    """Constants that are computed later, or just now."""
     allow_clock: bool = False
     has_points: bool = True
     """Whether `position(X)` is a point; before version 1.1 it was a vector."""
@@ -258,3 +261,17 @@ def one_of(names: Iterable[object]) -> str:
 def listed(names: Iterable[object]) -> str:
     """Names in backticks, with commas between."""
     return ", ".join(f"`{name}`" for name in names)
+
+
+def each(jobs: Iterable[Callable[[], T]]) -> list[T]:
+    """Results of independent jobs; if some fail, the errors of all of them at once."""
+    results: list[T] = []
+    errors: list[ExprError] = []
+    for job in jobs:
+        try:
+            results.append(job())
+        except ExprErrors as found:
+            errors += found.errors
+    if errors:
+        raise ExprErrors(errors)
+    return results

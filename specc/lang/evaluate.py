@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from specc.lang.builtins import FUNCTIONS
-from specc.lang.values import compose, moved
+from specc.lang.values import compose, elementwise, moved
 from specc.model import expr as m
 from specc.model.types import ListOf, Real, Spatial, Vector
 
@@ -62,19 +62,7 @@ def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
     if e.op == "@":
         return moved(left, right) if isinstance(e.type, Vector) else compose(left, right)
-    return _apply(_ARITHMETIC[e.op], left, right)
-
-
-def _apply(operation: Callable[[Any, Any], Value], left: Value, right: Value) -> Value:
-    """An operation on two numbers, two vectors, or a vector and a number."""
-    match left, right:
-        case tuple(), tuple():
-            return tuple(operation(a, b) for a, b in zip(left, right, strict=True))
-        case tuple(), _:
-            return tuple(operation(a, right) for a in left)
-        case _, tuple():
-            return tuple(operation(left, b) for b in right)
-    return operation(left, right)
+    return elementwise(_ARITHMETIC[e.op], left, right)
 
 
 _ARITHMETIC: dict[str, Callable[[Any, Any], Value]] = {

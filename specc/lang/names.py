@@ -120,6 +120,9 @@ def _unknown(ctx: Context, node: ast.Name, hint: Type | None) -> ExprError:
         )
     if name in scope.later:
         raise _too_early(ctx, node)
+    if name in scope.below:
+        message = f"`{name}` has no value here: a constant is computed from those above it"
+        return ctx.error(node, message, "name constants above it, and operators", "E0230")
     help = _unknown_help(ctx, name)
     near = nearest(name, scope.names()) if help.startswith("did you mean") else ()
     error = ctx.error(node, f"unknown name `{name}`", help, "E0201").meant(name, near)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import ast
 import copy
 import re
+from collections.abc import Iterable
 from types import MappingProxyType
 
-from specc.lang.errors import ExprError
-from specc.lang.parse import parse
+from specc.diagnostics import nearest
+from specc.lang.builtins import BUILTIN_NAMES
+from specc.lang.errors import ExprError, one_of
+from specc.lang.parse import parse, span
 
 TIMED = ("within", "throughout", "once", "historically")
 USAGE = MappingProxyType(
@@ -34,6 +37,17 @@ def parse_formula(text: str) -> ast.expr:
             begin, end = node.col_offset, node.end_col_offset or node.col_offset
             node.col_offset, node.end_col_offset = _original(origins, begin, end)
     return tree
+
+
+def refuse_misspelt(node: ast.expr, operators: Iterable[str]) -> None:
+    """Raise `ExprError` for a call of what is meant to be an operator of formulas."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+        name, known = node.func.id, {*operators, *BUILTIN_NAMES, "state"}
+        close = () if name in known else nearest(name, [*known, *USAGE])
+        if not USAGE.keys().isdisjoint(close):
+            help = f"did you mean {one_of(close)}?"
+            error = ExprError(f"unknown operator `{name}`", *span(node.func), help, "E0202")
+            raise error.meant(name, close)
 
 
 def _original(origins: list[int], start: int, end: int) -> tuple[int, int]:

@@ -1,8 +1,9 @@
-"""Poses as plain Python values: what functions of the language compute on them."""
+"""Poses and vectors as plain Python values: what the language computes on them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 Row = tuple[float, float, float, float]
@@ -87,3 +88,15 @@ def angle(X: PoseRows, Y: PoseRows) -> float:
 def _rows(*rows: Any) -> PoseRows:
     a, b, c = rows
     return a, b, c, (0.0, 0.0, 0.0, 1.0)
+
+
+def elementwise(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
+    """An operation on two numbers, two vectors, or a vector and a number."""
+    match left, right:
+        case tuple(), tuple():
+            return tuple(operation(a, b) for a, b in zip(left, right, strict=True))
+        case tuple(), _:
+            return tuple(operation(a, right) for a in left)
+        case _, tuple():
+            return tuple(operation(left, b) for b in right)
+    return operation(left, right)

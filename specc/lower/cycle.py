@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import chain
 
 from specc.lower.flow import Activity, Check, Enter, Flow, Flows, Proofs, Row, Rows, surely
 from specc.lower.module import Module
-from specc.lower.names import MethodPlan, docstring, literal, traced
+from specc.lower.names import SETTLE, MethodPlan, docstring, literal, traced
 from specc.lower.table import TermTable
 from specc.lower.terms import NONE, Term, Terms, in_order
 from specc.lower.writer import Writer
@@ -118,7 +118,12 @@ class CycleWriter(Writer):
         self.nodes.is_settled = True
         place = len(self._lines)
         self.enter(enter)
-        self._lines[place:place] = self.nodes.settling()
+        if self.module.settled:
+            self._lines.insert(place, f"self.{SETTLE}()")
+
+    def settle(self) -> None:
+        """What depends on nothing but the initial memory."""
+        self._lines += self.nodes.settling()
 
     def enter(self, enter: Enter) -> None:
         """One run of a behaviour, at the end of a period."""
@@ -181,8 +186,9 @@ class Methods:
         """The methods in the order in which a reader needs them."""
         states = [self._state(state.name) for state in self._subsystem.states]
         behaviours = [self._behaviour(a) for a in self._activities.values() if a.works]
-        step = self._step()  # the first period comes last: it prepares what the others ask for
-        return (step, self._start(), *states, *behaviours)
+        # What the others ask for is known last.
+        start = self._start()
+        return (self._step(), start, *self._settle(), *states, *behaviours)
 
     def _asks_clock(self, state: str) -> bool:
         behaviour = self._subsystem.state(state).behaviour
@@ -233,6 +239,13 @@ class Methods:
         writer.first(items, self._first)
         doc = "First period: initial memory and the behaviour of the initial state."
         return MethodPlan("_start", (), "int", doc, writer.body())
+
+    def _settle(self) -> Iterator[MethodPlan]:
+        if self._module.settled:
+            writer = self._writer()
+            writer.settle()
+            doc = "Put together once what no behaviour changes any more."
+            yield MethodPlan(SETTLE, (), "None", doc, writer.body())
 
     def _step(self) -> MethodPlan:
         writer = self._writer()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from specc.frozen import frozen
-from specc.lower.annotations import Annotations, PythonTypes, plain
+from specc.lower.annotations import Annotations, PythonTypes
 from specc.lower.module import Module, buffer_names, memory_names
 from specc.lower.names import (
     OWN_NAMES,
@@ -59,7 +59,7 @@ class _Forms:
         self._annotations = Annotations(self.imports, types)
         self._functions = Functions(self.imports, names)
         self._names = names
-        self._known: dict[Type, str] = {}
+        self._known: dict[str, str] = {}
 
     def of(self, type_: Type) -> str:
         """The form of a type, as an expression."""
@@ -83,13 +83,12 @@ class _Forms:
         raise TypeError(f"no form for {type_!r}")
 
     def _record(self, record: Record) -> str:
-        key = plain(record)  # frames do not show in values
-        if key not in self._known:
-            parts = [f"{name}={self.of(part)}" for name, part in record.fields]
-            value = f"forms.record({', '.join((self._annotations.of(record), *parts))})"
-            self._known[key] = self._names.new(identifier(record.name).upper())
-            self.named.append(NamedPlan(self._known[key], value))
-        return self._known[key]
+        parts = [f"{name}={self.of(part)}" for name, part in record.fields]
+        value = f"forms.record({', '.join((self._annotations.of(record), *parts))})"
+        if value not in self._known:
+            self._known[value] = self._names.new(identifier(record.name).upper())
+            self.named.append(NamedPlan(self._known[value], value))
+        return self._known[value]
 
 
 @frozen

@@ -60,7 +60,7 @@ _IMPORTED = {
     "collections.abc": ("Callable", "Mapping"),
     "dataclasses": ("dataclass",),
     "functools": ("cache",),
-    "math": ("nan",),
+    "math": ("inf", "nan"),
     "os.path": ("join",),
     "specc_runtime": ("forms",),
     "specc_runtime.builtins": ("moved", "near_pose", "read_only", "some", "vector"),
@@ -96,8 +96,10 @@ _DEFINED = (
 )  # fmt: skip
 OWN_NAMES = frozenset((*dir(builtins), *_HOMES, *_DEFINED))
 """What generated modules have without any name of a specification."""
-OWN_ATTRIBUTES = ("abc_impl", "files", "periods", "start", "work")
+OWN_ATTRIBUTES = ("abc_impl", "files", "periods", "settle", "start", "work")
 """Private attributes that every generated class may have, without their underscore."""
+SETTLE = "_settle"
+"""Puts together once what no behaviour changes any more; a run may go on from another, too."""
 _WORD = re.compile(r"[A-Za-z0-9]+")
 
 

@@ -106,18 +106,6 @@ def among(item: Spelled, members: frozenset[str], type_: Type, *, negated: bool)
     return Spelled(f"{item.at(SUM)} {verb} {{{', '.join(names)}}}", COMPARE)
 
 
-def quantifier(kind: str, variable: str, over: Spelled, body: Spelled, type_: Type) -> Spelled:
-    """`all` or `any` over a tuple, or over an array as a list of Python's numbers."""
-    items = over.at(PRIMARY) + ("" if is_tuple(type_) else ".tolist()")
-    return Spelled(f"{kind}({body.text} for {variable} in {items})", PRIMARY)
-
-
-def pairs(variable: str, over: Spelled, body: Spelled, type_: Type) -> Spelled:
-    """Every item after the number that it is judged by."""
-    items = over.at(PRIMARY) + ("" if is_tuple(type_) else ".tolist()")
-    return Spelled(f"({body.text}, {variable}) for {variable} in {items}")
-
-
 def component(value: Spelled, index: int, of: Type) -> Spelled:
     """One component: a number of Python's, not one of numpy's."""
     end = f"[{index}]" if is_tuple(of) else f".item({index})"
@@ -185,19 +173,28 @@ class Nodes:
         return _RULES[type(term.node)](self, term.node, args, term)
 
     def _quantifier(self, node: e.Quantifier, term: Term) -> Spelled:
-        over, outer = self.value(term.args[0]), dict(self._bound)
+        over, body = term.args
         match node.body:
             case e.Compare("==", e.BoundVariable(node.variable), e.Member() as member) if (
                 node.kind == "any"
             ):
-                return compare("in", Spelled(literal(member.name)), over)
-        variable = self._bound[node.variable] = self.names.inner().new(node.variable)
-        body = self.value(term.args[1])
-        self._bound = outer
+                return compare("in", Spelled(literal(member.name)), self.value(over))
         if node.kind in ("argmax", "argmin"):
-            spelled = pairs(variable, over, body, term.args[0].type)
-            return call(self.module.imports.own(node.kind), spelled)
-        return quantifier(node.kind, variable, over, body, term.args[0].type)
+            pairs = self.each(node, over, lambda item: f"({self.value(body).text}, {item})")
+            return call(self.module.imports.own(node.kind), Spelled(pairs))
+        return call(node.kind, Spelled(self.each(node, over, lambda _: self.value(body).text)))
+
+    def each(self, node: e.Quantifier, over: Term, body: Callable[[str], str]) -> str:
+        """A generator over items; `body` spells what it gives of one, by the name of the item.
+
+        Items of an array are those of a list of Python's numbers.
+        """
+        items, outer = self.value(over), dict(self._bound)
+        item = self._bound[node.variable] = self.names.inner().new(node.variable)
+        text = body(item)
+        self._bound = outer
+        listed = "" if is_tuple(over.type) else ".tolist()"
+        return f"{text} for {item} in {items.at(PRIMARY)}{listed}"
 
     def _negation(self, arg: Term) -> Spelled:
         if arg not in self.known:
@@ -253,8 +250,7 @@ class Nodes:
         """Statements that give those attributes their value."""
         nodes = Nodes(self.module, self.table, hoists=False)
         nodes.touched = self.touched
-        reason = ["# Put together once: no behaviour changes what these are made of."]
-        return reason * bool(self.module.settled) + [
+        return [
             f"self.{name}: {self.module.annotations.of(term.type)} = {nodes.value(term).text}"
             for term, name in self.module.settled.items()
         ]

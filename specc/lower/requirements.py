@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -19,7 +18,7 @@ from specc.lower.names import (
     docstring,
     literal,
 )
-from specc.lower.nodes import Nodes
+from specc.lower.nodes import OR, Nodes
 from specc.lower.table import TermTable
 from specc.model import expr as e
 from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal
@@ -171,7 +170,11 @@ class _Writer:
         self.module.imports.own("Atom")
         nodes = Nodes(self.module, self.table)
         nodes.hint = f"atom_{number}"
-        texts = [nodes.value(self.table.of(part)).text for part in _parts(that)]
+        nodes.is_settled = False  # there is no first period that would put arrays together
+        texts = [nodes.value(self.table.of(that)).text]
+        if _compares(that):
+            lazily = "" if isinstance(that, e.Compare) else "lambda: "
+            texts.append(lazily + self._margin(nodes, that))
         lines = ["memory = self.values"] if "memory" in nodes.touched else []
         lines.append(f"return {judged}({', '.join(texts)})")
         said = docstring(show(that))
@@ -181,10 +184,36 @@ class _Writer:
         self.made.append((f"atom_{number}", ", ".join([f"self._atom_{number}", *names])))
         return f"atom_{number}"
 
+    def _margin(self, nodes: Nodes, that: e.Expr) -> str:
+        """Python for how far a condition is from failing; infinity where it compares no numbers."""
+        match that if _compares(that) else None:
+            case e.Compare(op, left, right):
+                sides = (right, left) if op in ("<", "<=") else (left, right)
+                return nodes.value(self.table.of(e.Binary("-", *sides, type=left.type))).text
+            case e.Unary(operand=operand):
+                return f"-({self._margin(nodes, operand)})"
+            case e.Logic(op, operands):
+                parts = (self._margin(nodes, operand) for operand in operands)
+                return f"{_PICKS[op]}({', '.join(parts)})"
+            case e.Quantifier(kind, _, over, body) as node:
+                each = nodes.each(node, self.table.of(over), lambda _: self._margin(nodes, body))
+                of_none = ("-" if kind == "any" else "") + self.module.imports.own("inf")
+                return f"{_PICKS[kind]}(({each}), default={of_none})"
+        inf = self.module.imports.own("inf")
+        return f"{inf} if {nodes.value(self.table.of(that)).at(OR)} else -{inf}"
 
-def _parts(that: e.Expr) -> Iterator[e.Expr]:
-    """A condition and, if it compares two numbers, how far they are apart."""
-    yield that
-    ordered = isinstance(that, e.Compare) and that.op not in ("==", "!=")
-    if isinstance(that, e.Compare) and ordered and isinstance(that.left.type, Real | Int):
-        yield e.Binary("-", that.left, that.right, type=that.left.type)
+
+_PICKS = {"and": "min", "all": "min", "or": "max", "any": "max"}
+"""A margin is the least of those that all have to hold, the largest of those of which one has."""
+
+
+def _compares(that: e.Expr) -> bool:
+    """Whether a condition is about how two numbers compare, one at least."""
+    match that:
+        case e.Compare("<" | "<=" | ">" | ">=", left):
+            return isinstance(left.type, Real | Int)
+        case e.Unary("not", operand) | e.Quantifier("all" | "any", _, _, operand):
+            return _compares(operand)
+        case e.Logic(_, operands):
+            return any(map(_compares, operands))
+    return False

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from math import radians
+from math import inf, radians
 from xml.parsers import expat
 
 from specc.frozen import frozen
@@ -94,6 +94,8 @@ class Model:
     files: tuple[str, ...] = ()
     """Paths of the model itself and of all files there are that it names."""
     name: str = ""
+    timestep_s: float | None = 0.002
+    """How long a step of the simulation is; None where the file says nothing that it can be."""
 
     def __len__(self) -> int:
         """How many names there are."""
@@ -264,6 +266,8 @@ class _Reader:
             self._attached.append((attributes.get("model", ""), attributes.get("prefix", "")))
         elif tag == "compiler":
             self._model.compiler |= attributes
+        elif tag == "option" and len(self._open) == 2 and "timestep" in attributes:
+            self._model.timestep_s = _length_s(attributes["timestep"])
         elif tag in _GENERATING:
             self._model.complete = False
         elif section == "default":
@@ -335,6 +339,14 @@ def _is_other(text: str, usual: float) -> bool:
         return float((text.split() or [str(usual)])[0]) != usual
     except ValueError:
         return True
+
+
+def _length_s(text: str) -> float | None:
+    try:
+        length_s = float(text)
+    except ValueError:
+        return None
+    return length_s if 0 < length_s < inf else None
 
 
 def _resolution(text: str) -> tuple[int, int] | None:

@@ -19,6 +19,7 @@ from specc.resolve.definitions import Definitions
 from specc.resolve.disturbances import disturbances_of
 from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.expressions import Expressions
+from specc.resolve.given import Given
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
@@ -42,11 +43,13 @@ class Resolved:
 
     What is `broken` lacks parts that others refer to. What is `faulty` is whole, but has
     unknowns in it: conditions, assignments or behaviours with errors in their texts.
+    `units` has everything that can be set, each with the unit of a number without one.
     """
 
     system: System
     broken: frozenset[str]
     faulty: frozenset[str]
+    units: Mapping[str, str]
 
 
 def resolve(
@@ -58,13 +61,16 @@ def resolve(
 ) -> Resolved:
     """Resolve the system of `file`; other files come through `load`.
 
-    Texts of `instead` take the place of those of its constants and of those in files it uses.
+    Texts of `instead` take the place of those that files have, by the names of what they are of.
     """
     spec = file.spec
     _report_lacking(file, findings)
-    library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
-    library.agents, library.groups = tuple(spec.agents), groups_of(spec.agents)
-    definitions = _definitions(library, file, instead or {})
+    groups = groups_of(spec.agents)
+    copies = {agent: group for group, of in groups.items() for agent in of.values()}
+    given = Given(instead or {}, copies)
+    library = Library(load, os.path.dirname(file.path) or ".", findings, reach, given)
+    library.agents, library.groups = tuple(spec.agents), groups
+    definitions = replace(library, shared=True).definitions(file)
     agents, resolver = _agents(file, library, definitions, findings)
     plant = _plant(file, library, definitions)
     observed = {item.name for item in plant.observed} if plant else set()
@@ -91,7 +97,9 @@ def resolve(
         resolve_requirements(spec.require, file.top["require"], world, expressions),
         tuple(tuple(used.constants.values()) for used in resolver.instances),
     )
-    return Resolved(system, frozenset(resolver.broken), frozenset(resolver.faulty))
+    given.report_unknown(findings)
+    broken, unsure = frozenset(resolver.broken), frozenset(resolver.faulty)
+    return Resolved(system, broken, unsure, given.units)
 
 
 def _report_lacking(file: Loaded, findings: Findings) -> None:
@@ -140,24 +148,14 @@ def _task(
     if definition is None:
         return None
     findings, known = expressions.findings, expressions.definitions
-    wrong = resolver.broken | resolver.faulty
-    task = resolve_task(definition, where, tuple(world.agents), findings, wrong, known)
+    wrong, given = resolver.broken | resolver.faulty, resolver.library.given
+    task = resolve_task(definition, where, tuple(world.agents), findings, wrong, known, given)
 
     def condition(text: str, at: Where) -> Requirement | None:
         return requirement_of(text, "", at, world, expressions)
 
     disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
     return replace(task, disturbances=disturbed)
-
-
-def _definitions(library: Library, file: Loaded, instead: Mapping[str, Where]) -> Definitions:
-    """Constants of the system; `instead` does not apply to those inside descriptions."""
-    definitions = replace(library, instead=instead).definitions(file)
-    known = [outside.name for outside in definitions.outside() if outside.kind == "constant"]
-    for name, where in instead.items():
-        if name not in known:
-            library.findings.unknown("E0201", "constant", name, known, where.key)
-    return definitions
 
 
 def _constants(definitions: Definitions, kept: Kept | None) -> tuple[Constant, ...]:

@@ -97,7 +97,7 @@ class AgentResolver:
         instead: _Control | None,
     ) -> Agent | None:
         """The agent of a description or of another system, with its own control or another."""
-        used = reuse(definition, where, at, self.library)
+        used = reuse(definition, where, at, self.library, name)
         inner, here = agent_in(used.file, name) if used else (None, where)
         if used is None or inner is None:
             self.broken.add(name)
@@ -146,7 +146,7 @@ class AgentResolver:
         before, withheld = len(self.findings.diagnostics), self.findings.withheld
         repeated = len(self.findings.repeated)
         at = indexed(at, definition.each, where, self.findings)
-        levels, inside = self._levels(definition, where, at)
+        levels, inside = self._levels(f"{agent}.{name}", definition, where, at)
         if inside is None:
             self.broken.add(f"{agent}.{name}")
             return None
@@ -182,7 +182,7 @@ class AgentResolver:
         return resolved
 
     def _levels(
-        self, definition: SubsystemDef, where: Where, at: Setting
+        self, name: str, definition: SubsystemDef, where: Where, at: Setting
     ) -> tuple[list[tuple[SubsystemDef, Where]], Setting | None]:
         """A subsystem and the descriptions that it uses, each the next one.
 
@@ -191,7 +191,7 @@ class AgentResolver:
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
             described, here = levels[-1]
-            used = reuse(described, here, inside, self.library)
+            used = reuse(described, here, inside, self.library, name)
             if used is None or used.file.spec.subsystem is None:
                 if used is not None:
                     self._no_description("subsystem", here)

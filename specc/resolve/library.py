@@ -15,6 +15,7 @@ from specc.lang import (
     ExprError,
     Scope,
     TypeNames,
+    members_of,
     parse_signature,
     parse_type,
 )
@@ -25,6 +26,7 @@ from specc.read import ANYWHERE, Reach
 from specc.resolve.context import FOLLOW_UP, Findings, Where, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.expressions import Expressions
+from specc.resolve.given import Given
 from specc.resolve.groups import Groups
 from specc.schema import SpecFile
 from specc.schema.files import TypeDef
@@ -50,14 +52,15 @@ Load = Callable[[str, Where | None], Loaded | None]
 class Library:
     """Definitions of files. `base` is the directory of the main file.
 
-    `instead` has texts that take the place of those of constants, by name.
+    With `shared` its constants, and those of files that it uses, are given on the command line.
     """
 
     load: Load
     base: str
     findings: Findings
     reach: Reach = ANYWHERE
-    instead: Mapping[str, Where] = field(default_factory=dict)
+    given: Given = field(default_factory=Given)
+    shared: bool = False
     agents: tuple[str, ...] = ()
     """Names of all agents of the system, some of which are `groups`."""
     groups: Groups = field(default_factory=dict)
@@ -213,17 +216,26 @@ class Library:
             where = file.top["constants"][name]
             if not own.claim("constant", name, where.key, self.findings):
                 continue
-            scope = replace(around, constants=_declared(own))
+            declared = _declared(own)
+            below = file.spec.constants.keys() - declared.keys() - own.broken
+            scope = replace(around, constants=declared, below=below)
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
             value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
-            place, other = where.key, self.instead.get(name)
+            place = where.key
+            other = self.given.instead(name, definition.value, wanted) if self.shared else None
             if value is not None and other is not None:
                 value = expressions.value(other, str(other.raw), scope, value.type, place)
                 place = other.key
             if value is None:
                 own.broken.add(name)
             else:
-                own.add(Constant(name, value, definition.title, place))
+                set_ = self._set(name, file)
+                own.add(set_ or Constant(name, value, definition.title, place))
+
+    def _set(self, name: str, file: Loaded) -> Constant | None:
+        """A constant that the command line gives, of a file used for its definitions, too."""
+        known = self._known.get(file.path) if not self.shared and name in self.given.texts else None
+        return known.constants.get(name) if known else None
 
 
 _SECTIONS = (
@@ -262,12 +274,8 @@ def _declared(definitions: Definitions) -> Mapping[str, Declared]:
 
 def enum_members(definitions: Definitions) -> dict[str, tuple[Enum, ...]]:
     """Member -> the declared enums that have it."""
-    members: dict[str, tuple[Enum, ...]] = {}
-    for maker in definitions.types.values():
-        if isinstance(maker, _TypeMaker) and isinstance(made := maker.enum(), Enum):
-            for member in made.members:
-                members[member] = (*members.get(member, ()), made)
-    return members
+    makers = [maker for maker in definitions.types.values() if isinstance(maker, _TypeMaker)]
+    return members_of(made for maker in makers if isinstance(made := maker.enum(), Enum))
 
 
 @dataclass(slots=True)

@@ -14,6 +14,7 @@ from specc.model.units import Unit
 from specc.resolve.context import Findings, Where, duration_of
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, rate_of
+from specc.resolve.given import Given
 from specc.resolve.scene import starts_of
 from specc.schema.files import BindingDef, PlantDef, SceneDef, TaskDef
 
@@ -121,6 +122,7 @@ def resolve_task(
     findings: Findings,
     broken: Container[str],
     definitions: Definitions,
+    given: Given,
 ) -> Task:
     """The task; unknown names in it are reported.
 
@@ -138,7 +140,7 @@ def resolve_task(
         definition.judge or "",
         tuple(definition.watch),
         where.key,
-        tuple(starts_of(scene, where["scene"], findings, definitions)),
+        tuple(starts_of(scene, where["scene"], findings, definitions, given)),
     )
 
 

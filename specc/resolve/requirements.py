@@ -6,6 +6,7 @@ import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, cast
 
 from specc.frozen import frozen
@@ -18,9 +19,10 @@ from specc.lang import (
     members_of,
     spread,
 )
+from specc.lang.errors import each
 from specc.lang.many import Root
 from specc.lang.parse import span
-from specc.lang.temporal import TIMED, USAGE, parse_formula
+from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, Logic, has_unknown
 from specc.model.requirement import (
@@ -139,20 +141,12 @@ class _Reader:
         if op == "always":
             help = "what holds for some time is `throughout(0.2[s], p)`"
             raise _error(node, "`always` stands only around a whole requirement", help)
+        refuse_misspelt(node, self.scope.operators)
         return Atom(self._condition(node))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
         """The formulas of some operands, with what is wrong in any of them."""
-        found: list[Formula] = []
-        errors: list[ExprError] = []
-        for node in nodes:
-            try:
-                found.append(self._formula(node))
-            except ExprErrors as failure:
-                errors += failure.errors
-        if errors:
-            raise ExprErrors(errors)
-        return tuple(found)
+        return tuple(each(partial(self._formula, node) for node in nodes))
 
     def _condition(self, node: ast.expr) -> Expr:
         for inner in ast.walk(node):

@@ -16,6 +16,7 @@ from specc.reachable import reachable
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, indices_of, inlined
 from specc.resolve.expressions import Expressions
+from specc.resolve.given import Given
 from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
 from specc.schema import SpecFile, SubsystemDef
@@ -36,9 +37,12 @@ class Setting:
 
 
 def reuse(
-    user: AgentDef | SubsystemDef, where: Where, at: Setting, library: Library
+    user: AgentDef | SubsystemDef, where: Where, at: Setting, library: Library, name: str
 ) -> Setting | None:
-    """Load the file that `user` uses, at `where`, and bind its parameters to the arguments."""
+    """Load the file that `user` uses, at `where`, and bind its parameters to the arguments.
+
+    `name` is that of the agent, or the qualified one of the subsystem, that it becomes.
+    """
     relative, using = user.use or "", at.using
     path = library.beside(at.file, relative)
     if path in (at.file.path, *using):
@@ -59,7 +63,7 @@ def reuse(
     scratch = replace(library, findings=Findings())
     types = scratch.definitions(file, frames)
     library.findings.unread |= scratch.findings.unread
-    given = binder.values(file, types)
+    given = binder.values(file, types, library.given, name)
     agents, groups = binder.agents(file, types, library)
     if not binder.complete:
         return None
@@ -120,8 +124,13 @@ class _Binder:
                     self.findings.unknown("E0209", "frame", actual, known, self.where[name].place)
         return bound
 
-    def values(self, file: Loaded, inner: Definitions) -> tuple[Constant, ...]:
-        """Value parameters as constants; their arguments are expressions of the using file."""
+    def values(
+        self, file: Loaded, inner: Definitions, given: Given, user: str
+    ) -> tuple[Constant, ...]:
+        """Value parameters as constants; their arguments are expressions of the using file.
+
+        Those of the `user` may be given on the command line.
+        """
         constants = []
         scope = constant_scope(self.outer)
         for name, text in file.spec.parameters.items():
@@ -131,8 +140,10 @@ class _Binder:
             if expected is None:
                 continue
             expressions = Expressions(self.findings, self.outer)
-            where = self.where[name]
-            value = expressions.value(where, self.arguments[name], scope, expected)
+            where, written = self.where[name], self.arguments[name]
+            if other := given.instead(f"{user}.{name}", written, expected):
+                where, written = other, str(other.raw)
+            value = expressions.value(where, written, scope, expected)
             if value is None:
                 self._fail()
             else:

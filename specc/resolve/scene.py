@@ -12,6 +12,7 @@ from specc.model.units import DIMENSIONLESS, Unit
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.expressions import Expressions, known_number
+from specc.resolve.given import Given
 from specc.resolve.library import constant_scope
 from specc.schema.files import DrawDef, SceneDef
 
@@ -19,11 +20,16 @@ _FORMS = "write a number with its unit, `[least, greatest]` or `{one_of: [...]}`
 
 
 def starts_of(
-    scene: SceneDef, where: Where, findings: Findings, definitions: Definitions
+    scene: SceneDef, where: Where, findings: Findings, definitions: Definitions, given: Given
 ) -> Iterator[Draw]:
     """Where joints are when a run begins; `specc.checks` compares them with the model."""
     for name, item in scene.starts.items():
-        start = draw_of(name, item, where[name], findings, definitions)
+        at = where[name]
+        texts = [text for text, _ in _texts(item, at)]
+        written = next((text for text in texts if "[" in text), "")
+        if other := given.instead(f"scene.{name}", written):
+            item, at = DrawDef(fixed=str(other.raw), given=frozenset({"is"})), other
+        start = draw_of(name, item, at, findings, definitions)
         if start is not None:
             yield start
 

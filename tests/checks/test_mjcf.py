@@ -62,11 +62,24 @@ def as_mujoco_reads(path: Path) -> Model:
         dict.fromkeys(actuators, 1),
         {n: None if r == (1, 1) else r for n, r in zip(cameras, resolutions, strict=True)},
         {n for n in names(model, kinds.mjOBJ_BODY, model.nbody) if n and n != "world"},
+        timestep_s=model.opt.timestep,
     )
 
 
 def sizes_in(path: Path) -> Model:
     return replace(read_model(str(path)), parts={}, defaults=set(), compiler={}, files=(), name="")
+
+
+def test_the_time_step(tmp_path: Path) -> None:
+    part, whole = tmp_path / "part.xml", tmp_path / "whole.xml"
+    part.write_text('<mujoco model="p"><option timestep="3e-3"/><worldbody/></mujoco>')
+    attached = '<asset><model name="p" file="part.xml"/></asset><worldbody/>'
+    options = '<option timestep="0.0005"/><include file="part.xml"/><option gravity="0 0 0"/>'
+    for inside in (attached, options, '<option timestep="1e-2"/>', "<worldbody/>"):
+        whole.write_text(f"<mujoco>{inside}</mujoco>")
+        assert read_model(str(whole)).timestep_s == as_mujoco_reads(whole).timestep_s
+    whole.write_text('<mujoco><option timestep="-1"/></mujoco>')
+    assert read_model(str(whole)).timestep_s is None
 
 
 def test_every_kind_of_joint_and_many_sensors(tmp_path: Path) -> None:

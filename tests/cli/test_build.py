@@ -32,6 +32,19 @@ def test_build_writes_a_directory_per_system(workspace: Path) -> None:
     assert (workspace / "else/where/good/arm/c.py").is_file()
 
 
+@pytest.mark.parametrize("more", [[], ["--check"]])
+def test_systems_of_one_name_do_not_replace_each_other(
+    more: list[str], workspace: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (workspace / "sub").mkdir()
+    (workspace / "sub/good.yaml").write_text("system: good\nodd: 1\n")
+    main(["build", "good.yaml"])
+    before = tree(workspace / "generated")
+    assert main(["build", "good.yaml", "sub/good.yaml", "./good.yaml", *more]) == 2
+    assert "the system of good.yaml goes here" in capsys.readouterr().err
+    assert tree(workspace / "generated") == before
+
+
 def test_a_directory_of_output_is_open_to_others(workspace: Path) -> None:
     main(["build", "good.yaml"])
     ordinary = workspace / "ordinary"
@@ -68,6 +81,7 @@ def test_check_lists_stale_missing_and_left_over_files(
 ) -> None:
     assert main(["build", "good.yaml", "--check"]) == 1
     assert not (workspace / "generated").exists()
+    assert capsys.readouterr().err.count("nothing has been built here yet") == 1
     main(["build", "good.yaml"])
     assert main(["build", "good.yaml", "--check"]) == 0
     good = workspace / "generated/good"

@@ -133,7 +133,7 @@ def test_budgets_that_are_none(budget: str, capsys: pytest.CaptureFixture[str]) 
     with pytest.raises(SystemExit) as ended:
         main(["explore", CONVEYOR, f"--budget={budget}"])
     assert ended.value.code == 2
-    assert "is not a number of steps" in capsys.readouterr().err
+    assert "is not a whole number from 1 to 99999999" in capsys.readouterr().err
 
 
 def test_a_faulty_specification_is_not_explored(

@@ -52,6 +52,51 @@ sys.addaudithook(told)
 from specc.cli import main
 sys.exit(main())
 """
+# One SIGINT at each instruction of `main` after the command is done, then of what `main` calls.
+LATE = """
+import itertools, os, signal, sys
+from specc.cli import interruption, main
+module = sys.modules["specc.cli.main"]
+watched = {main.__code__, interruption.no_more.__code__}
+def command(arguments):
+    global left
+    left = at
+    return 0
+module._guarded = command
+def trace(frame, event, argument):
+    global left
+    if frame.f_code not in watched:
+        return None
+    frame.f_trace_opcodes = True
+    left -= 1
+    if left == -1:
+        os.kill(os.getpid(), signal.SIGINT)
+    return trace
+for at in itertools.count():
+    left = -2
+    interruption.is_over = False
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.settrace(trace)
+    code = main()
+    sys.settrace(None)
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    print(code)
+    if left >= 0:
+        break
+"""
+HALF_MADE = """
+import os, signal, sys
+from specc.cli import main
+class Half:
+    def __init__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        self.made = True
+    def __del__(self):
+        self.made
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.modules["specc.cli.main"]._guarded = lambda arguments: Half() and 0
+sys.exit(main())
+"""
 FEW_MS = [0, 2, 5, 10, 20, 35, 50, 80, 120, 180, 250, 350, 500]
 
 
@@ -82,6 +127,22 @@ def test_one_line_at_most(tmp_path: Path, delay_ms: float) -> None:
 
 def test_an_interrupt_while_loading_is_one_line(tmp_path: Path) -> None:
     assert interrupted(["explain"], tmp_path, 0) == (130, "", LINE)
+
+
+def test_of_what_was_half_made_nothing_is_said() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", HALF_MADE], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", LINE)
+
+
+def test_an_interrupt_after_the_work_is_done_changes_at_most_the_code() -> None:
+    done = subprocess.run([sys.executable, "-c", LATE], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    codes = done.stdout.split()
+    assert len(codes) > 30
+    assert set(codes) == {"0", "130"}
+    assert done.stderr == LINE * codes.count("130")
 
 
 @pytest.mark.parametrize("delay_ms", [60, 130, 200, 300, 450, 700])

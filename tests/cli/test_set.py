@@ -7,9 +7,12 @@ from typing import Any
 import pytest
 
 from specc.cli import main
+from tests.scenarios.runs import SPECS
 
 GATE = Path(__file__).resolve().parents[2] / "specs" / "conveyor_gate.yaml"
-LIBRARY = "specc: 1\nconstants: {high: '2[m]', step: '1[mm]'}\n"
+LIBRARY = """specc: 1
+constants: {high: '2[m]', step: '1[mm]', floor: {type: "real[m]", is: 0}}
+"""
 PART = """specc: 1
 parameters: {limit: "real[m]"}
 constants: {low: "0[m]", margin: "1[m]"}
@@ -32,7 +35,7 @@ agents:
       rate: 10 Hz
       y: {other: {d: "real[m]"}}
       memory:
-        d: {type: "real[m]", init: middle}
+        d: {type: "real[m]", init: middle + floor}
         r: {type: bool, init: on}
         v: {type: "vector[2, rad]", init: q}
       conditions:
@@ -83,6 +86,9 @@ def ran(spec: Path, *settings: str) -> dict[str, Any]:
         ({"q": "[0, 0]"}, "[0, 90[deg]]", "[0, 0[deg]]"),
         ({"high": "300[cm]"}, "'2[m]'", "'300[cm]'"),
         ({"step": "0"}, "'1[mm]'", "'0[mm]'"),
+        ({"low": "1.25"}, 'low: "1[m]"', 'low: "1.25[m]"'),  # a number alone has the unit there
+        ({"step": "-.5e-1 "}, "'1[mm]'", "'-0.05[mm]'"),
+        ({"floor": "2"}, "is: 0}", 'is: "2[m]"}'),  # or else that of the declared type
     ],
 )
 def test_the_code_is_that_of_a_file_with_the_value(
@@ -95,6 +101,112 @@ def test_the_code_is_that_of_a_file_with_the_value(
     written = put(tmp_path / "written", system.replace(old, new), LIBRARY.replace(old, new))
     built = build(str(spec), settings)
     assert built.files == build(str(written)).files != build(str(spec)).files
+
+
+FLEET = """specc: 1.1
+system: fleet
+constants: {reach: "1[m]"}
+agents:
+  carts: {for: {i: 1..2}, use: cart.yaml, with: {limit: reach * i, boss: boss}}
+  boss:
+    control:
+      rate: 10 Hz
+      y: {carts: {d: "real[m]"}}
+      conditions: {terminal: {late: "elapsed > 1[s]"}}
+      functions: {go: {y.carts.d: reach}}
+      behaviours: {go: {functions: [go], terminal: late}}
+      states: {S0: go, S1: go}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1], [S1, terminal, always, S0]]
+plant: {model: carts.xml}
+task:
+  cycle: {of: boss.c, from: S1, to: S0}
+  scene: {slide: [0, "200[mm]"]}
+"""
+CART = """specc: 1.1
+parameters: {limit: "real[m]", boss: agent}
+agent:
+  virtual_effectors: {wheels: {use: wheels.yaml, with: {limit: 2 * limit}}}
+  control:
+    rate: 10 Hz
+    x: {boss: {d: {type: "real[m]", init: 0}}}
+    memory: {l: {type: "real[m]", init: limit}}
+    functions: {look: {l: x.boss.d}}
+    behaviours: {look: {functions: [look], terminal: never}}
+    states: {S0: look}
+    initial_state: S0
+"""
+WHEELS = """specc: 1.1
+parameters: {limit: "real[m]"}
+subsystem:
+  rate: 10 Hz
+  memory: {l: {type: "real[m]", init: limit}}
+  functions: {roll: {l: l}}
+  behaviours: {roll: {functions: [roll], terminal: never}}
+  states: {S0: roll}
+  initial_state: S0
+"""
+MODEL = """<mujoco><worldbody><body><joint name="slide" type="slide"/><geom size="1"/></body>
+</worldbody></mujoco>"""
+
+
+def fleet(folder: Path, **texts: str) -> Path:
+    """A fleet in a folder, with other texts where some are given."""
+    folder.mkdir(exist_ok=True)
+    files = {"fleet": FLEET, "cart": CART, "wheels": WHEELS} | texts
+    for name, text in files.items():
+        (folder / f"{name}.yaml").write_text(text)
+    (folder / "carts.xml").write_text(MODEL)
+    return folder / "fleet.yaml"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "written"),
+    [
+        ("carts.limit", "3", {"fleet": ("reach * i", "'3[m]'")}),  # of all of them
+        ("carts.wheels.limit", "70[cm]", {"cart": ("2 * limit", "'70[cm]'")}),
+        ("scene.slide", "50", {"fleet": ('[0, "200[mm]"]', '"50[mm]"')}),
+    ],
+)
+def test_parameters_are_set_by_what_they_are_of(
+    tmp_path: Path, name: str, text: str, written: dict[str, tuple[str, str]]
+) -> None:
+    from specc.pipeline import build
+
+    spec = fleet(tmp_path / "as_is")
+    texts = {"fleet": FLEET, "cart": CART}
+    other = {file: texts[file].replace(*change) for file, change in written.items()}
+    built = build(str(spec), {name: text})
+    assert built.files, built.result.diagnostics
+    assert built.files != build(str(spec)).files
+    expected = build(str(fleet(tmp_path / "written", **other)))
+    assert expected.files, expected.result.diagnostics
+    assert built.files == expected.files
+
+
+def test_a_file_of_definitions_and_of_a_description_has_one_value() -> None:
+    from specc.pipeline import build
+
+    spec = str(SPECS / "architectures/reactive.yaml")
+    as_is, other = build(spec), build(spec, {"fastest": "5[rad/s]"})
+    assert other.files, other.result.diagnostics
+    changed = {name for name in as_is.files if as_is.files[name] != other.files[name]}
+    assert changed == {"blind_drive.py"}
+
+
+def test_a_parameter_of_one_copy_is_its_own(tmp_path: Path) -> None:
+    from specc.lang import show
+    from specc.pipeline import compile_spec
+
+    system = compile_spec(str(fleet(tmp_path)), {"carts_2.limit": "reach + 50[cm]"}).system
+    assert system is not None
+    limits = {s.qualified_name: show(s.constants[0].value) for s in system.subsystems[:4]}
+    assert limits == {
+        "carts_1.c": "1[m] * 1",
+        "carts_1.wheels": "2 * (1[m] * 1)",
+        "carts_2.c": "1[m] + 0.5[m]",
+        "carts_2.wheels": "2 * (1[m] + 0.5[m])",
+    }
 
 
 def test_a_run_behaves_by_the_value_and_reports_it(spec: Path, tmp_path: Path) -> None:
@@ -112,11 +224,17 @@ def test_a_run_behaves_by_the_value_and_reports_it(spec: Path, tmp_path: Path) -
     ("setting", "told"),
     [
         ("lo=1[m]", ["unknown constant `lo`", "did you mean `low`?", "--set:1:1"]),
-        ("nothing=1[m]", ["known: `high`, `low`, `middle`, `on`, `q`, `step`"]),
+        ("nothing=1[m]", ["known: `floor`, `high`, `low`, `middle`, `on`, `q`, `step`"]),
         ("margin=1[m]", ["unknown constant `margin`"]),  # a description's own
         ("limit=1[m]", ["unknown constant `limit`"]),  # its parameter
+        ("other.c.limit=1[s]", ["`1[s]` is `real[s]`; expected `real[m]`", "--set:1:15"]),
         ("low=1[s]", ["`1[s]` is `real[s]`; expected `real[m]`", "--set:1:5", "declared as"]),
-        ("low=1", ["`1` is `int`; expected `real[m]`"]),
+        ("low=1[]", ["--set:1:"]),
+        ("middle=1", ["`1` is `int`; expected `real[m]`"]),  # written as a sum, of no one unit
+        (
+            "other.c.limits=1[m]",
+            ["unknown parameter `other.c.limits`", "did you mean"],
+        ),
         ("on=3", ["`3` is `int`; expected `bool`"]),
         ("q=[0, 0, 0]", ["--set:1:3"]),
         ("low=1[m", ["the bracket is not closed"]),

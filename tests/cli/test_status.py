@@ -73,11 +73,16 @@ def test_text_says_what_comes_next(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_a_part_is_called_by_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     part = tmp_path / "part.yaml"
-    part.write_text("specc: 1\nsubsystem:\n  title: a part\n")
+    part.write_text("specc: 1\nsubsystem:\n  title: a part\n  rate: 10 Hz\n")
     assert main(["status", str(part)]) == 0
     shown = capsys.readouterr().out
-    assert f"\n{part}  " in shown
-    assert f"  {part}, definitions: the file describes no system, only parts" in shown
+    lines = [line.split() for line in shown.splitlines()]
+    assert lines[:2] == [["file", "definitions"], [str(part), "done"]]
+    assert ["c", "open", "done", "open", "open", "open"] in lines
+    part.write_text("specc: 1\ntypes: {A: reel}\n")
+    assert main(["status", str(part)]) == 0
+    shown = capsys.readouterr().out
+    assert f"{part}  wrong" in shown and f"  {part}, definitions: " in shown
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:

@@ -1,13 +1,24 @@
-"""Random systems of many agents: copies, readers of many, events, sporadic devices, rates."""
+"""Random systems of many agents: copies, readers of many, events, sporadic devices, rates.
+
+One agent may be described in a file of its own, where parameter and memory may have the names that
+constants and elements have elsewhere.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from random import Random
 from typing import Any
 
+from specc.pipeline import Result
+from tests.soundness.running import compiled
+from tests.soundness.specifications import text_of
+
 Tree = dict[str, Any]
 LITERALS = {"bool": ("True", "False"), "int": ("0", "1", "2"), "Mode": ("a", "b", "c")}
+SHARED = ("limit", "e0")
+"""Constants of the system. An element is called `e0`, too."""
 RATES_HZ = (10, 20, 50, 100)
 REQUIRED = (
     "always(not ({} and {}))",
@@ -32,6 +43,14 @@ class Role:
     events: list[str] = field(default_factory=list)
     """Inputs that may be ignored."""
     outputs: list[tuple[str, str]] = field(default_factory=list)
+    numbers: tuple[str, ...] = SHARED
+    """Constants and parameters."""
+    count: str = "k"
+    """A memory."""
+
+    def literals(self, kind: str) -> tuple[str, ...]:
+        """Values of a type that stay."""
+        return (*LITERALS[kind], *(self.numbers if kind == "int" else ()))
 
 
 class Author:
@@ -44,8 +63,8 @@ class Author:
         self.trees: dict[str, Tree] = {name: {"x": {}, "y": {}} for name in self.roles}
         self.bound: Tree = {}
 
-    def system(self) -> Tree:
-        """The specification."""
+    def written(self) -> tuple[Tree, Tree]:
+        """The specification, and the file `part.yaml` that it uses."""
         rng = self.rng
         self._connect("boss", "workers")
         self._connect("workers", "boss")
@@ -59,28 +78,48 @@ class Author:
             agents[name] = {"for": {"i": f"1..{self.workers}"}} if name == "workers" else {}
             if name == "workers" or rng.randrange(4) == 0:
                 self._eye(agents[name], name)
+        described = rng.choice(("", *self.roles))
         for name, role in self.roles.items():
+            if name == described:
+                role.count, parameter = rng.sample(("k", "n", *SHARED), 2)
+                role.numbers = (parameter,)
             agents[name]["control"] = self._control(role, self.trees[name])
+        part: Tree = {"specc": 1.1, "types": {"Mode": "enum[a, b, c]"}}
+        if described:
+            part["parameters"] = {parameter: "int"}
+            part["subsystem"] = agents[described]["control"]
+            given = rng.choice(("0", "1", "3", "i" if described == "workers" else "2"))
+            agents[described]["control"] = {"use": "part.yaml", "with": {parameter: given}}
         tree: Tree = {
             "specc": 1.1,
             "system": "society",
-            "types": {"Mode": "enum[a, b, c]"},
+            "use": ["part.yaml"],
+            "constants": dict(zip(SHARED, rng.choice(((1, 2), (2, 0))), strict=True)),
             "agents": agents,
             "require": [
-                {"that": form.format(self._state(), self._state()), "because": "it is so"}
+                {"that": form.format(self._required(), self._required()), "because": "it is so"}
                 for form in REQUIRED
             ],
         }
-        return tree | (
-            {"plant": {"python": "world:World", "bind": self.bound}} if self.bound else {}
-        )
+        if self.bound:
+            tree["plant"] = {"python": "world:World", "bind": self.bound}
+        return tree, part
 
-    def _state(self) -> str:
-        """A question about a machine's state, which its tree does not have yet: S0 to S3."""
-        name = self.rng.choice([*self.roles])
-        if name == "workers":
-            name = f"workers_{self.rng.randrange(self.workers) + 1}"
-        return f"state({name}.c) == S{self.rng.randrange(2)}"
+    def _required(self) -> str:
+        """A question about a machine's state, its memory, or what it sends."""
+        rng = self.rng
+        name = rng.choice([*self.roles])
+        role, number = self.roles[name], rng.randrange(self.workers) + 1
+        machine = f"workers_{number}.c" if name == "workers" else f"{name}.c"
+        way = rng.randrange(4)
+        if way < 2:
+            return f"state({machine}) == S{rng.randrange(2)}"
+        text, kind = f"{machine}.{role.count}", "int"
+        if way == 3:
+            text, kind = rng.choice(role.outputs)
+            text = f"{machine}.{text.replace('y.workers.', f'y.workers_{number}.')}"
+        test = _test(rng, text, kind, Role())
+        return test if way == 2 else f"(present({text}) and {test})"
 
     def _connect(self, sender: str, reader: str) -> None:
         rng = self.rng
@@ -144,11 +183,11 @@ class Author:
         rng = self.rng
         conditions: Tree = {"initial": {}, "terminal": {}, "error": {}}
         memory = {
-            "k": {"type": "int", "init": 0},
+            role.count: {"type": "int", "init": 0},
             "m": {"type": "Mode", "init": "a"},
             "b": {"type": "bool", "init": "False"},
         }
-        role.values += [("k", "int"), ("m", "Mode"), ("b", "bool")]
+        role.values += [(role.count, "int"), ("m", "Mode"), ("b", "bool")]
         states = [f"S{i}" for i in range(rng.randrange(2, 4 if self.workers > 1 else 5))]
         behaviours: Tree = {}
         for state in states:
@@ -191,17 +230,18 @@ class Author:
                 found.append((target.replace("workers", "workers_{i}"), each))
             else:
                 found.append((target, text))
+        k = role.count
         if rng.randrange(2):
-            found.append(("k", rng.choice(("min(k + 1, 3)", "0", "1 if k == 0 else 0"))))
+            found.append((k, rng.choice((f"min({k} + 1, 3)", "0", f"1 if {k} == 0 else 0"))))
         if rng.randrange(3) == 0:
             found.append(("m", self._value(role, "Mode")))
         if rng.randrange(2):
             found.append(("b", self._value(role, "bool")))
-        return found or [("k", "k")]
+        return found or [(k, k)]
 
     def _value(self, role: Role, kind: str) -> str:
         same = [text for text, other in role.values if other == kind]
-        return self.rng.choice((*LITERALS[kind], *same))
+        return self.rng.choice((*role.literals(kind), *same))
 
     def _end(self, role: Role, known: Tree, way: int) -> str:
         """`always`, a condition of its own, or `never`."""
@@ -235,19 +275,21 @@ class Author:
             return f"fresh({rng.choice(role.arrivals)})"
         if way < 4 and role.many:
             name, kind = rng.choice(role.many)
-            test = _test(rng, f"w.{name}", kind) if kind else f"fresh(w.{name})"
+            test = _test(rng, f"w.{name}", kind, role) if kind else f"fresh(w.{name})"
             return f"{rng.choice(('any', 'all'))}({test} for w in x.workers)"
         text, kind = rng.choice(role.values)
-        return _test(rng, text, kind)
+        return _test(rng, text, kind, role)
 
 
-def _test(rng: Random, text: str, kind: str) -> str:
+def _test(rng: Random, text: str, kind: str, role: Role) -> str:
     if kind == "bool":
         return f"({rng.choice(('', 'not '))}{text})"
     op = rng.choice(("==", "!=", "<", ">=") if kind == "int" else ("==", "!="))
-    return f"({text} {op} {rng.choice(LITERALS[kind])})"
+    return f"({text} {op} {rng.choice(role.literals(kind))})"
 
 
-def society(rng: Random) -> Tree:
-    """A random system of agents (see `Author`)."""
-    return Author(rng).system()
+def society(rng: Random, folder: Path) -> Result:
+    """What the compiler makes of a random system of agents (see `Author`), in a folder."""
+    tree, part = Author(rng).written()
+    (folder / "part.yaml").write_text(text_of(part), encoding="utf-8")
+    return compiled(tree, folder)

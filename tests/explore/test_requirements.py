@@ -251,6 +251,44 @@ def test_constants_of_requirements_are_those_of_the_system(tmp_path: Path) -> No
     assert verdicts == ["violated", "proved"]
 
 
+WAITING = """\
+specc: 1.1
+system: waiting
+agents:
+  a:
+    real_receptors: {eye: {y: {d: "real[m]"}}}
+    control:
+      rate: 10 Hz
+      x: {eye: {near_by: {type: bool, init: False}}}
+      conditions: {terminal: {near_by: x.eye.near_by, far: not x.eye.near_by}}
+      behaviours: {wait: {terminal: near_by}, rest: {terminal: far}}
+      states: {S0: wait, S1: rest}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1], [S1, terminal, always, S0]]
+    virtual_receptors:
+      eye:
+        rate: 10 Hz
+        x: {R: {d: "real[m]"}}
+        y: {c: {near_by: bool}}
+        behaviours: {look: {functions: [{y.c.near_by: "x.R.d < 1[m]"}], terminal: never}}
+        states: {S0: look}
+        initial_state: S0
+plant: {python: "world:World", bind: {a.R.eye.d: {}}}
+require:
+  - {that: "always(state(a.c) == S0 implies within(200[s], state(a.c) == S1))", because: it comes}
+"""
+
+
+def test_what_long_windows_wait_for_is_told(tmp_path: Path) -> None:
+    """One way is enough for that where there are steps for no more."""
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(WAITING, encoding="utf-8")
+    found = explore(compile_spec(str(spec)).proofs, 24_000)
+    (waits,) = found.requirements
+    assert (waits.verdict, waits.rests_on) == ("open", ("`near_by` in `a.c`",))
+    assert found.findings == []
+
+
 @pytest.mark.parametrize("budget", [3, 4])
 def test_violations_on_the_last_steps_of_the_budget_are_kept(budget: int) -> None:
     """Also if not all ways from where they are were followed."""
@@ -285,3 +323,53 @@ def test_what_ends_the_telling_of_requirements_leaves_the_rest(
     assert found.broken_off == why
     assert found.slices and all(each.complete for each in found.slices)
     assert [each.verdict for each in found.requirements] == ["not explored"]
+
+
+ALONE = """\
+specc: 1.1
+system: alone
+agents:
+  a:
+    control:
+      rate: 100 Hz
+      y: {b: {n: int}}
+      memory: {n: {type: int, init: 94906267}, q: {type: real, init: 0}, r: {type: real, init: 0}}
+      conditions: {terminal: {late: "elapsed > 3000[s]"}}
+      functions: {f: {y.b.n: n, q: n, r: "(n if n > 0 else 0.5) * (n if n > 0 else 0.5)"}}
+      behaviours: {w: {functions: [f], terminal: late}, v: {functions: [f], terminal: never}}
+      states: {S0: w, S1: v}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S1]]
+  b:
+    control:
+      rate: 100 Hz
+      x: {a: {n: {type: int, init: 0}}}
+      memory: {k: {type: int, init: 0}}
+      functions: {f: {k: x.a.n}}
+      behaviours: {w: {functions: [f], terminal: never}}
+      states: {S0: w}
+      initial_state: S0
+require:
+"""
+
+
+def _verdicts(requirements: list[str], tmp_path: Path) -> list[str]:
+    lines = "".join(f"  - {{that: '{that}', because: it}}\n" for that in requirements)
+    (tmp_path / "spec.yaml").write_text(ALONE + lines, encoding="utf-8")
+    result = compile_spec(str(tmp_path / "spec.yaml"))
+    assert result.ok, result.diagnostics
+    return [each.verdict for each in explore(result.proofs, 20_000).requirements]
+
+
+def test_integers_that_no_float_is_are_not_known_where_reals_are(tmp_path: Path) -> None:
+    """The square of `n` is one more than what 64 bits of a float make of it."""
+    exact = "9007199515875288"
+    assert _verdicts(
+        [f"always(a.c.{name} > {exact} or a.c.{name} < 1)" for name in ("r", "q * a.c.q")], tmp_path
+    ) == ["not decided", "not decided"]
+
+
+def test_what_holds_at_any_time_is_proved_beside_what_needs_times(tmp_path: Path) -> None:
+    small, there = "always(a.c.n < 94906268)", "always(state(a.c) == S0)"
+    assert _verdicts([small], tmp_path) == ["proved"]
+    assert _verdicts([small, there], tmp_path) == ["proved", "may be violated"]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from specc_runtime import track
 
 from specc.cli import main
 from specc.tools.explore import concrete
@@ -61,14 +62,30 @@ def test_no_value_is_made_up_for_a_trace(
     assert not list((tmp_path / "traces").iterdir())
 
 
-def test_the_search_ends_when_runs_take_too_long(
+def test_the_search_ends_after_so_many_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(concrete, "MOST_S", 0)
+    monkeypatch.setattr(concrete, "MOST_STEPS", 1000)
     (finding,) = traced(LOST, tmp_path, capsys)
     assert finding["recording"] is None
     stray = "at 0.3 s `panel.c` is in `stopped`, not in `watching`"
-    assert finding["lacks"] == f"{stray}, as far as 0 s reach"
+    assert finding["lacks"] == f"{stray}, as far as 1000 steps reach"
+
+
+def test_ctrl_c_ends_the_search_and_leaves_the_findings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also if it comes in the middle of a step, where other errors are faults of the step."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(track, "compute_deferred", interrupted)
+    assert main(["explore", str(LOST), "--traces", str(tmp_path)]) == 130
+    said = capsys.readouterr()
+    assert "its trace is not recorded: interrupted" in said.out
+    assert "W1005" in said.err
+    assert said.err.endswith("specc: interrupted\n")
 
 
 def test_values_of_devices_that_only_operators_look_into(

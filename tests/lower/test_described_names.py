@@ -136,6 +136,24 @@ def test_records_of_one_class_are_checked_by_their_own_fields(tmp_path: Path) ->
     assert "q=as_real, p=as_int)" in code
 
 
+CLOUD = """\
+{fields: {q: "real[m]", p: Cloud}, python: "recs:S"}
+  Cloud: {opaque: true, python: "recs:C", codec: {encode: "%(of)s:to", decode: "%(of)s:back"}}
+"""
+
+
+def test_records_of_one_class_enter_recordings_by_their_own_codecs(tmp_path: Path) -> None:
+    head = 'types: {Sample: {fields: {q: "real[m]", p: %s}, python: "recs:S"}}\n'
+    for name in "ab":
+        own = RECORD.replace(head, f"types:\n  Sample: {CLOUD % {'of': f'codec_{name}'}}")
+        (tmp_path / f"{name}.yaml").write_text(own)
+    (tmp_path / "two.yaml").write_text(TWO)
+    files = build(str(tmp_path / "two.yaml")).files
+    (layouts,) = (text for name, text in files.items() if name.endswith("layouts.py"))
+    assert layouts.count("forms.record(") == 2
+    assert layouts.count("SAMPLE_2") == 2
+
+
 ENDS = """\
 specc: 1
 types: {M: %s}

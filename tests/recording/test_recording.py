@@ -167,6 +167,7 @@ def test_recovering_in_place_keeps_a_whole_file(recorded: Path, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("seed", range(20))
+@pytest.mark.no_replay("damaged")
 def test_damaged_files_are_read_as_far_as_they_go(
     seed: int, recorded: Path, tmp_path: Path
 ) -> None:
@@ -180,15 +181,54 @@ def test_damaged_files_are_read_as_far_as_they_go(
     file.write_bytes(data)
     try:
         saved = Recovered(file, tmp_path / "clean.mcap")
-    except Unusable:
-        assert data[:8] != (recorded / "run.mcap").read_bytes()[:8]
+    except Unusable as why:
+        is_foreign = data[:8] != (recorded / "run.mcap").read_bytes()[:8]
+        assert is_foreign or "nothing is left" in str(why)
+        assert list(tmp_path.iterdir()) == [file]
         return
     whole = Recovered(recorded / "run.mcap", tmp_path / "whole.mcap")
     assert saved.messages <= whole.messages
     messages(tmp_path / "clean.mcap")
 
 
+@pytest.mark.parametrize("at", [30, 0.3])
+@pytest.mark.no_replay("damaged")
+def test_what_is_damaged_is_passed_over_and_stays_in_place(
+    at: float, recorded: Path, tmp_path: Path
+) -> None:
+    data = bytearray((recorded / "run.mcap").read_bytes())
+    begin = int(at if at > 1 else at * len(data))
+    data[begin : begin + 180] = random.Random(0).randbytes(180)
+    file = tmp_path / "run.mcap"
+    file.write_bytes(data)
+    done = specc("recover", file)
+    assert done.returncode == 2 and file.read_bytes() == data
+    assert "stays as it is" in done.stderr or "nothing is left" in done.stderr
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.no_replay("damaged")
+def test_a_damaged_record_hides_no_later_one(recorded: Path, tmp_path: Path) -> None:
+    data = bytearray((recorded / "run.mcap").read_bytes())
+    name = data.index(b"conveyor_gate.yaml")  # of the attachment
+    data[name : name + 4] = b"\xff" * 4
+    (tmp_path / "run.mcap").write_bytes(data)
+    saved = Recovered(tmp_path / "run.mcap", tmp_path / "clean.mcap")
+    whole = Recovered(recorded / "run.mcap", tmp_path / "whole.mcap")
+    assert (saved.damaged, saved.messages) == (1, whole.messages)
+
+
+@pytest.mark.no_replay("no recording")
+def test_a_clean_file_takes_the_place_of_recordings_only(recorded: Path, tmp_path: Path) -> None:
+    spec = tmp_path / "spec.yaml"
+    spec.write_text("specc: 1\n")
+    done = specc("recover", recorded / "run.mcap", "--out", spec)
+    assert done.returncode == 2 and "what is there is no recording" in done.stderr
+    assert spec.read_text() == "specc: 1\n"
+
+
 @pytest.mark.parametrize("content", [b"", b"hello\n", b"x" * 5000])
+@pytest.mark.no_replay("no recordings")
 def test_foreign_files_are_refused_and_stay(content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "foreign.mcap"
     file.write_bytes(content)
@@ -198,6 +238,7 @@ def test_foreign_files_are_refused_and_stay(content: bytes, tmp_path: Path) -> N
     assert file.read_bytes() == content
 
 
+@pytest.mark.no_replay("forged")
 def test_a_chunk_that_claims_to_be_huge_is_passed_over(tmp_path: Path) -> None:
     file = tmp_path / "huge.mcap"
     writer = Writer(str(file))
@@ -209,6 +250,7 @@ def test_a_chunk_that_claims_to_be_huge_is_passed_over(tmp_path: Path) -> None:
     assert list(reading) == [] and reading.damaged == 1
 
 
+@pytest.mark.no_replay("forged")
 def test_messages_that_a_few_bytes_stand_for_are_not_all_read(tmp_path: Path) -> None:
     with (tmp_path / "many.mcap").open("wb") as opened:
         Container(opened, "").chunk([(1, 0, 0, b"")] * 100_000)
@@ -216,6 +258,7 @@ def test_messages_that_a_few_bytes_stand_for_are_not_all_read(tmp_path: Path) ->
     assert len(list(reading)) < 20_000 and reading.damaged == 1
 
 
+@pytest.mark.no_replay("not of a run")
 def test_chunks_stay_small(tmp_path: Path) -> None:
     log = Log(tmp_path / "large.mcap", WallClock())
     channel = log.channel("/a", "a", {})
@@ -228,6 +271,7 @@ def test_chunks_stay_small(tmp_path: Path) -> None:
     assert all(each.uncompressed_size < 1 << 26 for each in summary.chunk_indexes)
 
 
+@pytest.mark.no_replay("not of a run")
 def test_what_waits_to_be_written_is_bounded_in_bytes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -244,7 +288,7 @@ def test_what_waits_to_be_written_is_bounded_in_bytes(
 @pytest.mark.parametrize("out", ["/", ".", "{}"])
 def test_a_clean_file_in_the_place_of_a_folder(out: str, recorded: Path, tmp_path: Path) -> None:
     done = specc("recover", recorded / "run.mcap", "--out", out.format(tmp_path))
-    assert done.returncode == 2 and "is a directory" in done.stderr
+    assert done.returncode == 2 and "it is a folder" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -266,6 +310,7 @@ def test_misuse_is_told_before_the_run(
 
 
 @pytest.mark.parametrize("size", [100, 30_000])
+@pytest.mark.no_replay("cut before the first step")
 def test_a_full_disk_is_told_and_leaves_what_was_written(size: int, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
 

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from mcap.records import Attachment, Channel, Message
@@ -14,9 +15,10 @@ from specc_runtime.forms import Misshapen
 from specc_runtime.recording.cells import digest_of
 from specc_runtime.recording.messages import unpacked
 from specc_runtime.recording.pictures import read_raw
-from specc_runtime.recording.reading import Reading
+from specc_runtime.recording.reading import Reading, Recovered
 
 from specc.cli.main import main
+from tests.recording.replayed import differences
 from tests.recording.runs import CONVEYOR, ROOT, messages, specc
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
@@ -180,6 +182,7 @@ def test_what_nothing_asked_then_is_not_made_up(
     ("content", "words"),
     [(b"", "is no MCAP file"), (b"\x89MCAP0\r\n", "is no recording of specc")],
 )
+@pytest.mark.no_replay("no recordings")
 def test_unusable_files(content: bytes, words: str, tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     file.write_bytes(content)
@@ -218,10 +221,12 @@ def _forged(file: Path, topic: str, text: bytes, **told: str) -> None:
     writer.finish()
 
 
+@pytest.mark.no_replay("forged")
 def test_what_was_not_recorded_is_not_the_same(tmp_path: Path) -> None:
     _forged(tmp_path / "x.mcap", "/belt.x", b"{}")
     done = specc("replay", tmp_path / "x.mcap", "--spec", CONVEYOR, "--check")
-    assert done.returncode == 1
+    assert done.returncode == 2
+    assert done.stderr == f"specc: nothing in {tmp_path}/x.mcap can be compared with {CONVEYOR}\n"
     words = "0 steps are the same, then it cannot be compared: "
     assert f"belt.x: {words}the specification does not have it\n" in done.stdout
     assert f"belt.c: {words}no step of it was recorded\n" in done.stdout
@@ -230,6 +235,7 @@ def test_what_was_not_recorded_is_not_the_same(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["[]", '{"stamp":0}', '{"stamp":"0","time":0.0}', "{", "1e999", HALF]
 )
+@pytest.mark.no_replay("forged")
 def test_messages_that_are_no_steps(text: str, tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     _forged(file, "/belt.c", text.encode())
@@ -244,13 +250,30 @@ def test_bytes_that_are_none_are_told() -> None:
 
 
 @pytest.mark.parametrize("name", ["a\0b", "x" * 5000])
+@pytest.mark.no_replay("forged")
 def test_names_that_no_file_has(name: str, tmp_path: Path) -> None:
     _forged(tmp_path / "x.mcap", "/belt.c", b"{}", spec=name)
     done = specc("replay", tmp_path / "x.mcap")
     assert done.returncode == 2 and "which is not here; say --spec" in done.stderr
 
 
+@pytest.mark.no_replay("forged")
 def test_a_seed_that_no_run_has(tmp_path: Path) -> None:
     _forged(tmp_path / "x.mcap", "/belt.c", HALF.encode(), seed="9" * 5000)
     done = specc("run", CONVEYOR, "--duration", 1, "--from", f"{tmp_path}/x.mcap@0.0000001")
     assert done.returncode == 2 and "does not say with which seed" in done.stderr
+
+
+@pytest.mark.no_replay("with another specification inside")
+def test_recordings_of_tests_that_are_not_the_same_are_found(tmp_path: Path) -> None:
+    class Changed(Recovered):
+        def _copy(self, record: Any, writer: Any) -> None:
+            if isinstance(record, Attachment):
+                record.data = record.data.replace(b"elapsed > 2.5[s]", b"elapsed > 2.4[s]")
+            super()._copy(record, writer)
+
+    file = tmp_path / "x.mcap"
+    Recovered(KEPT, file)
+    assert not differences(file, tmp_path)
+    Changed(KEPT, file)
+    assert "what='row'" in " ".join(differences(file, tmp_path))

@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.messages import Shelved
+from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.requirements import Requirement
 from specc_runtime.savable import restored
-from specc_runtime.temporal import And, Atom, Within, judged
+from specc_runtime.temporal import (
+    UNKNOWN,
+    And,
+    Atom,
+    Formula,
+    Historically,
+    Judgement,
+    Not,
+    Once,
+    Or,
+    Throughout,
+    Within,
+    judged,
+)
 
 from tests.recording.runs import ROOT, messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
@@ -165,6 +181,171 @@ def test_a_device_that_is_not_due_has_its_last_sample(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def _same_otherwise(one: Path, other: Path) -> bool:
+    """Whether two reports tell the same but for the digest, which begins anew."""
+    first, second = report_of(one), report_of(other)
+    return first | {"records_sha256": "", "set": 0} == second | {"records_sha256": "", "set": 0}
+
+
+@pytest.mark.parametrize("at", [0.93, 1.617, 1.62, 2.0, 3.999, 4.505])
+def test_a_run_that_another_one_goes_on_from_between_two_steps(at: float, tmp_path: Path) -> None:
+    """Whatever is under way then is seen when it would have been: nothing differs."""
+    spec, file = spec_in(tmp_path), tmp_path / "run.mcap"
+    whole = ("run", spec, "--duration", 5, "--report")
+    first = specc(*whole, tmp_path / "a.json", "--seed", 3, "--record", file)
+    spec.write_text(f"{spec.read_text()}# the same in other words\n")
+    again = tmp_path / "again.mcap"
+    done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@{at}", "--record", again)
+    assert done.returncode == first.returncode, done.stderr
+    assert "is known of the past" not in done.stderr
+    assert _same_otherwise(tmp_path / "a.json", tmp_path / "b.json")
+    done = specc(*whole, tmp_path / "c.json", "--from", f"{again}@{at + 0.2}")
+    assert _same_otherwise(tmp_path / "b.json", tmp_path / "c.json"), done.stderr
+
+
+FORMULAS: tuple[Callable[[Callable[[], Formula]], Formula], ...] = (
+    lambda a: a(),
+    lambda a: Within(4, a()),
+    lambda a: Or(Not(a()), Within(6, a())),
+    lambda a: Once(5, a()),
+    lambda a: And(Historically(3, a()), Within(2, a())),
+    lambda a: Throughout(3, Once(4, a())),
+)
+
+
+class Limited:
+    """A requirement about `x` and a limit, and the judgement of each tick."""
+
+    def __init__(self, make: Callable[[Callable[[], Formula]], Formula], limit: int) -> None:
+        self.x = 0.0
+        formula = make(lambda: Atom(lambda: judged(self.x < limit, self.x - limit), "x"))
+        self.requirement = Requirement("x < limit", "", formula, {"x": "x"})
+
+    def show(self, values: Mapping[str, Any]) -> None:
+        """See `Show`."""
+        self.x = values.get("x", 0.0)
+        for atom in self.requirement.formula.atoms():
+            atom.update()
+
+    def follow(self, run: Sequence[dict[str, float]]) -> None:
+        """Go on."""
+        for values in run:
+            self.show(values)
+            self.requirement.step(values)
+
+    def judgements(self, run: Sequence[dict[str, float]]) -> list[Judgement]:
+        """Of the ticks of a whole run."""
+        formula = self.requirement.formula
+        found = [(self.show(values), formula.step())[1] for values in run]
+        for atom in formula.atoms():
+            atom.now = UNKNOWN
+        found += [formula.step() for _ in range(formula.delay)]
+        return [judgement for judgement in found if judgement is not None]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_open_is_judged_as_the_other_one_says(seed: int) -> None:
+    rng = random.Random(seed)
+    run = [{"x": float(rng.randint(0, 9))} for _ in range(50)]
+    at, kind = rng.randint(0, 49), FORMULAS[seed % len(FORMULAS)]
+    limits = rng.sample(range(2, 12), 2)
+    old, new = (Limited(kind, limit) for limit in limits)
+    old.follow(run[:at])
+    saved = loaded(dumped(old.requirement.saved(dict)))
+    assert new.requirement.judge_anew(at, saved, dict, new.show) == 0
+    new.follow(run[at:])
+    for atom in new.requirement.formula.atoms():
+        atom.now = UNKNOWN
+    new.requirement.finish(0)
+    then, now = (Limited(kind, limit).judgements(run) for limit in limits)
+    open_from = max(0, at - new.requirement.formula.delay)
+    found = then[:open_from] + now[open_from:]
+    (truth, margin), highest = (min(bound) for bound in zip(*found, strict=True))
+    told = new.requirement.as_data(1.0)
+    verdict = "met" if truth else "unknown" if highest[0] else "violated"
+    assert told["verdict"] == verdict
+    assert told["margin"] == {"met": margin, "violated": highest[1], "unknown": None}[verdict]
+
+
+@pytest.mark.parametrize("is_other", [False, True])
+def test_what_was_judged_stays_judged_in_runs_that_go_on_again(is_other: bool) -> None:
+    run = [{"x": 10.0 if 60 < tick < 85 else 0.0} for tick in range(200)]
+    old = Limited(lambda a: Throughout(2, a()), 100)
+    old.follow(run[:100])
+    new, again = (Limited(lambda a: Throughout(50, a()), 3) for _ in range(2))
+    new.requirement.judge_anew(100, old.requirement.saved(dict), dict, new.show)
+    new.follow(run[100:115])
+    saved = loaded(dumped(new.requirement.saved(dict)))
+    if is_other:
+        again.requirement.judge_anew(115, saved, dict, again.show)
+    else:
+        again.requirement.restore(saved, dict)
+    for each in (new, again):
+        each.follow(run[115:])
+        each.requirement.finish(0)
+    assert new.requirement.verdict == again.requirement.verdict == "met"
+
+
+def test_of_what_is_decided_nothing_is_kept_and_nothing_missed() -> None:
+    told = []
+    for _ in range(2):
+        atom = Atom(lambda: judged(holds=True), "x")
+        told.append(Requirement("", "", Within(3, atom), {}, lasts=False))
+    first, again = told
+    for tick in range(9):
+        for atom in first.formula.atoms():
+            atom.update()
+        first.step({})
+        assert len(first.saved(dict)["earlier"]) == (tick + 1 if tick < 3 else 0)
+    assert again.judge_anew(9, first.saved(dict), dict, lambda _: None) == 0
+    again.step({})
+    again.finish(0)
+    assert again.verdict == "met"
+
+
+def test_requirements_share_the_values_that_snapshots_have(tmp_path: Path) -> None:
+    sizes = []
+    for count in (1, 4):
+        that = "".join(
+            f'  - {{that: "within(30[s], a.c.n + a.c.m > {10**9 + n})", because: test}}\n'
+            for n in range(count)
+        )
+        spec, file = tmp_path / "count.yaml", tmp_path / f"{count}.mcap"
+        spec.write_text(COUNT + that)
+        whole = ("run", spec, "--duration", 20, "--report")
+        done = specc(*whole, tmp_path / "a.json", "--record", file)
+        assert done.returncode == 0, done.stderr
+        done = specc(*whole, tmp_path / "b.json", "--from", f"{file}@19")
+        assert _same_otherwise(tmp_path / "a.json", tmp_path / "b.json"), done.stderr
+        sizes.append(len(dumped(messages(file)["/snapshot"][-1][1]["requirements"])))
+    assert sizes[1] < 2 * sizes[0]
+
+
+COUNT = """specc: 1.1
+system: count
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      y: {b: {n: real}}
+      memory: {n: {type: real, init: 0}, m: {type: real, init: 0}}
+      behaviours:
+        count: {functions: [{n: n + 1 / 3, m: n / 7, y.b.n: n}], terminal: never}
+      states: {S0: count}
+      initial_state: S0
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {n: real}}
+      memory: {k: {type: real, init: 0}}
+      functions: {f: {k: x.a.n if present(x.a.n) else k}}
+      behaviours: {keep: {functions: [f], terminal: never}}
+      states: {S0: keep}
+      initial_state: S0
+require:
+"""
+
+
 def test_who_fails_at_what_he_saved_is_named() -> None:
     class Forgetful:
         def restore(self, saved: object) -> None:
@@ -181,8 +362,8 @@ def test_no_more_is_taken_from_a_file_than_is_ever_remembered() -> None:
         whole.step({})
     saved = whole.saved(dict)
     whole.restore(saved, dict)
-    with pytest.raises(ValueError, match="more than"):
-        whole.restore(saved | {"earlier": [[10**9, {}]]}, dict)
+    whole.restore(saved | {"earlier": [[10**9, {}]]}, dict)
+    assert whole.saved(dict)["earlier"] == [[4, {}]]
     waiting = [[[[10**9, None]], *saved["formula"][0][1:]], *saved["formula"][1:]]
     with pytest.raises(ValueError, match="more than"):
         whole.restore(saved | {"formula": waiting}, dict)

@@ -84,3 +84,9 @@ def test_lets_and_memory_of_many_have_the_value_of_their_index() -> None:
         counter.step()
         assert counter["y.listener.n"] == total
     assert [counter[f"k_{i}"] for i in (1, 2, 3)] == [12, 22, 32]
+
+
+def test_there_is_no_state_before_memory_has_values() -> None:
+    rover = Stepped(ROOT / "specs/rovers.yaml", "rovers_1.c")
+    with pytest.raises(ValueError, match="has no value before the first"):
+        rover.place("going")

@@ -174,6 +174,18 @@ def test_wrong_usage(arguments: list[str], text: str, capsys: pytest.CaptureFixt
     assert text in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("option", ["--report", "--record", "--video"])
+def test_no_output_takes_the_place_of_another_kind_of_file(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = tmp_path / "spec.yaml"
+    spec.write_text("specc: 1\n")
+    common = [str(PUSHER), "--base", str(PUSHER), "--duration", "0.01"]
+    assert main([*common, option, str(spec)]) == 2
+    assert "what is there is no " in capsys.readouterr().err
+    assert spec.read_text() == "specc: 1\n"
+
+
 def test_what_a_system_lacks_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -281,7 +293,7 @@ def test_a_package_does_not_take_the_place_of_another_module(tmp_path: Path) -> 
 
 
 def test_report_replaces_an_old_one_whole(tmp_path: Path) -> None:
-    (tmp_path / "report.json").write_text("old")
+    (tmp_path / "report.json").write_text('{"spec": "old"}')
     push(tmp_path, "--duration", "0.01", "--quiet")
     assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
 

@@ -124,6 +124,17 @@ def test_it_happens(tmp_path: Path, disturb: str, required: str) -> None:
     assert found["began_s"] is None
 
 
+def test_what_happened_is_told_in_the_order_of_time(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    push = "push: {box: [0, 0, '1[N]']}"
+    ran(tmp_path, f"at: '9[s]', {push}}}\n    - {{at: '1[s]', {push}}}\n"
+        f"    - {{at: '0.5[s]', {push}")  # fmt: skip
+    lines = capsys.readouterr().out.splitlines()
+    told = [line.split(":")[0] for line in lines if "happened" in line]
+    assert told == ["happened at 0.500 s", "happened at 1.000 s", "never happened"]
+
+
 def test_what_is_over_is_over(tmp_path: Path) -> None:
     silence = "at: '0.5[s]', lasts: '0.5[s]', silent: [cart.E.wheels.s]"
     ran(

@@ -22,6 +22,7 @@ from tests.runtime.hinge import SPEC, hinge, run
 
 ROOT = Path(__file__).parents[2]
 ENDLESS = ["--duration", "10000"]
+OLD = '{"spec": "old"}'
 SLOW = "def drive(e):\n    time.sleep(0.005)\n    return 0.1 * e"
 HANGS = "def drive(e):\n    while {}:\n        pass\n    return 0.1 * e"
 IN_C = "def drive(e):\n    time.sleep(1000)\n    return 0.0"
@@ -301,7 +302,7 @@ def test_a_plant_that_fails_leaves_one_fault_and_a_report(
             raise PlantError("not at home")
 
     monkeypatch.setattr(MujocoPlant, method, fails)
-    (tmp_path / "report.json").write_text("old")
+    (tmp_path / "report.json").write_text(OLD)
     data = run(hinge(tmp_path), "--duration", "0.1")
     assert [fault["fault"] for fault in data["faults"]] == ["PlantFailed"]
 
@@ -338,7 +339,7 @@ def test_what_a_judge_says_is_written_or_told(
 ) -> None:
     endless = "        x = {'good': True}\n        x['x'] = x\n        return x"
     package = hinge(tmp_path, end_cycle=f"    def end_cycle(self):\n{endless}")
-    (tmp_path / "report.json").write_text("{}")
+    (tmp_path / "report.json").write_text(OLD)
     run(package, "--cycles", "1", "--duration", "20", code=2)
     assert "error: cannot write" in capsys.readouterr().err
 
@@ -357,7 +358,7 @@ def test_a_limit_of_cycles_without_cycles_is_wrong_usage(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     package = hinge(tmp_path)
-    (tmp_path / "report.json").write_text("{}")
+    (tmp_path / "report.json").write_text(OLD)
     run(package, "--duration", "0.1", "--cycle-limit", "1", code=2)
     assert "--cycle-limit: the run does not count cycles; add --cycles" in capsys.readouterr().err
 

@@ -35,7 +35,8 @@ SPEC = """
 specc: 1.1
 system: cart
 frames: {W: world}
-constants: {far: "2[m]"}
+constants: {far: "2[m]", corner: {type: "point[W]", is: "MINUS([far, 0[m], 0[m]])"}}
+operators: {MINUS: {signature: "(p: point[W]) -> point[W]", python: "numpy:negative"}}
 agents:
   cart:
     real_effectors: {wheel: {x: {v_d: "real[m/s]"}, y: {s: "real[m]"}}}
@@ -96,10 +97,12 @@ def test_requirements_see_what_is_really_so(tmp_path: Path) -> None:
         "always(abs(plant.s - cart.E.wheel.s) < 0.1[m])",
         "near(plant.s, 0[m], 1e-9[m])",
         "within(0.9[s], plant.s > 0.3[m])",
+        # An array of a constant that is computed when the run begins.
+        "always(near(norm(plant.at - 2 * corner), plant.s + 2 * far, 1e-9[m]))",
     )
     report = run(tmp_path, "", *truths, "always(near(plant.s, cart.E.wheel.s, 1e-6[m]))", code=1)
     verdicts = [found["verdict"] for found in report["requirements"]]
-    assert verdicts == ["met", "met", "met", "met", "violated"]
+    assert verdicts == ["met"] * len(truths) + ["violated"]
 
 
 def test_what_is_observed_changes_no_record(tmp_path: Path) -> None:

@@ -19,7 +19,10 @@ agents:
     control:
       rate: 10 Hz
       y: {listener: {v: "real[m/s]"}}
-      memory: {v: {type: "real[m/s]", init: 0}, n: {type: int, init: 0}}
+      memory:
+        v: {type: "real[m/s]", init: 0}
+        n: {type: int, init: 0}
+        w: {type: "vector[2, m/s]", init: "[1[m/s], 2[m/s]]"}
       functions: {count: {v: "v + 0.25[m/s]", n: n + 1, y.listener.v: v}}
       conditions: {terminal: {fast: "n >= 8"}}
       behaviours: {count: {functions: [count], terminal: fast}, rest: {terminal: never}}
@@ -64,6 +67,13 @@ def watched(folder: Path, text: str, code: int, duration: str = "2") -> dict[str
         ("always(present(listener.c.x.counter.v) implies listener.c.x.counter.v >= 0)", 0.0),
         ("always(listener.c.seen < 2[m/s])", 0.25),
         ("within(1[s], counter.c.n == 8)", None),
+        ("always(0 <= counter.c.v < 2.5[m/s])", 0.25),
+        ("always(all(v > 0.25[m/s] for v in counter.c.w))", 0.75),
+        ("always(all(0 < v < 5[m/s] for v in counter.c.w))", 1.0),
+        ("always(any(v > 1.5[m/s] and not v > 2.25[m/s] for v in counter.c.w))", 0.25),
+        ("always(any(counter.c.n == 0 or v > 1.5[m/s] for v in counter.c.w))", 0.5),
+        # What is compared only as long as the rest does not hold may have no value.
+        ("always(any(counter.c.n > 0 or listener.c.x.counter.v > v for v in counter.c.w))", 2.0),
     ],
 )
 def test_what_holds_is_met(tmp_path: Path, text: str, margin: float | None) -> None:
@@ -89,6 +99,12 @@ def test_what_holds_is_met(tmp_path: Path, text: str, margin: float | None) -> N
             {"counter.c.n": 2, "state(counter.c)": "counting"},
         ),
         ("since(counter.c.n > 5, counter.c.n == 2)", None, 0.0, {"counter.c.n": 1}),
+        (
+            "always(all(counter.c.v - v < 0.5[m/s] for v in counter.c.w))",
+            -0.5,
+            0.5,
+            {"counter.c.v": 1.5, "counter.c.w": "array([1., 2.])"},
+        ),
     ],
 )
 def test_what_fails_is_violated(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -11,19 +12,39 @@ import pytest
 
 from specc.cli.main import main
 from tests.scenarios.architectures import ARCHITECTURES, FOLDER, Architecture
-from tests.scenarios.runs import FLAGSHIP, Change, copy_companions, run
+from tests.scenarios.runs import FLAGSHIP, ROOT, SPECS, Change, copy_companions, run
 from tests.sweep.runs import swept, table
 
+PAGE = (ROOT / "docs/architectures.md").read_text(encoding="utf-8")
 EACH = pytest.mark.parametrize("each", ARCHITECTURES, ids=lambda each: each.name)
 
 
 def explored(
     spec: Path, budget: int, capsys: pytest.CaptureFixture[str], *options: str
-) -> list[dict[str, Any]]:
-    """The findings of `specc explore`."""
+) -> dict[str, Any]:
+    """What `specc explore` tells."""
     main(["explore", str(spec), "--budget", str(budget), "--format", "json", *options])
-    findings: list[dict[str, Any]] = json.loads(capsys.readouterr().out)["findings"]
-    return findings
+    told: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return told
+
+
+def lines(path: Path) -> int:
+    """How long a file is."""
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
+def shared(path: Path) -> set[Path]:
+    """The files of `specs/lib` that a file names, and what these name."""
+    text = path.read_text(encoding="utf-8")
+    named = {(path.parent / name).resolve() for name in re.findall(r"[\w./]+\.yaml", text)}
+    found = {file for file in named if file.parent == SPECS / "lib"} - {path}
+    return found.union(*map(shared, found))
+
+
+def section(each: Architecture) -> str:
+    """What the page says of it."""
+    (found,) = (part for part in PAGE.split("\n## ") if f"{each.path.name}`" in part)
+    return found
 
 
 def fulfils(each: Architecture, seed: int) -> bool:
@@ -56,13 +77,27 @@ def changed(each: Architecture, file: str, *changes: Change) -> Path:
 def test_every_architecture_is_in_the_table() -> None:
     assert {each.path for each in ARCHITECTURES} == set(FOLDER.glob("*.yaml"))
     assert all(each.duration_s <= 60 for each in ARCHITECTURES)
-    assert all(len(each.path.read_text().splitlines()) <= 250 for each in ARCHITECTURES)
+    assert all(lines(each.path) <= 250 for each in ARCHITECTURES)
+
+
+@EACH
+def test_the_page_says_what_is_so(each: Architecture) -> None:
+    said = section(each)
+    used = sum(map(lines, shared(each.path)))
+    size = f"| size | {lines(each.path)} lines" + f", and {used} in `specs/lib/`" * (used > 0)
+    assert size in said
+    assert f"| seeds 0 to 9, {each.duration_s} s each | all requirements met in" in said
+    assert re.search(r"\| `specc explore.*\| complete", said) is None or not each.is_short
+    assert f"({each.finds})" in said
 
 
 @EACH
 def test_nothing_is_found_in_it(each: Architecture, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate", "--strict", str(each.path)]) == 0
-    assert explored(each.path, each.budget, capsys) == []
+    told = explored(each.path, each.budget, capsys)
+    assert told["findings"] == []
+    slices = told["slices"]
+    assert slices and all(part["complete"] for part in slices) is not each.is_short
 
 
 @EACH
@@ -79,7 +114,8 @@ def test_nine_of_ten_runs_meet_them(each: Architecture, tmp_path: Path) -> None:
     rows = table(tmp_path)
     assert [row["faults"] for row in rows] == ["0"] * 10
     verdicts = [[v for name, v in row.items() if name.startswith("verdict of ")] for row in rows]
-    assert sum(row == ["met"] * len(row) for row in verdicts) >= 9
+    met = sum(set(row) == {"met"} for row in verdicts)
+    assert met >= 9 and f"all requirements met in {met} of 10" in section(each)
 
 
 @EACH
@@ -87,14 +123,14 @@ def test_its_requirements_see_where_the_task_goes_wrong(
     each: Architecture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    spec = changed(each, each.failure_in, each.failure)
+    spec = changed(each, each.failure_in, *each.failure)
     seconds = str(each.failure_s or each.duration_s)
     seed = str(each.failure_seed)
     code, report = run(spec.absolute(), "--duration", seconds, "--seed", seed)
     verdicts = [
         one["verdict"] for one in report["requirements"] if one["that"].startswith(each.violates)
     ]
-    assert (code, verdicts) == (1, ["violated"])
+    assert (code, verdicts) == (1, ["violated"] * len(each.violates))
 
 
 @EACH
@@ -106,7 +142,7 @@ def test_a_seeded_fault_is_found_with_a_run_that_replays(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     spec = changed(each, each.fault_in, *each.fault)
-    findings = explored(spec, each.budget, capsys, "--traces", "traces")
+    findings = explored(spec, each.budget, capsys, "--traces", "traces")["findings"]
     found = [finding for finding in findings if finding["code"] == each.finds]
     assert found
     for finding in found:

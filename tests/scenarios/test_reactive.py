@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
 from specc.cli.main import main
 from tests.scenarios.architectures import FOLDER
-from tests.scenarios.runs import run
+from tests.scenarios.runs import ROOT, run
 
+PAGE = (ROOT / "docs/architectures.md").read_text(encoding="utf-8")
 SPEC = FOLDER / "reactive.yaml"
 LIMITS = {"blind": "reflex", "wary": "reaction", "guided": "guidance"}
 """Rover -> the constant that its requirement allows."""
@@ -35,6 +37,8 @@ def violated(*options: str) -> list[str]:
 def test_each_reacts_within_the_age_of_what_it_acts_on(capsys: pytest.CaptureFixture[str]) -> None:
     ages = ages_ms(capsys)
     assert ages["blind"] < ages["wary"] < ages["guided"]
+    rows = [f"| `{rover}` |.* | {LEAST_MS[rover]} ms | {age} ms |" for rover, age in ages.items()]
+    assert all(re.search(row.replace("|", r"\|"), PAGE) for row in rows)
     exact = [f"--set={LIMITS[rover]}={age}[ms]" for rover, age in ages.items()]
     assert violated(*exact) == []
 

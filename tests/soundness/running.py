@@ -165,7 +165,8 @@ def executed(system: Built, plant: ScriptedPlant | None, ticks: int) -> Run:
 def failure_of(fault: Fault, system: Built) -> Failure:
     """A fault in the interpreter's words."""
     kind, about = type(fault).__name__, ()
-    if isinstance(fault, StepFailed) and isinstance(fault.__cause__, AttributeError):
+    cause = fault.__cause__ if isinstance(fault, StepFailed) else None
+    if isinstance(cause, AttributeError) or str(cause).endswith("has no value"):
         kind = "Absent"
     machine = system.scheduled(fault.subsystem).subsystem
     if isinstance(fault, UndecidedTransition):

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
 from specc_runtime.main import run
 from specc_runtime.options import Options
 from specc_runtime.session import Session
@@ -101,6 +102,25 @@ def test_a_run_ends_when_the_input_does(tmp_path: Path) -> None:
     process.stdin.close()
     assert process.stderr.read() == b""  # which the run had, too, until its end
     assert process.wait(timeout=60) == 0
+
+
+@pytest.mark.parametrize("how", ["forks", "another program"])
+def test_a_run_and_what_it_started_end_when_the_process_is_killed(tmp_path: Path, how: str) -> None:
+    start = {
+        "forks": "os.fork()",
+        "another program": "subprocess.Popen([sys.executable, '-c', WAIT])",
+    }
+    waits = (
+        "import os, subprocess, sys, time\n"
+        "WAIT = 'import os, time; os.write(2, b\".\"); time.sleep(60)'\n"
+        f"def do(m, n):\n    {start[how]}\n    exec(WAIT)"
+    )
+    process = hazardous(tmp_path, waits)
+    assert process.stderr
+    assert process.stderr.read(2) == b".."
+    process.kill()
+    out, told = process.communicate(timeout=30)  # until nobody has its outputs
+    assert (out, told) == (b"", b"")
 
 
 def test_what_an_operator_started_ends_with_the_run(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ UNITS = {"d": "kg/s", "n": ""}
 
 
 def values(name: str, text: str) -> tuple[str, ...]:
-    return axis_of(name, text, lambda constant: UNITS.get(constant, "")).values
+    return axis_of(name, text, UNITS.get(name, "")).values
 
 
 @pytest.mark.parametrize(
@@ -64,9 +64,9 @@ def test_what_is_no_list_of_values(text: str) -> None:
 
 
 def test_numbers_of_one_unit_are_numbers_of_the_table() -> None:
-    axis = axis_of("d", "1:2:3", UNITS.__getitem__)
+    axis = axis_of("d", "1:2:3", "kg/s")
     assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d [kg/s]", [1.0, 1.5, 2.0])
-    axis = axis_of("d", "1[g/s],2[kg/s]", UNITS.__getitem__)
+    axis = axis_of("d", "1[g/s],2[kg/s]", "kg/s")
     assert (axis.title, [axis.shown(v) for v in axis.values]) == ("d", ["1[g/s]", "2[kg/s]"])
 
 
@@ -75,8 +75,9 @@ def test_no_constant_hides_a_column_of_the_table() -> None:
         **{"ended": "completed", "simulated_s": 1.0, "cycles": [], "faults": [], "subsystems": {}},
         **{"records_sha256": "", "wall_s": 1.0},
     }
+    assert axis_of("cycle.time_s", "1,2").title == "parameter cycle.time_s"
     for column in (*figures_of(report, 0), "seed", "runs"):
-        assert axis_of(column, "1,2", lambda _: "").title == f"constant {column}"
+        assert axis_of(column, "1,2").title == f"constant {column}"
 
 
 @pytest.mark.parametrize(
@@ -93,7 +94,7 @@ def test_what_are_no_seeds(text: str) -> None:
 
 
 def test_every_combination_once() -> None:
-    axes = [axis_of("d", "1,2", UNITS.__getitem__), axis_of("n", "3,4", UNITS.__getitem__)]
+    axes = [axis_of("d", "1,2", "kg/s"), axis_of("n", "3,4")]
     found = settings_of(axes, [0])
     assert [tuple(s.values()) for s in found] == [
         ("1[kg/s]", "3"),
@@ -102,6 +103,6 @@ def test_every_combination_once() -> None:
         ("2[kg/s]", "4"),
     ]
     assert settings_of([], [0]) == [{}]
-    many = [axis_of(name, "1:2:200", lambda _: "") for name in "ab"]
+    many = [axis_of(name, "1:2:200") for name in "ab"]
     with pytest.raises(SweepError, match="more than"):
         settings_of(many, [0])

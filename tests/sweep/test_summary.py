@@ -93,7 +93,9 @@ def test_cells() -> None:
         7,
         8,
     )
-    assert reasons(ROWS) == [("too hard", 1)]
+    assert reasons(ROWS) == [("not successful: too hard", 1)]
+    undecided = [{"success": None, "reason": "undecided: p"}] * 2
+    assert reasons(undecided) == [("undecided: p", 2)]
 
 
 def test_what_is_not_decided_is_no_success() -> None:

@@ -195,9 +195,10 @@ def test_runs_of_something_else_are_not_mixed(what: str, tmp_path: Path) -> None
         (["--seeds", "3:1"], 2, "write FROM:TO"),
         (["--seeds", "x"], 2, "whole numbers"),
         (["--seeds", "0:9999999"], 2, "more than 1000000 runs"),
-        (["--limit", "0"], 2, "too few"),
-        (["--limit", "inf"], 2, "too many"),
-        (["--workers", "0"], 2, "not a number of processes"),
+        (["--set", "cruise=1:2:1"], 2, "COUNT is a whole number from 2 to 10000, not '1'"),
+        (["--limit", "0"], 2, "'0' is not a number of seconds from 0.001 to 10000000"),
+        (["--limit", "inf"], 2, "'inf' is not a number of seconds from 0.001 to 10000000"),
+        (["--workers", "10000"], 2, "'10000' is not a whole number from 1 to 9999"),
         (["--scheduler", "127.0.0.1:1"], 2, "no Dask scheduler there"),
     ],
 )
@@ -206,6 +207,7 @@ def test_wrong_usage(options: list[str], code: int, told: str, tmp_path: Path) -
     assert (done.returncode, done.stdout) == (code, "")
     assert told in done.stderr
     assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_setting_that_the_specification_refuses_is_told_before_any_run(tmp_path: Path) -> None:
@@ -355,7 +357,7 @@ def test_a_file_that_is_changed_meanwhile_changes_no_run(tmp_path: Path) -> None
     sweep = subprocess.Popen(command(spec, "--out", "out", *options), cwd=tmp_path)
     while sweep.poll() is None and len(lines(tmp_path)) < 2:
         time.sleep(0.01)
-    model.write_text(text.replace('timestep="0.002"', 'timestep="0.004"'), encoding="utf-8")
+    model.write_text(text.replace('timestep="0.002"', 'timestep="0.0025"'), encoding="utf-8")
     assert sweep.wait(timeout=300) == 0
     assert {row["reason"] for row in table(tmp_path)} == {""}
     again = swept(tmp_path, spec, *options)

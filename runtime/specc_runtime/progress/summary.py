@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from math import inf
 from typing import Any
 
 from rich.console import Console
@@ -52,7 +53,7 @@ def _show(report: Report, console: Console) -> None:
         soft_wrap=True,
     )
     console.print(f"records {report.records_sha256}", highlight=False, style="dim")
-    for disturbance in report.disturbances:
+    for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
     for name, why in report.unobserved.items():
@@ -60,6 +61,10 @@ def _show(report: Report, console: Console) -> None:
     for fault in report.faults:
         for line in _told(fault):
             console.print(line, highlight=False, soft_wrap=True)
+
+
+def _beginning_s(disturbance: dict[str, Any]) -> float:
+    return inf if disturbance["began_s"] is None else float(disturbance["began_s"])
 
 
 def _happened(disturbance: dict[str, Any]) -> str:

@@ -76,7 +76,7 @@ class Shelf:
             self._put(self.log, partial(_value, kind, data), size)
         return {"type": kind, "digest": name}
 
-    def left_out(self, kind: str) -> Any:
+    def left_out(self, kind: str, value: Any) -> Any:
         """See `Aside`."""
         return {"type": kind}
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 from base64 import b64decode
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
-from specc_runtime.forms import Element, Misshapen, NotRecorded
+from specc_runtime.forms import Element, Fetch, Misshapen, NotRecorded
 from specc_runtime.recording.cells import VALUE_SCHEMA, WINDOW, digest_of
 from specc_runtime.recording.log import FORMAT
 from specc_runtime.recording.pictures import RAW, read_raw
@@ -32,7 +32,7 @@ NOTHING = b"nothing"
 """Stands for an element without a value."""
 
 
-class Shelved:
+class Shelved(Fetch):
     """What stands aside in the file, as it was read last; see `Fetch`."""
 
     def __init__(self, most: float = 2 * WINDOW, most_bytes: float = inf) -> None:
@@ -93,6 +93,15 @@ _STEP: dict[str, tuple[type, ...]] = {
     "x": (dict,),
     "fresh": (dict,),
 }
+
+
+def simulated_s(report: Mapping[str, str]) -> float | None:
+    """How long a run went on, as its report says; None without one that can be read."""
+    try:
+        found = float(loaded(report["report"].encode())["simulated_s"])
+        return found if isfinite(found) else None
+    except (KeyError, TypeError, ValueError, OverflowError, Misshapen):
+        return None
 
 
 def step_of(text: bytes) -> dict[str, Any]:

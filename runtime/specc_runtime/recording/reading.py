@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Iterator
-from errno import EISDIR
 from io import BytesIO
 from pathlib import Path
+from struct import Struct
+from typing import IO
 
 import zstandard
 from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
     Channel,
     Chunk,
-    DataEnd,
     McapRecord,
     Message,
     MessageIndex,
@@ -26,6 +27,7 @@ from mcap.writer import Writer
 
 from specc_runtime.recording.container import MAGIC
 from specc_runtime.recording.log import LIBRARY
+from specc_runtime.report import RECORDING, check_writable
 
 __all__ = [
     "Attachment",
@@ -40,6 +42,8 @@ __all__ = [
 
 LARGEST_BYTES = 1 << 28
 """Of one record, packed or unpacked."""
+_FRAME = Struct("<BQ")
+"""What every record begins with: what it is, and how long the rest is."""
 
 
 class Unusable(Exception):
@@ -49,7 +53,7 @@ class Unusable(Exception):
 class Reading:
     """The records of a file in their order, as far as they can be read.
 
-    `cut` says that the file has no proper end, `damaged` counts chunks that were passed over,
+    `cut` says that the file has no proper end, `damaged` counts records that were passed over,
     `last_s` is the last simulated time. With `topics`, parts without messages of these are passed
     over as far as the file tells.
     """
@@ -71,38 +75,54 @@ class Reading:
         with file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise Unusable(f"{self._path} is no MCAP file")
-            file.seek(0)
-            reader = StreamReader(file, emit_chunks=True, record_size_limit=LARGEST_BYTES)
-            is_over = False
-            for record in self._wanted(reader.records):
-                is_over |= isinstance(record, DataEnd)
-                if is_over:  # an index follows, made from the rest
-                    continue
+            for record in self._wanted(self._records(file)):
                 for found in self._inside(record):
                     if isinstance(found, Channel) and found.topic not in self._topics:
                         self._unwanted.add(found.id)
                     yield found
-            self.cut = not is_over
+
+    def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
+        """The records before the index, which is made from them, each read by itself."""
+        end, begin = os.fstat(file.fileno()).st_size, len(MAGIC)
+        while begin + _FRAME.size <= end:
+            file.seek(begin)
+            kind, length = _FRAME.unpack(head := file.read(_FRAME.size))
+            if length > LARGEST_BYTES:
+                self.damaged += 1  # where the next one begins is not known
+                return
+            if kind == Opcode.DATA_END:
+                return
+            begin += _FRAME.size + length
+            if begin > end:
+                break
+            packed = BytesIO(head + file.read(length))
+            try:
+                found = next(StreamReader(packed, skip_magic=True, emit_chunks=True).records)
+            except Exception:  # noqa: BLE001  # the library reads what is no record as it may
+                self.damaged += 1
+            else:
+                yield found
+        # A file with a proper end was not cut: one of its lengths is wrong.
+        file.seek(-len(MAGIC), os.SEEK_END)
+        self.cut = file.read() != MAGIC
+        self.damaged += not self.cut
 
     def _wanted(self, records: Iterable[McapRecord]) -> Iterator[McapRecord]:
         """The records without chunks that have nothing wanted, as the indexes behind them say."""
         chunk: Chunk | None = None
         inside: set[int] = set()
-        try:
-            for record in records:
-                if isinstance(record, MessageIndex):
-                    inside.add(record.channel_id)
-                    continue
-                if chunk is not None and self._is_wanted(inside):
-                    yield chunk
-                chunk, inside = None, set()
-                if isinstance(record, Chunk):
-                    chunk = record
-                    self.last_s = max(self.last_s, record.message_end_time / 1e9)
-                else:
-                    yield record
-        except Exception:  # noqa: BLE001  # the library reads what is no record as it may
-            pass
+        for record in records:
+            if isinstance(record, MessageIndex):
+                inside.add(record.channel_id)
+                continue
+            if chunk is not None and self._is_wanted(inside):
+                yield chunk
+            chunk, inside = None, set()
+            if isinstance(record, Chunk):
+                chunk = record
+                self.last_s = max(self.last_s, record.message_end_time / 1e9)
+            else:
+                yield record
         if chunk is not None and self._is_wanted(inside):
             yield chunk
 
@@ -140,15 +160,16 @@ class Recovered:
     def __init__(self, path: Path, out: Path) -> None:
         """Write what can be read of the file `path` to `out`, with an index.
 
-        Whoever looks finds the old file or the whole new one. Raises Unusable, OSError.
+        Whoever looks finds the old file or the whole new one. In place nothing is lost: a file
+        with damaged parts stays as it is. Raises Unusable, UsageError, OSError.
         """
         self.messages = 0
         self.last_s = 0.0
         self._schemas: dict[int, int] = {}
         self._channels: dict[int, int] = {}
         reading = Reading(path)
-        if out.is_dir():
-            raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+        if out != path:
+            check_writable(out, RECORDING)
         aside = out.with_name(f".{out.name}.{os.getpid()}")
         try:
             with aside.open("wb") as file:
@@ -157,6 +178,10 @@ class Recovered:
                 for record in reading:
                     self._copy(record, writer)
                 writer.finish()
+            if not self.messages and (reading.cut or reading.damaged):
+                raise Unusable(f"{path}: nothing is left in it that can be read")
+            if reading.damaged and out.exists() and out.samefile(path):
+                raise Unusable(f"{path} stays as it is, for parts of it are damaged; name --out")
             aside.replace(out)
         finally:
             aside.unlink(missing_ok=True)

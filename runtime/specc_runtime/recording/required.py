@@ -9,8 +9,8 @@ from types import SimpleNamespace
 from typing import Any
 
 from specc_runtime.buffers import slots
-from specc_runtime.forms import Element, Layout, Misshapen, NotRecorded
-from specc_runtime.recording.messages import NOTHING, Shelved, step_of, within
+from specc_runtime.forms import Element, Layout, NotRecorded
+from specc_runtime.recording.messages import NOTHING, Shelved, simulated_s, step_of, within
 from specc_runtime.recording.steps import topic_of
 from specc_runtime.recording.text import loaded
 from specc_runtime.records import StepRecord
@@ -47,7 +47,7 @@ class Watch:
     def begin(self, saved: Mapping[str, Any], values: Values) -> None:
         """Go on from a snapshot; raises what is none."""
         known, tick = saved.get("requirements", ()), int(saved["tick"])
-        self._requirements.restore(known, tick, partial(values.values_read, "requirements"))
+        self._requirements.restore(known, tick, partial(values.found, "requirements"))
         stamps = {**saved["stamps"], PLANT: saved["tick"] - 1}
         for told in self._told.values():
             told.begin(int(stamps.get(told.name, -1)) + 1)  # one that is new has no steps
@@ -66,7 +66,8 @@ class Watch:
         """The recording is over."""
         begun = max((told.begun for told in self._told.values()), default=0)
         settled = max((told.settled for told in self._told.values()), default=0)
-        end = _ticks(self._shelf.report, self._tick_s, begun)
+        total_s = simulated_s(self._shelf.report)
+        end = begun + 1 if total_s is None else round(total_s / self._tick_s)
         if isfinite(until_s):
             end = min(end, int(until_s / self._tick_s + 1e-6) + 1)
         self._requirements.finish(min(end, settled))
@@ -91,14 +92,6 @@ class Watch:
 def _copy(buffer: Any) -> SimpleNamespace:
     there = (name for name in slots(buffer) if hasattr(buffer, name))
     return SimpleNamespace(**{name: getattr(buffer, name) for name in there})
-
-
-def _ticks(report: Mapping[str, str], tick_s: float, begun: int) -> int:
-    """How many ticks a run had: as its report says or, without one, as steps were begun."""
-    try:
-        return round(float(loaded(report["report"].encode())["simulated_s"]) / tick_s)
-    except (KeyError, TypeError, ValueError, OverflowError, Misshapen):
-        return begun + 1
 
 
 def _elements(

@@ -15,14 +15,15 @@ from typing import Any
 
 import numpy as np
 
+from specc_runtime.companion import View
 from specc_runtime.forms import Aside, Layout, Misshapen, NotRecorded, object_schema
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.recording.cells import VALUE, VALUE_SCHEMA, Shelf, digest_of
 from specc_runtime.recording.log import Log
-from specc_runtime.recording.messages import Shelved, recorded, unpacked
-from specc_runtime.recording.reading import Channel, Message, Reading, Unusable
+from specc_runtime.recording.messages import Shelved, recorded, simulated_s, unpacked
+from specc_runtime.recording.reading import Channel, Message, Metadata, Reading, Unusable
 from specc_runtime.recording.text import dumped, loaded
 from specc_runtime.session import Session
 from specc_runtime.snapshot import Values
@@ -44,6 +45,8 @@ _LATEST = 1000
 """Snapshots that are looked through for the last one that is whole."""
 _MOST_BYTES, _MOST_ASIDE = 2**28, 2**31
 """Of these snapshots, and of what is aside: a file may unpack to far more than it is."""
+_BYTES_A_SECOND = 10_000
+"""Of simulated time, that snapshots take at most in the long run: the next one waits for it."""
 _EARLIER_S = 1e-6
 _MOST_DIGITS = 4000
 """Of a seed; Python reads no more."""
@@ -56,24 +59,29 @@ class Snapshots(Shelf):
     def __init__(self, log: Log, system: System, layouts: Mapping[str, Layout]) -> None:
         super().__init__(log, exact=True)
         self._known: set[str] = set()
+        self._next_s = 0.0
         self._values = Values(system, layouts, self)
         self._messages = log.channel(SNAPSHOTS, "specc.Snapshot", _SCHEMA, is_apart=True)
         self._pieces = log.channel(PIECES, VALUE_SCHEMA, VALUE, is_apart=True)
 
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
-        """Write a snapshot, or why there is none."""
+        """Write a snapshot, or why there is none, unless it is too early for one."""
+        if time_s < self._next_s:
+            return
         self._time_s = time_s
         try:
             told = saved(self._values)
         except NotRecorded as missing:
             told = {"missing": str(missing)}
-        self._messages.add(time_s, dumped({"time": time_s, **told}))
+        data = dumped({"time": time_s, **told})
+        self._messages.add(time_s, data)
+        self._next_s = time_s + len(data) / _BYTES_A_SECOND
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
         raise NotRecorded("an image")
 
-    def left_out(self, kind: str) -> Any:
+    def left_out(self, kind: str, value: Any) -> Any:
         """See `Aside`."""
         raise NotRecorded(f"a value of {kind}, which has no `codec`")
 
@@ -102,6 +110,8 @@ class Kept:
     set: Mapping[str, Any] | None = None
     """None where that is not known."""
     texts: dict[str, str] = field(default_factory=dict)
+    is_other: bool = False
+    """Whether the run that goes on has another specification, or other constants."""
 
     @property
     def time_s(self) -> float:
@@ -132,46 +142,83 @@ class Kept:
         taken = _Taken()
         values = Values(system, load_layouts(system), taken, is_lenient=True)
         self.saved, self.shelf = loaded(dumped(session.saved(values))), taken.shelf
+        self.until_s = session.time_s
 
     def go_on(self, session: Session, system: System) -> list[str]:
-        """Let a run go on from there; what has no place in it. Raises UsageError."""
-        if self.saved is None:
-            return []
+        """Let a run go on from there; what has no place in it.
+
+        Raises UsageError, for a run that is over before the moment that was asked for as well.
+        """
+        lost = self._restored(session, system) if self.saved else []
+        if over := _over(session.view(), self.until_s):
+            more = (
+                "--cycles and --duration count from the beginning of the recorded run, ask for more"
+            )
+            raise UsageError(f"the run is over before {self.until_s:g} s, {over}: {more}")
+        return lost
+
+    def _restored(self, session: Session, system: System) -> list[str]:
         if not 0.0 < self.time_s <= self.until_s + _EARLIER_S:
             raise UsageError("the run cannot go on from its snapshot: it has no time")
         values = Values(system, load_layouts(system), self.shelf)
         try:
-            return session.restore(self.saved, values)
+            return session.restore(self.saved, values, is_other=self.is_other)
         except (*WRONG, PlantError) as error:
             why = str(error) if isinstance(error, Misshapen | PlantError) else "it is damaged"
             raise UsageError(f"the run cannot go on from its snapshot: {why}") from error
 
 
-class _Taken(Aside):
-    """Values that stay in this process; see `Aside`."""
+def _over(view: View, time_s: float) -> str:
+    """After what the run is over, where that is known to be before that time; else empty."""
+    if view.duration_s is not None and view.duration_s < time_s - _EARLIER_S:
+        return f"at {view.duration_s:g} s"
+    enough = view.cycles is not None and len(view.fulfilled) >= view.cycles
+    return f"after cycle {view.cycles}" if enough else ""
 
-    exact, is_brief = True, False
+
+class _Taken(Aside):
+    """Images and opaque values that stay in this process as they are; see `Aside`."""
+
+    exact, is_brief = False, False
 
     def __init__(self) -> None:
-        self.shelf = Shelved(inf)
-        self._count = 0
-
-    def _put(self, value: Any) -> str:
-        self._count += 1
-        self.shelf.put(str(self._count), value)
-        return str(self._count)
+        self.shelf = _Held()
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
-        return {"image": self._put(value)}
+        return {"image": self.shelf.hold(value)}
 
     def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
-        """See `Aside`."""
-        return {"type": kind, "digest": self._put(data)}
+        """See `Aside`; nothing is, since it is not exact."""
+        raise NotImplementedError
 
-    def left_out(self, kind: str) -> Any:
+    def left_out(self, kind: str, value: Any) -> Any:
         """See `Aside`."""
-        raise NotRecorded(f"a value of {kind}, which has no `codec`")
+        return {"kept": self.shelf.hold((kind, value))}
+
+
+class _Held(Shelved):
+    """What was taken so; see `Fetch`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._held: list[Any] = []
+
+    def hold(self, value: Any) -> int:
+        """Keep a value; returns its number."""
+        self._held.append(value)
+        return len(self._held) - 1
+
+    def image(self, data: Any) -> Any:
+        """See `Fetch`."""
+        return self._held[data["image"]]
+
+    def kept(self, kind: str, data: Any) -> Any:
+        """See `Fetch`."""
+        own, value = self._held[data["kept"]]
+        if own != kind:
+            raise Misshapen(f"a value of {own} is none of {kind}")
+        return value
 
 
 def last_before(file: Path, until_s: float) -> Kept:
@@ -188,14 +235,16 @@ def _last_before(file: Path, until_s: float) -> Kept:
     if not seed.isdecimal() or len(seed) > _MOST_DIGITS:
         raise UsageError(f"{file} does not say with which seed it was recorded")
     kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
-    reading = Reading(file, {SNAPSHOTS, PIECES})
-    latest = _last(_texts(reading, kept.shelf, until_s))
-    if until_s > reading.last_s + _EARLIER_S:
-        raise UsageError(f"{file} ends at {reading.last_s:g} s, before {until_s:g} s")
+    reading = Reading(file, {SNAPSHOTS})
+    report: dict[str, str] = {}
+    latest = _last(_texts(reading, until_s, report))
+    end_s = max(reading.last_s, simulated_s(report) or 0.0)
+    if until_s > end_s + _EARLIER_S:
+        raise UsageError(f"{file} ends at {end_s:g} s, before {until_s:g} s")
     for text in reversed(latest):
         told = _told(text)
         if "tick" in told and type(told.get("time")) is float:
-            kept.saved = told
+            kept.saved, kept.shelf = told, _aside_of(file, told)
             break
         kept.missing = str(told.get("missing"))
     return kept
@@ -227,24 +276,57 @@ def snapshot_of(file: Path, tick: str) -> tuple[Any, Shelved]:
 
     Raises Unusable, Misshapen.
     """
-    shelf = Shelved(inf, _MOST_ASIDE)
-    every = map(_told, _texts(Reading(file, {SNAPSHOTS, PIECES}), shelf, inf))
-    return next((told for told in every if str(told.get("tick")) == tick), None), shelf
+    every = map(_told, _texts(Reading(file, {SNAPSHOTS}), inf, {}))
+    found = next((told for told in every if str(told.get("tick")) == tick), None)
+    return found, _aside_of(file, found)
 
 
-def _texts(reading: Reading, shelf: Shelved, until_s: float) -> Iterator[bytes]:
-    """The texts of the snapshots until then; `shelf` gets what is aside."""
-    topics: dict[int, str] = {}
+def _texts(reading: Reading, until_s: float, report: dict[str, str]) -> Iterator[bytes]:
+    """The texts of the snapshots until then; `report` gets what the file says of the whole run."""
+    for record in _of_topic(reading, SNAPSHOTS):
+        if isinstance(record, Metadata):
+            report.update(record.metadata if record.name == "report" else {})
+        elif record.log_time <= (until_s + _EARLIER_S) * 1e9:
+            yield record.data
+
+
+def _aside_of(file: Path, saved: Any) -> Shelved:
+    """What of a snapshot is aside in the file, where it may stand long before; no more of it.
+
+    Raises Unusable, Misshapen.
+    """
+    shelf, wanted = Shelved(inf, _MOST_ASIDE), set(_digests(saved))
+    for record in _of_topic(Reading(file, {PIECES}), PIECES) if wanted else ():
+        if isinstance(record, Message):
+            data = unpacked(loaded(record.data))
+            if (digest := digest_of(data)) in wanted:
+                shelf.put(digest, data)
+    return shelf
+
+
+def _digests(data: Any) -> Iterator[str]:
+    """What stands in data for values that are aside."""
+    inside = [data]
+    while inside:
+        item = inside.pop()
+        if isinstance(item, list):
+            inside += item
+        elif isinstance(item, dict):
+            inside += item.values()
+            if type(digest := item.get("digest")) is str:
+                yield digest
+
+
+def _of_topic(reading: Reading, topic: str) -> Iterator[Message | Metadata]:
+    """The messages of a topic, and what is noted of the run."""
+    numbers: set[int] = set()
     for record in reading:
-        if isinstance(record, Channel):
-            topics[record.id] = record.topic
-        elif isinstance(record, Message) and record.log_time <= (until_s + _EARLIER_S) * 1e9:
-            topic = topics.get(record.channel_id)
-            if topic == SNAPSHOTS:
-                yield record.data
-            elif topic == PIECES:
-                data = unpacked(loaded(record.data))
-                shelf.put(digest_of(data), data)
+        if isinstance(record, Channel) and record.topic == topic:
+            numbers.add(record.id)
+        elif isinstance(record, Metadata) or (
+            isinstance(record, Message) and record.channel_id in numbers
+        ):
+            yield record
 
 
 def _told(text: bytes) -> dict[str, Any]:

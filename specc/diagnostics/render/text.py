@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from functools import partial
 
+from specc.diagnostics.phrases import counted
 from specc.diagnostics.render.excerpt import MAX_COLUMNS, excerpt
 from specc.diagnostics.render.visible import visible
 from specc.diagnostics.report import Finding, Report, Spot
@@ -79,15 +80,11 @@ def _spot(
 
 def _summary(report: Report) -> str:
     errors, warnings = report.count("error"), report.count("warning")
-    checked = _plural(len(report.checked), "file")
-    counts = [_plural(errors, "error"), _plural(warnings, "warning")]
+    checked = counted(len(report.checked), "file")
+    counts = [counted(errors, "error"), counted(warnings, "warning")]
     if points := report.count("open"):
-        counts.append(_plural(points, "open point"))
+        counts.append(counted(points, "open point"))
     if report.ignored:
         counts.append(f"{report.ignored} ignored")
     shown = f"; {len(report.shown)} of them are shown" if report.not_shown else ""
     return f"{checked} checked: {', '.join(counts)}{shown}"
-
-
-def _plural(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -7,9 +7,9 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
-from typing import Any
+from operator import add, mul, sub, truediv
 
-from specc.lang.values import compose, inverse, moved, position
+from specc.lang.values import compose, elementwise, inverse, moved, position
 from specc.model.expr import COMPARED, Builtin, Compare, Expr, Number, walk
 from specc.proof.search.situation import NO_VALUE, Meaning, Situation, Value
 
@@ -104,19 +104,19 @@ def inverted(op: str, value: Value, left: Value, right: Value) -> Wanted:
     """For the operators of arithmetic and of poses; `left` and `right` are the present values."""
     match op:
         case "+":
-            yield 0, _each(value, right, lambda v, r: v - r)
-            yield 1, _each(value, left, lambda v, a: v - a)
+            yield 0, elementwise(sub, value, right)
+            yield 1, elementwise(sub, value, left)
         case "-":
-            yield 0, _each(value, right, lambda v, r: v + r)
-            yield 1, _each(left, value, lambda a, v: a - v)
+            yield 0, elementwise(add, value, right)
+            yield 1, elementwise(sub, left, value)
         case "*":
             if _is_number(right) and right:
-                yield 0, _each(value, right, lambda v, r: v / r)
+                yield 0, elementwise(truediv, value, right)
             if _is_number(left) and left:
-                yield 1, _each(value, left, lambda v, a: v / a)
+                yield 1, elementwise(truediv, value, left)
         case "/":
             if _is_number(right):
-                yield 0, _each(value, right, lambda v, r: v * r)
+                yield 0, elementwise(mul, value, right)
         case "@" if len(value) == len(left) - 1:  # a point
             yield 1, moved(inverse(left), value)
         case "@":
@@ -169,17 +169,6 @@ BUILTINS: dict[str, Callable[[Sequence[Value], Value], Wanted]] = {
     "max": _any_argument,
 }
 """For functions of the language, from the present values of the arguments and the wanted result."""
-
-
-def _each(a: Value, b: Value, operation: Callable[[Any, Any], Value]) -> Value:
-    match a, b:
-        case tuple(), tuple():
-            return tuple(operation(p, q) for p, q in zip(a, b, strict=True))
-        case tuple(), _:
-            return tuple(operation(p, b) for p in a)
-        case _, tuple():
-            return tuple(operation(a, q) for q in b)
-    return operation(a, b)
 
 
 def _is_number(value: Value) -> bool:

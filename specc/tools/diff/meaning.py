@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from specc.analysis.connections import Connections
 from specc.frozen import frozen
+from specc.lang.mismatch import substitute
 from specc.model.expr import ConstantRef, Expr, LetRef, mapped
 from specc.model.system import Subsystem, System
 from specc.model.types import (
@@ -48,47 +49,78 @@ def type_text(type: Type) -> str:
     return str(type)
 
 
+Parts = dict[str, str]
+"""What a type consists of, by what it is there: a member, a field, the class."""
+
+
 def compare_types(old: System, new: System, book: Book) -> None:
-    """Members of enums, fields of records and Python classes of the types that both systems use."""
-    before, after = _named(old), _named(new)
-    for name in sorted(before.keys() & after.keys()):
-        parts = before[name], after[name]
-        for key in sorted(parts[0].keys() | parts[1].keys()):
-            texts = [part.get(key, "") for part in parts]
-            if not texts[0]:
-                book.added("type", name, f"{key} {texts[1]}".strip())
-            elif not texts[1]:
-                book.removed("type", name, f"{key} {texts[0]}".strip())
-            else:
-                book.changed("type", name, key, *texts)
+    """Members of enums, fields of records and Python classes of the types that both systems use.
+
+    A change is reported once, whoever uses the type. Descriptions may have different types of one
+    name; whose type has changed is said of these.
+    """
+    before, after = _by_user(old), _by_user(new)
+    several = _with_several_meanings(before) | _with_several_meanings(after)
+    told: dict[str, list[tuple[Parts, Parts]]] = {}
+    for user, name in sorted(before.keys() & after.keys(), key=lambda key: key[::-1]):
+        both = before[user, name], after[user, name]
+        if both not in told.setdefault(name, []):
+            told[name].append(both)
+            _compare_parts(f"{name} of {user}" if name in several else name, *both, book)
 
 
-def _named(system: System) -> dict[str, dict[str, str]]:
-    """What each named type consists of, by part."""
-    found: dict[str, dict[str, str]] = {}
-    for type in sorted(set(_types(system)), key=str):
-        match type:
-            case Enum(name=name, members=members) if name:
-                found.setdefault(name, {f"member {m}": "-" for m in members})
-            case Record(name=name, fields=fields, python=python):
-                parts = {f"field {field}": type_text(t) for field, t in fields}
-                found.setdefault(name, parts | {"class": python or "generated"})
-            case Opaque(name=name, python=python):
-                found.setdefault(name, {"class": python or "not said"})
+def _compare_parts(name: str, old: Parts, new: Parts, book: Book) -> None:
+    for key in sorted(old.keys() | new.keys()):
+        if key not in old:
+            book.added("type", name, f"{key} {new[key]}".strip())
+        elif key not in new:
+            book.removed("type", name, f"{key} {old[key]}".strip())
+        else:
+            book.changed("type", name, key, old[key], new[key])
+
+
+def _with_several_meanings(types: Mapping[tuple[str, str], Parts]) -> set[str]:
+    first: dict[str, Parts] = {}
+    return {name for (_, name), parts in types.items() if first.setdefault(name, parts) != parts}
+
+
+def _by_user(system: System) -> dict[tuple[str, str], Parts]:
+    """The parts of each named type, by what uses it and its name."""
+    found: dict[tuple[str, str], Parts] = {}
+    for user, types in _users(system):
+        for type in sorted(reachable(types, inner_types), key=str):
+            if isinstance(type, _NAMED) and type.name:
+                found.setdefault((user, type.name), _parts(type))
     return found
 
 
-def _types(system: System) -> Iterable[Type]:
-    """All types of the system with the types inside them."""
-    roots: list[Type] = []
+_NAMED = (Enum, Record, Opaque)
+
+
+def _parts(type: Type) -> Parts:
+    """What a named type consists of, by whatever frames it is used with."""
+    if isinstance(type, Record):
+        type = substitute(type, {frame: f"F{n}" for n, frame in enumerate(type.frames, 1)})
+    match type:
+        case Enum(members=members):
+            return {f"member {member}": "-" for member in members}
+        case Record(fields=fields, python=python):
+            parts = {f"field {field}": type_text(t) for field, t in fields}
+            return parts | {"class": python or "generated"}
+        case Opaque(python=python):
+            return {"class": python or "not said"}
+    return {}
+
+
+def _users(system: System) -> Iterator[tuple[str, list[Type]]]:
+    """Devices, subsystems and operators, each with its types."""
     for device in system.devices:
-        roots += [element.type for element in (*device.x, *device.y)]
-    for subsystem in system.subsystems:
-        roots += [element.type for port in subsystem.ports for element in port.elements]
-        roots += [memory.type for memory in subsystem.memory]
+        yield device.qualified_name, [element.type for element in (*device.x, *device.y)]
+    for part in system.subsystems:
+        elements = [element.type for port in part.ports for element in port.elements]
+        yield part.qualified_name, elements + [memory.type for memory in part.memory]
     for operator in system.operators:
-        roots += [*(type for _, type in operator.parameters), operator.result]
-    return reachable(roots, inner_types)
+        yield operator.name, [*(type for _, type in operator.parameters), operator.result]
 
 
 # Whether two expressions of two versions of a subsystem mean the same.

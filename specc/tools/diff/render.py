@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 from itertools import groupby
 from typing import Any
 
+from specc.diagnostics.phrases import counted
 from specc.diagnostics.render.visible import visible
 from specc.tools.diff.record import Comparison, Difference
 
@@ -59,11 +60,6 @@ def _by_place(changes: Iterable[Difference]) -> Iterator[tuple[str, list[Differe
         yield shown, alike[0][1]
 
 
-def _counted(count: int, noun: str) -> str:
-    """`1 difference`, `2 differences`."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
 # For a terminal.
 
 
@@ -75,8 +71,8 @@ def as_text(comparison: Comparison, old: str, new: str) -> str:
     lines = [*_list(comparison.differences)]
     if comparison.remarks:
         lines += ["without a change of meaning:", "", *_list(comparison.remarks)]
-    differences = _counted(len(comparison.differences), "difference")
-    remarks = _counted(len(comparison.remarks), "remark")
+    differences = counted(len(comparison.differences), "difference")
+    remarks = counted(len(comparison.remarks), "remark")
     lines.append(f"{visible(old)} -> {visible(new)}: {differences}, {remarks}")
     return "\n".join(lines) + "\n"
 
@@ -107,10 +103,10 @@ def _details(change: Difference) -> Iterator[str]:
 def as_markdown(comparison: Comparison, old: str, new: str) -> str:
     """Differences as tables, with changes without a change of meaning folded away."""
     lines = [f"## {_plain(old)} → {_plain(new)}", ""]
-    lines += [f"{_counted(len(comparison.differences), 'difference')} of meaning.", ""]
+    lines += [f"{counted(len(comparison.differences), 'difference')} of meaning.", ""]
     lines += _tables(comparison.differences)
     if comparison.remarks:
-        count = _counted(len(comparison.remarks), "change")
+        count = counted(len(comparison.remarks), "change")
         lines += ["<details>", f"<summary>{count} without a change of meaning</summary>", ""]
         lines += [*_tables(comparison.remarks), "</details>", ""]
     return "\n".join(lines)

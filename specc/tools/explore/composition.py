@@ -70,14 +70,17 @@ class Composition:
         exact: bool,
         watched: Sequence[Requirement] = (),
         symmetric: bool = True,
+        still: bool = False,
     ) -> None:
         """`exact` says whether time in states is counted; `watched` is what is required.
 
-        Copies of an agent are put into one order if it is `symmetric` and nothing is required.
+        Copies of an agent are put into one order if it is `symmetric` and nothing is required. If
+        it is `still`, there is only one way, on which nothing happens that need not.
         """
         self.values = Values()
         self.names = names
         self.exact = exact
+        self._still = still
         self.walkers = tuple(
             Walker(abstraction.kept[name], abstraction, self.values, exact=exact) for name in names
         )
@@ -189,6 +192,8 @@ class Composition:
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
         overtaken = self._deliver(due, parts)
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
+        if self._still:
+            found = [tuple(sorted(outcomes, key=_happens)[:1]) for outcomes in found]
         seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
         for outcomes in product(*found):
             moves = tuple((i, o.move) for i, o in zip(due, outcomes, strict=True))
@@ -298,6 +303,11 @@ class Composition:
                 buffers[slot] = 2 * number + 1
                 parts[reader] = parts[reader]._replace(buffers=tuple(buffers))
         return tuple(overtaken)
+
+
+def _happens(outcome: Outcome) -> tuple[bool, bool]:
+    """Whether a run ends by it, and whether it takes a row that it need not."""
+    return outcome.local < 0, outcome.move.row >= 0 and bool(outcome.move.free)
 
 
 def _after(outcome: Outcome, buffers: tuple[int, ...]) -> Part:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from specc.analysis import Facts
+from specc.diagnostics.phrases import counted
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
@@ -47,7 +48,7 @@ class Explored:
     def words(self) -> str:
         """How far it came, and what was abstracted."""
         what = f"{', '.join(self.names)}: "
-        states = f"{self.configurations} state{'s' if self.configurations != 1 else ''}"
+        states = counted(self.configurations, "state")
         if self.complete:
             what += f"explored completely: {states}"
         else:
@@ -150,7 +151,7 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
             result.broken_off = broken_off(error)
             continue
         left -= sum(graph.steps for graph in graphs)
-        result.broken_off = graphs[-1].broken_off
+        result.broken_off = next((g.broken_off for g in graphs if g.broken_off), "")
         told |= {id(each.requirement): each for each in said}
         result.findings += there
     result.requirements = [

@@ -33,6 +33,8 @@ SOME: Final = "some"
 """A value of which nothing is known but that it is not None."""
 Value = m.Expr | str
 """A literal, or SOME."""
+EXACT: Final = 2**53
+"""Up to it integers are the same as floats; which of the two a real is in a run matters beyond."""
 
 
 @dataclass(slots=True)
@@ -62,9 +64,11 @@ def static(subsystem: Subsystem, system: System) -> Known:
 
 
 def is_literal(expr: m.Expr) -> bool:
-    """Whether an expression is a value."""
+    """Whether an expression is a value that a run has exactly."""
     if isinstance(expr, m.Items):
         return all(map(is_literal, expr.items))
+    if isinstance(expr, m.Number) and isinstance(expr.value, int):
+        return abs(expr.value) <= EXACT
     return isinstance(expr, _LITERALS)
 
 

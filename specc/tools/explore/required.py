@@ -81,21 +81,28 @@ def judged(
     if again and graphs[0].composition.is_timed and not graphs[0].broken_off:
         least = budget if graphs[0].violated else budget // FOR_TIME
         graphs.append(_graph(group, abstraction, least, exact=True))
-    best = graphs[-1:] if graphs[-1].complete else graphs
+    best = graphs[-1:]
+    if not best[0].complete:
+        # Where windows are too long for all ways, one may tell what is waited for, and no more.
+        still = () if graphs[-1].broken_off else (_graph(group, abstraction, budget, still=True),)
+        best = [*still, *graphs]
     told, findings = [], []
     for index, requirement in enumerate(group.requirements):
         ways = [w for graph in best for w in _ways(graph, index, requirement, abstraction)]
         way = min(ways, key=lambda finding: len(finding.way.free), default=None)
-        verdict = _verdict(best, index, requirement, way)
+        verdict = _verdict(graphs, index, requirement, way)
         told.append(Judged(requirement, verdict, way.way.free if way else ()))
         if way is not None and verdict != "open":
             findings.append(way)
     return told, findings, best
 
 
-def _graph(group: Group, abstraction: Abstraction, budget: int, *, exact: bool) -> Graph:
+def _graph(
+    group: Group, abstraction: Abstraction, budget: int, *, exact: bool = True, still: bool = False
+) -> Graph:
     watched = group.requirements
-    return Graph(Composition(group.names, abstraction, exact=exact, watched=watched), budget)
+    made = Composition(group.names, abstraction, exact=exact, watched=watched, still=still)
+    return Graph(made, budget)
 
 
 def _ways(
@@ -139,8 +146,12 @@ def _verdict(
             return "violated"
         # What machines answer in time rests on plants; what they exclude does not.
         return "open" if reach_s(requirement.formula) else "may be violated"
-    if not graphs[-1].complete:
-        return "not explored"
-    watch = graphs[-1].composition.watch
-    said = watch.said[index] if watch else {None}
-    return "not decided" if said & {None, False} else "proved"
+    complete = [graph for graph in graphs if graph.complete]
+    if any(_always_holds(graph, index) for graph in complete):
+        return "proved"
+    return "not decided" if graphs[-1] in complete else "not explored"
+
+
+def _always_holds(graph: Graph, index: int) -> bool:
+    watch = graph.composition.watch
+    return watch is not None and not watch.said[index] & {None, False}

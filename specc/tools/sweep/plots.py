@@ -10,11 +10,13 @@ from collections.abc import Iterator, Sequence
 from itertools import count
 from math import nan
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from specc.tools.sweep.running import STEPS
 from specc.tools.sweep.summary import Cell
 
+_LONGEST_LINE = 48
 _STYLE: Any = {
     "svg.hashsalt": "specc",
     "svg.fonttype": "none",
@@ -136,4 +138,5 @@ def _is_rate(cells: Sequence[Cell], column: str) -> bool:
 
 
 def _titled(column: str) -> str:
-    return column.replace("cycle.", "cycle: ").replace("_", " ")
+    words = column.replace("cycle.", "cycle: ").replace("_", " ")
+    return fill(words, _LONGEST_LINE)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import product
-from math import isfinite, prod
+from math import prod
 
 from specc.frozen import frozen
 from specc.model.units import UnitError, parse_unit
+from specc.resolve.given import in_unit, quantity
 from specc.tools.sweep.running import OWN
 
 MOST_RUNS = 1_000_000
@@ -22,9 +22,6 @@ MOST_SETTINGS = 10_000
 Setting = Mapping[str, str]
 """Texts of the values of constants, by name."""
 
-_LONGEST_NUMBER = 100
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(?:\[([^\[\]]*)\])?\s*")
 _BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
@@ -51,6 +48,8 @@ class Axis:
         """What stands over the values: `damping [kg/s]`, and no column of the table itself."""
         if self.unit:
             return f"{self.name} [{self.unit}]"
+        if "." in self.name:
+            return f"parameter {self.name}"
         return f"constant {self.name}" if self.name in OWN else self.name
 
     def shown(self, value: str) -> float | str:
@@ -59,10 +58,10 @@ class Axis:
         return float(number[0]) if number is not None else value
 
 
-def axis_of(name: str, text: str, unit_of: Callable[[str], str]) -> Axis:
+def axis_of(name: str, text: str, unit: str = "") -> Axis:
     """`FROM:TO:COUNT`, both ends included, or values separated by commas.
 
-    A number without a unit gets that of `unit_of` its constant, empty where there is none.
+    A number without a unit gets this one, if it is not empty.
 
     Raises:
         SweepError: it is neither, or a value is there twice.
@@ -71,8 +70,7 @@ def axis_of(name: str, text: str, unit_of: Callable[[str], str]) -> Axis:
     if len(ends) not in (1, 3):
         raise SweepError(f"--set {name}={text}: write FROM:TO:COUNT or values between commas")
     values = [value.strip() for value in (_split(text, ",") if len(ends) == 1 else ends[:2])]
-    unit = unit_of(name) if any(map(_is_bare, values)) else ""
-    values = [f"{value}[{unit}]" if unit and _is_bare(value) else value for value in values]
+    values = [in_unit(value, unit) for value in values]
     if len(ends) == 3:
         first, last = values
         values = _between(name, first, last, ends[2])
@@ -112,14 +110,6 @@ def settings_of(axes: Sequence[Axis], seeds: Sequence[int]) -> list[dict[str, st
     return [dict(zip(names, one, strict=True)) for one in product(*(a.values for a in axes))]
 
 
-def quantity(text: str) -> tuple[Fraction, str] | None:
-    """Number and unit of a value that is one, as written: `0.1[m/s]`."""
-    found = _QUANTITY.fullmatch(text)
-    if not found or len(found[1]) > _LONGEST_NUMBER or not isfinite(float(found[1])):
-        return None
-    return Fraction(found[1]), (found[2] or "").strip()
-
-
 @lru_cache(MOST_SETTINGS)
 def meaning(value: str) -> Hashable:
     """What is the same of 1, 1.0 and of 1[s], 1000[ms]; of all but quantities the text."""
@@ -133,11 +123,6 @@ def meaning(value: str) -> Hashable:
     return unit.to_si(float(number[0])), unit.dimensions
 
 
-def _is_bare(value: str) -> bool:
-    found = quantity(value)
-    return found is not None and not found[1]
-
-
 def _between(name: str, first: str, last: str, count: str) -> list[str]:
     begin, end = quantity(first), quantity(last)
     if begin is None or end is None or begin[1] != end[1]:
@@ -147,7 +132,7 @@ def _between(name: str, first: str, last: str, count: str) -> list[str]:
         count.isascii() and count.isdigit() and len(count) < 10 and 2 <= int(count) <= MOST_SETTINGS
     ):
         raise SweepError(
-            f"--set {name}: {count!r} is not how many values there are from end to end"
+            f"--set {name}: COUNT is a whole number from 2 to {MOST_SETTINGS}, not {count!r}"
         )
     steps = int(count) - 1
     unit = f"[{begin[1]}]" if begin[1] else ""

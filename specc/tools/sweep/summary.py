@@ -123,11 +123,13 @@ def as_text(cells: Sequence[Cell], names: Sequence[str]) -> list[list[str]]:
 
 
 def reasons(rows: Sequence[Row]) -> list[tuple[str, int]]:
-    """Why runs did not succeed, the most frequent reason first."""
+    """Why runs did not succeed, or were not decided, the most frequent reason first."""
     counts: dict[str, int] = {}
     for row in rows:
         if not row["success"]:
-            counts[row["reason"]] = counts.get(row["reason"], 0) + 1
+            words = "" if row["success"] is None else "not successful: "
+            words += row["reason"]
+            counts[words] = counts.get(words, 0) + 1
     return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
 
 

@@ -146,7 +146,8 @@ def carry_out(
         nonlocal renewed_s
         tell(done)
         if time.monotonic() - renewed_s >= RENEWED_S:
-            renew()
+            if done:
+                renew()
             renewed_s = time.monotonic()
 
     suspects = []

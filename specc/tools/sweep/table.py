@@ -14,6 +14,7 @@ import io
 import json
 import os
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -43,10 +44,12 @@ class Folder:
         self.path = path
         self.done: dict[Key, Figures] = {}
         self._about = {"version": VERSION, **about}
+        self._made: list[Path] = []
         self._log: Any = None
 
     def __enter__(self) -> Folder:
         """Raises SweepError for a folder that is in use or that has other runs, OSError."""
+        self._made = [each for each in (self.path, *self.path.parents) if not each.exists()]
         self.path.mkdir(parents=True, exist_ok=True)
         if not (self.path / ABOUT).exists() and (other := sorted(self._strangers())):
             why = f"{other[0]} is there, which no sweep wrote; name another folder with --out"
@@ -66,7 +69,14 @@ class Folder:
             raise
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """What a sweep made that failed before its first run is removed."""
+        if kind is not None and not self.done:
+            for file in (ABOUT, LOG):
+                (self.path / file).unlink(missing_ok=True)
+            with suppress(OSError):  # there is something else in it
+                for folder in self._made:
+                    folder.rmdir()
         self._log.close()
 
     def _strangers(self) -> Iterator[str]:

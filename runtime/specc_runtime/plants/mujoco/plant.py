@@ -1,5 +1,6 @@
 """A simulated plant that agents sense and drive by the names of bindings."""
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -52,6 +53,7 @@ class MujocoPlant:
             PlantError: unreadable model, name that the model lacks, contradictory binding.
         """
         self._model = load_model(model_path)
+        self._name = os.path.basename(model_path)
         self._data = mujoco.MjData(self._model)
         self._timestep_s = float(self._model.opt.timestep)
         self._cameras = Cameras(self._model, self._data, renderer)
@@ -118,7 +120,8 @@ class MujocoPlant:
         steps = duration_s / self._timestep_s
         if steps < 1 - _WHOLE or abs(steps - round(steps)) > _WHOLE:
             raise PlantError(
-                f"{duration_s} s is not a whole number of steps of {self._timestep_s} s"
+                f"a base tick of {duration_s:g} s is not a whole number of time steps of the model "
+                f"{self._name}, {self._timestep_s:g} s each"
             )
         for actuator in self._actuators.values():
             actuator.drive()

@@ -119,10 +119,10 @@ def _transition(element: Element, notes: Notes) -> Transition:
         message = "a transition with several targets needs parallel states"
         notes.error("E0808", message, element.value_place("target"), _FLATTEN)
     events = tuple((element.get("event") or "").split())
-    return Transition(events, _guard(element, notes), target, element)
+    return Transition(events, _guard(element), target, element)
 
 
-def _guard(element: Element, notes: Notes) -> Logic:
+def _guard(element: Element) -> Logic:
     """The condition; a text whose structure is not Boolean is one question as a whole."""
     text = element.get("cond")
     if not text:

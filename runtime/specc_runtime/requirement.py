@@ -1,0 +1,194 @@
+"""One thing that a specification requires of a run: how it is judged, and what becomes of it."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from itertools import groupby, repeat
+from typing import Any, Literal
+
+from specc_runtime.faults import text_of
+from specc_runtime.forms import is_short
+from specc_runtime.temporal import (
+    TRUE,
+    UNKNOWN,
+    Formula,
+    Judgement,
+    of_judgement,
+    read_judgement,
+)
+
+Verdict = Literal["met", "violated", "unknown"]
+Told = Callable[[Any], Any]
+"""Makes plain data of values by their attributes, or values of the data."""
+Show = Callable[[Mapping[str, Any]], None]
+"""Judges conditions on values by their attributes."""
+_LONGEST = 100_000
+"""Ticks of the past whose values are kept although they are judged."""
+_NOTHING: Mapping[str, Any] = {}
+
+
+class Requirement:
+    """What is required, at every tick if it `lasts`, else at the first one; and what became of it.
+
+    `reads` has the attribute of each value that it names, by that name.
+    """
+
+    def __init__(
+        self,
+        that: str,
+        because: str,
+        formula: Formula,
+        reads: Mapping[str, str],
+        *,
+        lasts: bool = True,
+    ) -> None:
+        self.that = that
+        self.because = because
+        self.reads = reads
+        self.formula = formula
+        self._lasts = lasts
+        self.holds = False
+        """Whether it does, at the last tick that is judged."""
+        self._worst = TRUE
+        self._count = 0
+        self._history = 0
+        """Ticks that another description of it judged."""
+        self._over = False
+        depth = formula.depth if formula.depth < _LONGEST else formula.delay
+        self._earlier: deque[Mapping[str, Any]] = deque(maxlen=int(depth) + 1)
+        """The values of the last ticks, from which the formula can be judged anew."""
+        self._first: dict[str, tuple[int, dict[str, Any]]] = {}
+        """By the verdict that it makes, the first such tick and the values that are told of it."""
+
+    def step(self, values: Mapping[str, Any]) -> None:
+        """Take in a tick with the values that are there then."""
+        self._earlier.append(values)
+        found = self.formula.step()
+        if found is None:
+            return
+        self.holds = found[0][0]
+        if (self._lasts or not self._count) and self._count >= self._history:
+            self._judge(found, self._earlier[max(-1 - self.formula.delay, -len(self._earlier))])
+        self._count += 1
+
+    def _judge(self, found: Judgement, then: Mapping[str, Any]) -> None:
+        (low, high), worst = found, self._worst
+        self._worst = min(low, worst[0]), min(high, worst[1])
+        if not low[0]:
+            verdict = "unknown" if high[0] else "violated"
+            if verdict not in self._first:
+                self._first[verdict] = self._count, self._shown(then)
+
+    def pass_over(self, ticks: int) -> None:
+        """Nothing is known of so many ticks; all atoms are unknown."""
+        for _ in range(ticks):
+            self.step(_NOTHING)
+
+    def finish(self, missed: int) -> None:
+        """The run is over, `missed` ticks ago: all that is still to be judged is unknown."""
+        self.pass_over(0 if self._over else missed + self.formula.delay)
+        self._over = True
+
+    @property
+    def verdict(self) -> Verdict:
+        """What is known of it; a requirement is met only once the run is over."""
+        if not self._worst[1][0]:
+            return "violated"
+        return "met" if self._over and self._count and self._worst[0][0] else "unknown"
+
+    def as_data(self, tick_s: float) -> dict[str, Any]:
+        """The entry of the report; `time_s` is the first tick that makes the verdict."""
+        verdict = self.verdict
+        margin = {"met": self._worst[0][1], "violated": self._worst[1][1], "unknown": None}[verdict]
+        first = self._first.get(verdict)
+        return {
+            "that": self.that,
+            "because": self.because,
+            "verdict": verdict,
+            "margin": None if margin is None or math.isinf(margin) else margin,
+            "time_s": first[0] * tick_s if first else None,
+            "values": first[1] if first else {},
+        }
+
+    def saved(self, told: Told) -> dict[str, Any]:
+        """What it remembers of the run."""
+        earlier = () if self._decided else self._earlier
+        runs = [list(same) for _, same in groupby(earlier, id)]
+        return {
+            "that": self.that,
+            "shape": self.formula.shape,
+            "formula": self.formula.saved(),
+            "holds": self.holds,
+            "worst": of_judgement(self._worst),
+            "count": self._count,
+            "history": self._history,
+            "earlier": [[len(same), told(same[0])] for same in runs],
+            "first": self._first,
+        }
+
+    @property
+    def _decided(self) -> bool:
+        """Whether no tick is left to be judged."""
+        return not self._lasts and max(self._count, self._history) > 0
+
+    def is_of(self, saved: Any) -> bool:
+        """Whether that means something to it: it reaches over the same ticks."""
+        return bool(saved.get("shape") == self.formula.shape)
+
+    def restore(self, saved: Any, values_of: Told) -> None:
+        """Remember that; raises KeyError, TypeError, ValueError for other data."""
+        self._remember(saved)
+        self.formula.restore(saved["formula"])
+        self._earlier.clear()
+        self._earlier.extend(self._values(saved, values_of))
+
+    def judge_anew(self, tick: int, saved: Any, values_of: Told, show: Show) -> float:
+        """Go on at a tick after another description, of which `saved` is what it remembers.
+
+        What it has judged stays; what is open is judged as here, on the values of the last ticks,
+        which `show` puts in their place. Gives how many ticks before these would be needed.
+        """
+        earlier: list[Mapping[str, Any]] = []
+        if saved is not None:
+            self._remember(saved)
+            self._history, self._count = max(self._count, self._history), 0
+            earlier = self._values(saved, values_of)[-tick:] if tick else []
+        for atom in self.formula.atoms():
+            atom.now = UNKNOWN
+        self.pass_over(tick - len(earlier))
+        last = None
+        for values in earlier:
+            if values is not last:
+                show(values)
+                last = values
+            self.step(values)
+        return 0 if self._decided else max(0, min(tick, self.formula.depth) - len(earlier))
+
+    def _remember(self, saved: Any) -> None:
+        self.holds = bool(saved["holds"])
+        self._count, self._history = int(saved["count"]), int(saved["history"])
+        self._worst = read_judgement(saved["worst"])
+        self._first = {str(v): (int(at), dict(shown)) for v, (at, shown) in saved["first"].items()}
+
+    def _values(self, saved: Any, values_of: Told) -> list[Mapping[str, Any]]:
+        """The values of the last ticks, no more than it ever needs."""
+        found = deque(self._earlier, self._earlier.maxlen)
+        found.clear()
+        for count, values in reversed(saved["earlier"]):
+            room = (found.maxlen or 0) - len(found)
+            found.extendleft(repeat(values_of(values), min(int(count), room)))
+        return list(found)
+
+    def _shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        return {
+            name: _plain(values[attribute]) if attribute in values else None
+            for name, attribute in self.reads.items()
+        }
+
+
+def _plain(value: Any) -> Any:
+    """A number or a text as it is, all else as text, as are numbers that not every JSON has."""
+    has_json = isinstance(value, bool | float | str)
+    return value if has_json or (type(value) is int and is_short(value)) else text_of(value)

@@ -1,0 +1,165 @@
+"""Values that sensors may be made to report, when a run is searched for: few, of each sort one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from specc.lang.evaluate import Environment, evaluate
+from specc.model import expr as m
+from specc.model.system import System
+from specc.model.types import (
+    Bool,
+    Image,
+    Int,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+    whole,
+)
+from specc.model.units import Dimensions
+from specc.proof.search import first_value, others
+from specc.tools.explore.partial import Known, filled, is_literal
+
+MOST_VALUES = 16
+"""Of one sensor."""
+
+
+class NotConcreteError(Exception):
+    """No run that goes as the trace was found; the message says why."""
+
+
+def present(type_: Type) -> Type:
+    """The type of a value that is there."""
+    return type_.value if isinstance(type_, OptionalOf) else type_
+
+
+class Values:
+    """Values of sensors that are worth trying, in the form of recordings."""
+
+    def __init__(self, system: System) -> None:
+        self.types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
+        bindings = system.plant.bindings if system.plant else ()
+        sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
+        self.sporadic = sporadic.keys()
+        self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
+        """Those that need not report anything for as long as one likes."""
+        nodes = list(_nodes(system))
+        self._numbers = set(_numbers(nodes))
+        self._vectors = dict.fromkeys(_vectors(nodes, system))
+        self._known: dict[str, list[Any]] = {}
+
+    def of(self, sensor: str) -> list[Any]:
+        """Those of a sensor, the usual one first; `...` for nothing new."""
+        return [*self.given(sensor), *((...,) if sensor in self.sporadic else ())]
+
+    def given(self, sensor: str) -> list[Any]:
+        """Those with a value."""
+        if sensor not in self._known:
+            type_ = self.types[sensor]
+            found = [first_value(type_), *others(first_value(type_), type_)]
+            marks = self._marks(type_)
+            found += [numbers for kind, numbers in self._vectors if kind == type_]
+            found += [first_value(type_, mark) for mark in marks]
+            made = [_plain(value, type_) for value in found]
+            if isinstance(type_, OptionalOf):
+                made += [_plain(first_value(type_.value, mark), type_) for mark in marks]
+            kept = [value for i, value in enumerate(made) if value not in made[:i]]
+            self._known[sensor] = kept[:MOST_VALUES]
+        return self._known[sensor]
+
+    def _marks(self, type_: Type) -> list[float]:
+        """Numbers of the units of a type that are named, those between and beyond, far apart."""
+        units = set(_units(type_))
+        marks = sorted({number for unit, number in self._numbers if unit in units} | {0.0})
+        between = [(a + b) / 2 for a, b in pairwise(marks)]
+        return [marks[-1] + 1, marks[0] - 1, *_spread(between), *_spread(marks)]
+
+
+def _nodes(system: System) -> Iterator[m.Expr]:
+    """The parts of what a system asks and computes."""
+    exprs = [item.value for item in system.constants]
+    for subsystem in system.subsystems:
+        exprs += [condition.when for condition in subsystem.conditions]
+        exprs += [item.value for item in subsystem.lets]
+        exprs += [item.value for item in subsystem.constants]
+        exprs += [item.value for state in subsystem.states for item in state.behaviour.assignments]
+    for expr in exprs:
+        yield from m.walk(expr)
+
+
+def _numbers(nodes: Sequence[m.Expr]) -> Iterator[tuple[Dimensions, float]]:
+    """The numbers among them, with their units."""
+    numbers = (node for node in nodes if isinstance(node, m.Number))
+    yield from ((unit, float(n.value)) for n in numbers for unit in _units(n.type))
+
+
+def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, Any]]:
+    """The vectors among them, such as points, with their types."""
+    known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
+    for node in nodes:
+        if isinstance(node, m.Items) and isinstance(node.type, Vector):
+            made = node if _has_lets(node) else filled(node, known)
+            if is_literal(made):
+                yield node.type, evaluate(made, Environment())
+
+
+def _has_lets(expr: m.Expr) -> bool:
+    return any(isinstance(node, m.LetRef) for node in m.walk(expr))
+
+
+def _units(type_: Type) -> Iterator[Dimensions]:
+    """The units of the numbers in a value."""
+    match whole(type_):
+        case Real(unit=unit):
+            yield unit.dimensions
+        case Spatial(linear=linear, angular=angular):
+            yield from (linear.dimensions, angular.dimensions)
+        case Vector(element=inner) | ListOf(element=inner) | OptionalOf(value=inner):
+            yield from _units(inner)
+        case Record(fields=fields):
+            for _, inner in fields:
+                yield from _units(inner)
+        case _:
+            yield ()
+
+
+def _spread(numbers: Sequence[float]) -> Iterator[float]:
+    """The one in the middle, then those in the middle of each half, and so on."""
+    parts = [(0, len(numbers))]
+    for begin, end in parts:
+        if begin < end:
+            middle = (begin + end) // 2
+            yield numbers[middle]
+            parts += [(begin, middle), (middle + 1, end)]
+
+
+def _plain(value: Any, type_: Type) -> Any:
+    """A value in the form that recordings have it in."""
+    match whole(type_):
+        case Pose():
+            return [float(number) for row in value for number in row]
+        case Spatial():
+            return [float(number) for number in value]
+        case Vector(element=element) | ListOf(element=element):
+            return [_plain(item, element) for item in value]
+        case OptionalOf(value=inner):
+            return None if value is None else _plain(value, inner)
+        case Record(fields=fields):
+            return {name: _plain(getattr(value, name), inner) for name, inner in fields}
+        case Image(height=height, width=width, channels=channels):
+            return [height, width, channels] if channels == 3 else [height, width]
+        case Opaque():
+            raise NotConcreteError(f"a device reports a {type_}, which only operators look into")
+    return _NUMBERS.get(type(whole(type_)), str)(value)
+
+
+_NUMBERS: dict[type[Type], Callable[[Any], Any]] = {Real: float, Int: int, Bool: bool}
