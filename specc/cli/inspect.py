@@ -206,24 +206,18 @@ def cores() -> int:
 def _in_processes(
     outcomes: list[Outcome], job: partial[Outcome], paths: Sequence[str], workers: int
 ) -> None:
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
-
     # What is imported before the fork is shared; every other way each process imports it again.
     from specc import pipeline  # noqa: F401  # imported for the processes that inherit it
+    from specc.cli.parallel import processes
 
     found: list[Outcome] = []
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("fork"))
-    with pool:
+    with processes(workers, "fork") as pool:
         with held():
             jobs = [pool.submit(job, path) for path in paths]
         try:
             found = [one.result() for one in jobs]
         except KeyboardInterrupt:
             found = [one.result() for one in jobs if one.done() and one.exception() is None]
-            for process in multiprocessing.active_children():
-                process.terminate()
-            pool.shutdown(cancel_futures=True)
             raise
         finally:
             outcomes += found

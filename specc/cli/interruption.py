@@ -50,11 +50,11 @@ def terminable() -> Iterator[None]:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Meanwhile this thread, and the processes and threads that it starts, get no Ctrl-C."""
+    """Meanwhile Ctrl-C and SIGTERM wait, for this thread and those, and processes, it starts."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import platform
 import shutil
 import sys
-import threading
 import time
 import uuid
 from argparse import Namespace
@@ -21,6 +19,7 @@ from specc import __version__
 from specc.cli import streams
 from specc.cli.inspect import cores, judged, overrides_of
 from specc.cli.interruption import INTERRUPTED, MESSAGE, held, terminable
+from specc.cli.parallel import processes
 from specc.cli.run import missing
 from specc.diagnostics.report import Report, report, resolve
 from specc.frozen import frozen
@@ -182,32 +181,11 @@ def _packages(
 def _in_parallel(
     make: Callable[[Setting], Any], settings: Sequence[Setting], workers: int
 ) -> list[Any]:
-    from concurrent.futures import ProcessPoolExecutor
-
     # Copies of this process would hold the lock of the folder for as long as they live.
-    spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_parent)
-    try:
-        with held():  # until all processes are known; what came meanwhile is raised here
+    with processes(workers, "spawn") as pool:
+        with held():
             jobs = [pool.submit(make, setting) for setting in settings]
         return [job.result() for job in jobs]
-    except BaseException:
-        for process in multiprocessing.active_children():
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _end_with_parent() -> None:
-    """End this process when the one that started it ends, however it does."""
-
-    def watch() -> None:
-        if parent := multiprocessing.parent_process():
-            parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 def _check_unchanged(options: Namespace, inputs: Inputs) -> None:
