@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from bench import analysis, growth, startup
+from bench import analysis, growth, many_agents, startup
 
 Main = Callable[[Sequence[str]], object]
 
@@ -16,9 +16,10 @@ Main = Callable[[Sequence[str]], object]
     [
         (analysis.main, "--repeats 1 --states 4 --rows 2", "4"),
         (growth.main, "--sizes 3 --only enum", "enum"),
+        (many_agents.main, "--counts 2 --duration 1 --repeats 1", "rovers"),
         (startup.main, "--repeats 1", "first step"),
     ],
-    ids=["analysis", "growth", "startup"],
+    ids=["analysis", "growth", "many_agents", "startup"],
 )
 def test_it_runs(main: Main, arguments: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(arguments.split())
