@@ -138,7 +138,7 @@ class _Attempt:
             return None
         if record is not None and record.exists() and record.samefile(resume[0]):
             raise UsageError(f"cannot write {record}: the run goes on from it")
-        from specc_runtime.recording.snapshots import last_before
+        from specc_runtime.recording.snapshots import last_before, settings_text
 
         kept = last_before(*resume)
         self._options = options = replace(self._options, seed=kept.seed)
@@ -147,7 +147,8 @@ class _Attempt:
                 say(f"--from: the run is repeated from its start: {kept.missing}")
             return kept
         if kept.is_set_otherwise(options):
-            say(f"--from: the recorded run had other constants set: {kept.settings}")
+            now = settings_text(options.built_with)
+            say(f"--from: set for the recorded run: {settings_text(kept.set)}; for this one: {now}")
         if options.past is not None:
             self._repeat(kept, options.past, resume[1])
         elif kept.saved is None:

@@ -142,7 +142,7 @@ class Requirement:
         self._remember(saved)
         self.formula.restore(saved["formula"])
         self._earlier.clear()
-        self._earlier.extend(self._values(saved, values_of))
+        self._earlier.extend(_values(saved, values_of, self._earlier.maxlen))
 
     def judge_anew(self, tick: int, saved: Any, values_of: Told, show: Show) -> float:
         """Go on at a tick after another description, of which `saved` is what it remembers.
@@ -150,11 +150,12 @@ class Requirement:
         What it has judged stays; what is open is judged as here, on the values of the last ticks,
         which `show` puts in their place. Gives how many ticks before these would be needed.
         """
-        earlier: list[Mapping[str, Any]] = []
+        earlier: deque[Mapping[str, Any]] = deque()
         if saved is not None:
             self._remember(saved)
             self._history, self._count = max(self._count, self._history), 0
-            earlier = self._values(saved, values_of)[-tick:] if tick else []
+            # More than this one keeps: the other one may have left more ticks open.
+            earlier = _values(saved, values_of, tick)
         for atom in self.formula.atoms():
             atom.now = UNKNOWN
         self.pass_over(tick - len(earlier))
@@ -164,7 +165,8 @@ class Requirement:
                 show(values)
                 last = values
             self.step(values)
-        return 0 if self._decided else max(0, min(tick, self.formula.depth) - len(earlier))
+        needed = tick - self._history + self.formula.depth - self.formula.delay
+        return 0 if self._decided else max(0, min(tick, needed) - len(earlier))
 
     def _remember(self, saved: Any) -> None:
         self.holds = bool(saved["holds"])
@@ -172,20 +174,20 @@ class Requirement:
         self._worst = read_judgement(saved["worst"])
         self._first = {str(v): (int(at), dict(shown)) for v, (at, shown) in saved["first"].items()}
 
-    def _values(self, saved: Any, values_of: Told) -> list[Mapping[str, Any]]:
-        """The values of the last ticks, no more than it ever needs."""
-        found = deque(self._earlier, self._earlier.maxlen)
-        found.clear()
-        for count, values in reversed(saved["earlier"]):
-            room = (found.maxlen or 0) - len(found)
-            found.extendleft(repeat(values_of(values), min(int(count), room)))
-        return list(found)
-
     def _shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         return {
             name: _plain(values[attribute]) if attribute in values else None
             for name, attribute in self.reads.items()
         }
+
+
+def _values(saved: Any, values_of: Told, most: int | None) -> deque[Mapping[str, Any]]:
+    """The values of the last ticks, no more than `most`."""
+    found: deque[Mapping[str, Any]] = deque(maxlen=most)
+    for count, values in reversed(saved["earlier"]):
+        room = (most or 0) - len(found)
+        found.extendleft(repeat(values_of(values), min(int(count), room)))
+    return found
 
 
 def _plain(value: Any) -> Any:

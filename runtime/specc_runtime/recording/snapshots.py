@@ -127,13 +127,6 @@ class Kept:
         """Whether the recorded run had other constants set."""
         return self.set != dict(options.built_with)
 
-    @property
-    def settings(self) -> str:
-        """The constants that were set, to be read."""
-        if self.set is None:
-            return "not known"
-        return ", ".join(f"{name}={text}" for name, text in self.set.items()) or "none"
-
     def take(self, session: Session, system: System) -> None:
         """Keep what a run is now, which is at rest, instead."""
         if not session.time_s:
@@ -219,6 +212,13 @@ class _Held(Shelved):
         if own != kind:
             raise Misshapen(f"a value of {own} is none of {kind}")
         return value
+
+
+def settings_text(settings: Mapping[str, Any] | None) -> str:
+    """The constants that were set, to be read; None where that is not known."""
+    if settings is None:
+        return "not known"
+    return ", ".join(f"{name}={text}" for name, text in settings.items()) or "no constants"
 
 
 def last_before(file: Path, until_s: float) -> Kept:
