@@ -268,11 +268,20 @@ class _Sampling:
 
     def _extent(self, row: list[_Span]) -> int:
         """The most ticks without samples by silences that do not wait."""
-        return min(self._missed(row), self._sampled(int(_end(row))) - self._sampled(row[0].first))
+        return min(self._missed(row), self._passed(row[0].first, int(_end(row))))
 
     def _missed(self, row: list[_Span]) -> int:
         """Ticks for which there is no sample, if none of the silences overlap."""
-        return sum(self._sampled(span.ticks or 0) for span in row)
+        return sum(
+            self._passed(span.first, span.first + (span.ticks or 0))
+            if span.first == span.last
+            else self._sampled(span.ticks or 0)
+            for span in row
+        )
+
+    def _passed(self, first: int, end: int) -> int:
+        """From the first sample that is not there to the next one; that at time 0 always is."""
+        return self._sampled(end) - self._sampled(max(1, first))
 
     def _sampled(self, tick: int) -> int:
         """The first tick from this one on at which there may be a sample."""

@@ -341,7 +341,7 @@ class System:
     plant: Plant | None
     task: Task | None
     definitions: tuple[Definition, ...] = ()
-    """Those of the main file, whose agents name the types in `named_in_agents`."""
+    """Those of the main file, whose agents name those in `named_in_agents`."""
     named_in_agents: frozenset[str] = frozenset()
     folders: tuple[str, ...] = ()
     """Real paths of the folders in which its files lie; without any, they may lie anywhere."""

@@ -39,10 +39,16 @@ def definitions_of(file: Loaded) -> tuple[Definition, ...]:
 
 
 def named_in_agents(spec: SpecFile) -> frozenset[str]:
-    """The types and interfaces that buffers, memory and requirements name, e.g. `type Mode`."""
+    """The types and interfaces that buffers, memory and requirements name, e.g. `type Mode`.
+
+    And the constants of arguments: descriptions get their values, without their names.
+    """
     texts = [text for agent in spec.agents.values() for text in _of_agent(agent)]
     texts += [item.type for item in spec.plant.observe.values()] if spec.plant else []
-    return _labels((word for text in texts for word in _words(text)), spec)
+    arguments = (text for agent in spec.agents.values() for text in agent.arguments.values())
+    given = {word for text in arguments for word in _words(text)}
+    constants = {f"constant {name}" for name in spec.constants.keys() & given}
+    return constants | _labels((word for text in texts for word in _words(text)), spec)
 
 
 def _labels(words: Iterable[str], spec: SpecFile) -> frozenset[str]:

@@ -72,6 +72,35 @@ def test_the_search_ends_after_so_many_steps(
     assert finding["lacks"] == f"{stray}, as far as 1000 steps reach"
 
 
+def test_of_what_was_sent_only_the_latest_values_are_remembered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each is looked for among them, so that a long run with many may not keep them all."""
+    text = LOST.read_text(encoding="utf-8")
+    text = text.replace("near_by: bool}", 'near_by: bool, s: "real[m]"}')
+    text = text.replace("False}}}", 'False}, s: {type: "real[m]", init: 0}}}')
+    text = text.replace(
+        "        behaviours: {look",
+        "        memory: {k: {type: 'real[m]', init: 0}}\n        behaviours: {look",
+    )
+    text = text.replace('"x.R.d < 1[m]"', '"x.R.d < 1[m]", y.c.s: k, k: "k + 1[m]"')
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(text, encoding="utf-8")
+    sent: list[list[float]] = []
+    changed = concrete._changed
+
+    def looked_into(*given: Any) -> Any:
+        sent.extend(list(values) for values in given[3].sent.values())
+        return changed(*given)
+
+    monkeypatch.setattr(concrete, "MOST_SENT", 2)
+    monkeypatch.setattr(concrete, "_changed", looked_into)
+    (finding,) = traced(spec, tmp_path, capsys)
+    assert finding["recording"]
+    assert [5.0, 4.0] in sent
+    assert {len(values) for values in sent} == {2}
+
+
 def test_ctrl_c_ends_the_search_and_leaves_the_findings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -196,6 +196,7 @@ class _Expected:
                 if value in before:
                     before.remove(value)
                 before.insert(0, value)
+                del before[MOST_SENT:]
             step = self._steps.get((name, stamp))
             if step is not None and (state, row) != (step.move.target, step.move.row):
                 words = f"at {stamp * ticks[name] * self.rehearsal.tick_s:g} s `{name}` "
@@ -243,7 +244,7 @@ def _changed(
     """Reports with others of a sensor from a moment on."""
     said = [each for each in known[sensor] if each[0] < moment]
     # Devices may well come to report what was asked of them.
-    asked = stray.sent.get(present(values.types[sensor]), ())[:MOST_SENT]
+    asked = stray.sent.get(present(values.types[sensor]), ())
     for value in (*asked, *(values.of(sensor) if moment else values.given(sensor))):
         if said[-1:] and said[-1][1] == value:
             continue
