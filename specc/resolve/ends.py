@@ -48,7 +48,7 @@ def named_in_agents(spec: SpecFile) -> frozenset[str]:
     arguments = (text for agent in spec.agents.values() for text in agent.arguments.values())
     given = {word for text in arguments for word in _words(text)}
     constants = {f"constant {name}" for name in spec.constants.keys() & given}
-    return constants | _labels((word for text in texts for word in _words(text)), spec)
+    return _labels((word for text in texts for word in _words(text)), spec) | constants
 
 
 def _labels(words: Iterable[str], spec: SpecFile) -> frozenset[str]:
