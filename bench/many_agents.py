@@ -81,10 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             _row(count, Path(scratch, str(count)), options.duration, options.repeats)
             for count in options.counts
         ]
-    title = (
-        f"Wall time, median of {options.repeats}; a run of {options.duration:g} s, without start"
-    )
-    head = ("rovers", "validate, s", "build, s", "modules", "run, s", "run, ms a rover")
+    title = f"Wall time; CPU time of {options.duration:g} s of a run, without its start"
+    head = ("rovers", "validate, s", "build, s", "modules", "run, ms", "run, ms a rover")
     print(table(title, head, rows))
 
 
