@@ -1,6 +1,7 @@
 """The tutorial's pieces are the tutorial's specification, and its commands answer as it shows."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from tests.docs.tutorial import ROOT, Step, answer, pieces, steps
 
 SPEC = ROOT / "specs" / "conveyor_gate.yaml"
 STEPS = list(steps())
+MEASURED = re.compile(r" *[\d.]+ us|(?<=simulated in ).*|(?<=records ).*")
+"""What differs from machine to machine."""
 
 
 def test_the_pieces_together_are_the_specification() -> None:
@@ -35,9 +38,12 @@ def test_shown_code_is_generated(tmp_path: Path) -> None:
     assert all(piece in text for piece in shown)
 
 
-def test_parcels_pass_without_faults(tmp_path: Path) -> None:
+def test_parcels_pass_without_faults(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "gate.json"
     assert main(["run", str(SPEC), "--duration", "20", "--report", str(path)]) == 0
+    told = [MEASURED.sub("", line) for line in capsys.readouterr().out.splitlines()]
+    (shown,) = pieces("text")
+    assert [MEASURED.sub("", line) for line in shown.splitlines()] == told
     report = json.loads(path.read_text(encoding="utf-8"))
     assert report["faults"] == []
     assert [cycle["ended"] for cycle in report["cycles"]] == ["completed"] * 3

@@ -1,0 +1,69 @@
+"""docs/two_gates.md: its changes fit the tutorial's file, and its commands answer as it shows."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.docs.test_your_robot import pattern
+from tests.docs.tutorial import pieces
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs" / "two_gates.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+EXERCISE = "specc run specs/my_gate.yaml --seed 3 --duration 30"
+
+
+def changed(text: str, difference: str) -> str:
+    """The text after the parts of a difference, each of which fits one place."""
+    for part in difference.split("@@\n"):
+        old, new = (
+            "".join(line[1:] for line in part.splitlines(keepends=True) if line[0] in kept)
+            for kept in (" -", " +")
+        )
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+def specc(command: str, folder: Path) -> str:
+    """What a command says, on both streams."""
+    scripts = str(Path(sys.executable).parent)
+    path = os.pathsep.join((scripts, os.environ["PATH"]))
+    return subprocess.run(
+        command,
+        shell=True,
+        cwd=folder,
+        env={**os.environ, "PATH": path},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=120,
+        check=False,
+    ).stdout
+
+
+def test_the_changes_fit_and_the_commands_answer_as_shown(tmp_path: Path) -> None:
+    spec = tmp_path / "specs" / "my_gate.yaml"
+    shutil.copytree(ROOT / "specs" / "plants", spec.parent / "plants")
+    spec.write_text("".join(pieces("yaml")), encoding="utf-8")
+    for kind, block in BLOCK.findall(TEXT):
+        if kind == "diff":
+            spec.write_text(changed(spec.read_text(encoding="utf-8"), block), encoding="utf-8")
+        for step in block.split("$ ")[1:]:
+            command, _, shown = step.partition("\n")
+            said = specc(command, tmp_path)
+            assert re.fullmatch(pattern(shown), said), f"$ {command}\n{said}"
+    verdicts = [specc(EXERCISE, tmp_path)]
+    gives_up = "[opening, error,    always, closing]"
+    text = spec.read_text(encoding="utf-8")
+    assert gives_up in text
+    spec.write_text(text.replace(gives_up, gives_up.replace("closing", "halting")))
+    verdicts.append(specc(EXERCISE, tmp_path))
+    assert ["\nviolated within" in said for said in verdicts] == [True, False]
+    assert "\nmet within" in verdicts[1]
