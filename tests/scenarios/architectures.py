@@ -16,6 +16,21 @@ FOLDER = SPECS / "architectures"
 
 
 @dataclass(frozen=True)
+class Figure:
+    """A number of each run that the page gives the bounds of.
+
+    `of` is how a requirement begins: the number is `limit` and `factor` times its margin. Of none,
+    it is how long the first cycle took, in s.
+    """
+
+    said: str
+    """A pattern of the page with the bounds as groups: the least, the most, or both."""
+    of: str = ""
+    limit: float = 0.0
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
 class Architecture:
     """`specs/architectures/NAME.yaml`."""
 
@@ -41,6 +56,8 @@ class Architecture:
     """Steps of exploring."""
     is_short: bool = False
     """Exploring ends at this bound."""
+    figures: tuple[Figure, ...] = ()
+    """What the page says of its runs."""
 
     @property
     def path(self) -> Path:
@@ -75,6 +92,11 @@ ARCHITECTURES = (
         failure=(("or elapsed > 0.3[s]", "or elapsed > 30[s]"),),
         failure_seed=1,  # in some runs the arm stands when the stick fails
         violates=("always(console.stick.since > 1.1[s]",),
+        figures=(
+            Figure("tip at most (?P<most>[0-9.]+) mm past", "always(plant.tip.y", 2, -1000),
+            Figure("(?P<most>[0-9.]+) m/s where", "always(norm(plant.v)", 0.24, -1),
+            Figure("limit, (?P<most>[0-9.]+) N", "always(plant.F", 30, -1),
+        ),
     ),
     Architecture(
         "syndicate",
@@ -84,6 +106,11 @@ ARCHITECTURES = (
         failure=(("trouble == stage", "trouble > 0"),),
         violates=("within(55[s], state(planners_1.c) == finished",),
         budget=1_000_000,
+        figures=(
+            Figure("done after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),
+            Figure("plank at most (?P<most>[0-9.]+) mm", "within(55[s]", 30, -1000),
+            Figure("rovers at most (?P<most>[0-9.]+) mm", "always(all(state(r.c)", 40, -1000),
+        ),
     ),
     Architecture(
         "blackboard",
@@ -95,6 +122,7 @@ ARCHITECTURES = (
         finds="W1005",
         failure=(("e.sigma <= post_{i}.sigma", "e.sigma < 0"),),
         violates=("always(len(board.c.entries)",),
+        figures=(Figure("and never more than (?P<most>[0-9.]+) entries", "always(len(", 17, -1),),
     ),
     Architecture(
         "three_tier",
@@ -109,6 +137,7 @@ ARCHITECTURES = (
         failure=(('"obstacles + [x.rover.failed]"', '"obstacles"'),),
         violates=("within(59[s], norm(plant.rover_at - blue)",),
         budget=60_000,
+        figures=(Figure("after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),),
     ),
     Architecture(
         "two_tier",
@@ -123,6 +152,7 @@ ARCHITECTURES = (
         failure=(('stop: {is: "0.4[m]"', 'stop: {is: "1[mm]"'),),
         violates=("always(norm(plant.boulder_v)",),
         budget=60_000,
+        figures=(Figure("after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),),
     ),
     Architecture(
         "sense_plan_act",
@@ -137,6 +167,7 @@ ARCHITECTURES = (
         failure=(('stop: {is: "0.42[m]"', 'stop: {is: "1[mm]"'),),
         violates=("always(plant.touched",),
         budget=60_000,
+        figures=(Figure("after (?P<least>[0-9.]+) to (?P<most>[0-9.]+) s"),),
     ),
     Architecture(
         "services",
@@ -146,6 +177,9 @@ ARCHITECTURES = (
         failure=(("carry if x.platform.knows else nothing", "inspect"),),
         failure_in="lib/carrier.yaml",
         violates=("within(58[s], norm(plant.table",),
+        figures=(
+            Figure("table within (?P<most>[0-9.]+) mm", "within(58[s], state(composer", 80, -1000),
+        ),
     ),
     Architecture(
         "recovering_picking",
@@ -170,6 +204,11 @@ ARCHITECTURES = (
         ),
         budget=200_000,
         is_short=True,
+        figures=(
+            Figure(
+                "at least (?P<least>[0-9.]+) cm above", "within(59[s], state(irp.c) == S9", 0, 100
+            ),
+        ),
     ),
     Architecture(
         "two_cells",
@@ -193,5 +232,6 @@ ARCHITECTURES = (
         fault_in="lib/irp_at_table.yaml",
         budget=150_000,
         is_short=True,
+        figures=(Figure("than (?P<least>[0-9.]+) m, and no box", "always(norm(plant.hand_1", 0.3),),
     ),
 )

@@ -47,15 +47,18 @@ def section(each: Architecture) -> str:
     return found
 
 
-def fulfils(each: Architecture, seed: int) -> bool:
-    """Whether a run meets all requirements, without a fault."""
-    options = ("--duration", str(each.duration_s), "--seed", str(seed), "--check-operators")
-    code, report = run(each.path, *options)
-    assert report["requirements"]
-    assert not report["faults"], report["faults"]
-    verdicts = [each["verdict"] for each in report["requirements"]]
-    assert (code == 0) == ("violated" not in verdicts)
-    return verdicts == ["met"] * len(verdicts)
+def check_figures(each: Architecture, cycle_s: float, margins: dict[str, float]) -> None:
+    """Compare a run with what the page says of all, as exactly as it does."""
+    for figure in each.figures:
+        (said,) = re.finditer(figure.said, section(each))
+        value = cycle_s
+        if figure.of:
+            (margin,) = (m for that, m in margins.items() if that.startswith(figure.of))
+            value = figure.limit + figure.factor * margin
+        for name, text in said.groupdict().items():
+            digits = len(text.partition(".")[2])
+            off = round(value, digits) - float(text)
+            assert off <= 1e-9 if name == "most" else off >= -1e-9, (said[0], value)
 
 
 def changed(each: Architecture, file: str, *changes: Change) -> Path:
@@ -96,13 +99,21 @@ def test_nothing_is_found_in_it(each: Architecture, capsys: pytest.CaptureFixtur
     assert main(["validate", "--strict", str(each.path)]) == 0
     told = explored(each.path, each.budget, capsys)
     assert told["findings"] == []
+    assert "proved" not in {one["verdict"] for one in told["requirements"]}
+    proved = {one["verdict"] for one in told["assumptions"]} == {"proved"}
+    assert proved is (each.name == "three_tier"), "the page says what is proved"
     slices = told["slices"]
     assert slices and all(part["complete"] for part in slices) is not each.is_short
 
 
 @EACH
 def test_a_run_meets_its_requirements(each: Architecture) -> None:
-    assert fulfils(each, 0)
+    code, report = run(each.path, "--duration", str(each.duration_s), "--check-operators")
+    assert not report["faults"], report["faults"]
+    told = report["requirements"]
+    assert code == 0 and told and all(one["verdict"] == "met" for one in told)
+    margins = {one["that"]: one["margin"] for one in told}
+    check_figures(each, report["cycles"][0]["simulated_s"], margins)
 
 
 @pytest.mark.long
@@ -114,6 +125,13 @@ def test_nine_of_ten_runs_meet_them(each: Architecture, tmp_path: Path) -> None:
     rows = table(tmp_path)
     assert [row["faults"] for row in rows] == ["0"] * 10
     verdicts = [[v for name, v in row.items() if name.startswith("verdict of ")] for row in rows]
+    for row in rows if each.figures else ():
+        margins = {
+            n.removeprefix("margin of "): float(m)
+            for n, m in row.items()
+            if m and "margin of " in n
+        }
+        check_figures(each, float(row["cycle.simulated_s"]), margins)
     met = sum(set(row) == {"met"} for row in verdicts)
     assert met >= 9 and f"all requirements met in {met} of 10" in section(each)
 
