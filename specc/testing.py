@@ -116,6 +116,8 @@ class Stepped:
                 raise ValueError(f"{names} has no value before the first `step()`; or give one")
             self._stepper.place(state, self._methods[state])
             self._stepper.lasted(periods)
+        if self.state:  # else the first step gives memory its values
+            self._stepper.settle()
 
     def _has(self, element: Element) -> bool:
         return hasattr(self._subsystem.memory, element.attribute)

@@ -16,6 +16,8 @@ from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 from specc_runtime.task import Cycles, Judge
 
+_ROUNDING_S = 1e-6  # times are multiples of a rounded tick
+
 
 class Account:
     """Digest of the records, tallies, cycles and requirements of one run.
@@ -32,6 +34,7 @@ class Account:
         self.unobserved: dict[str, str] = {}
         named = ("requirements", system.requirements), ("triggers", system.triggers)
         self._judge = judge
+        self._tick_s = system.tick_s
         self._judged = {of: each for of, each in named if each is not None}
         periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
         for each in self._judged.values():
@@ -95,8 +98,8 @@ class Account:
         lost = []
         if self._judge is not None and kept is None:
             lost.append("the judge begins anew: it could not be kept")
+        is_alike = abs(saved["tick"] * self._tick_s - saved["time"]) < _ROUNDING_S
         for of, each in self._judged.items():
-            # What they know is in ticks of one length.
-            known = saved.get(of, ()) if tick == saved["tick"] else ()
+            known = saved.get(of, ()) if is_alike else ()  # it is in ticks of one length
             lost += each.restore(known, tick, partial(values.found, of), is_other=is_other)
         return lost

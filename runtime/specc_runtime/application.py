@@ -119,8 +119,7 @@ class _Attempt:
         """The plant in Python that the run goes on with, since it cannot be kept."""
         if self._plant is not None and self._plant_of != spec.python:
             say("--from: the plant is as at the beginning: it is another one")
-            self._plant.close()
-            self._plant = None
+            self._close_plant()
         return self._plant
 
     def _set_up(self, system: System) -> Any:
@@ -174,9 +173,8 @@ class _Attempt:
             self.session = None
             session.close()
         self._plant_of = system.plant.python if system.plant else ""
-        if plant is not None and (kept.saved is None or kept.saved["plant"] is not None):
-            self._plant = None
-            plant.close()
+        if kept.saved is None or kept.saved["plant"] is not None:
+            self._close_plant()
 
     def _recorder(self, system: System, plant: Any, begin_s: float) -> Any:
         """What records the run, if anything does."""
@@ -196,14 +194,19 @@ class _Attempt:
             raise KeyboardInterrupt
 
     def _close(self) -> None:
-        """Close the companions and then the plant; a plant that cannot be closed is a fault."""
+        """Close the companions and then the plant."""
         self._is_closing = True
         self._interruption.allow(always=False)
         self.lost = [film for c in self._companions if (film := _closed(c))]
         self._interruption.allow(always=False)
+        self._close_plant()
+
+    def _close_plant(self) -> None:
+        """Close the plant, if there is one; that it cannot be closed is a fault."""
+        plant, self._plant = self._plant, None
         try:
-            if self._plant is not None:
-                self._plant.close()
+            if plant is not None:
+                plant.close()
         except KeyboardInterrupt:
             self._interruption.request()
         except BaseException as error:  # noqa: BLE001  # whatever the user's class raises

@@ -149,7 +149,7 @@ class Executor:
         late = [track for track in self._tracks.values() if track.late]
         return {
             "tick": self.tick,
-            "stamps": {name: track.stamp for name, track in self._tracks.items()},
+            "stamps": self.stamps,
             "late": {t.name: values.of_sent(t.runner.subsystem, t.late) for t in late},
             "sensors": {
                 name: sensor.saved(
@@ -179,7 +179,8 @@ class Executor:
             of_time = f"there is no base tick at {saved['time']:g} s"
             values.lost.append(f"agents go on from {self.time_s:g} s: {of_time}")
         for name, track in self._tracks.items():
-            track.go_on(self.tick)
+            known = saved["subsystems"].get(name)
+            track.go_on(self.tick, known and known["entered"] / self._tick_s)
             track.late = values.sent(name, saved.get("late", {}).get(name, {}))
         for name, sensor in self._sensors.items():
             if name in sensors:
@@ -221,10 +222,16 @@ class Executor:
         """Of every subsystem."""
         return [(name, track.ports) for name, track in self._tracks.items()]
 
-    def inboxes(self) -> Iterator[tuple[Subsystem, Any]]:
-        """All subsystems, each with the inputs of its next step."""
-        runners = [track.runner for track in self._tracks.values()]
-        return ((runner.subsystem, runner.inbox) for runner in runners)
+    def inboxes(self) -> Iterator[tuple[Subsystem, Any, float]]:
+        """All subsystems, each with the inputs of its next step and when it entered its state."""
+        for track in self._tracks.values():
+            entered_s = track.entered * track.ticks * self._tick_s
+            yield track.runner.subsystem, track.runner.inbox, entered_s
+
+    @property
+    def stamps(self) -> dict[str, int]:
+        """Of the last step of each subsystem."""
+        return {name: track.stamp for name, track in self._tracks.items()}
 
     @property
     def renewed(self) -> frozenset[tuple[str, str]]:

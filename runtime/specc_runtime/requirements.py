@@ -151,7 +151,8 @@ class _Alike:
         for at, (there, gone) in sorted(saved["changes"].items(), key=lambda item: int(item[0])):
             for name, value in (values_of(there) | dict.fromkeys(gone, ABSENT)).items():
                 if name in owners:
-                    self._changes[min(int(at), due[owners[name]])][name] = value
+                    seen = int(at) if int(at) <= tick else due[owners[name]]
+                    self._changes[seen][name] = value
         known = {each["that"]: each for each in saved["each"]}
         earlier = [values_of(values) for values in saved["earlier"]]
         lost: list[str] = []

@@ -113,8 +113,8 @@ class Session:
             **executor.saved(values),
             "time": executor.time_s,
             "subsystems": {
-                subsystem.name: values.of_subsystem(subsystem, x, executor.renewed)
-                for subsystem, x in executor.inboxes()
+                subsystem.name: values.of_subsystem(subsystem, x, entered_s, executor.renewed)
+                for subsystem, x, entered_s in executor.inboxes()
             },
             **self._account.saved(values),
             "disturbances": self._disturbances.saved(),
@@ -135,12 +135,13 @@ class Session:
         if len(lost) == len(saved["subsystems"]):
             raise Misshapen(f"it is of another system: it has no step of {self._system.name}")
         self._executor.restore(saved, values)
+        stamps = self._executor.stamps
         for scheduled in self._system.subsystems:
-            subsystem = scheduled.subsystem
-            if subsystem.name in saved["subsystems"]:
-                lost += values.place(subsystem, saved["subsystems"][subsystem.name])
+            subsystem, name = scheduled.subsystem, scheduled.subsystem.name
+            if name in saved["subsystems"]:
+                lost += values.place(subsystem, saved["subsystems"][name], stamps[name])
             else:
-                lost.append(f"{subsystem.name}: is at its beginning: it was not recorded")
+                lost.append(f"{name}: is at its beginning: it was not recorded")
         lost += self._account.restore(saved, values, self._executor.tick, is_other=is_other)
         lost += self._disturbances.restore(saved["disturbances"])
         begun_with = {str(name): float(value) for name, value in saved["scene"].items()}

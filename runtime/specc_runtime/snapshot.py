@@ -101,13 +101,14 @@ class Values:
         return tuple(self._found(self._layouts[subsystem].y, data)[0].items())
 
     def of_subsystem(
-        self, subsystem: Subsystem, x: Any, renewed: Collection[tuple[str, str]]
+        self, subsystem: Subsystem, x: Any, entered_s: float, renewed: Collection[tuple[str, str]]
     ) -> dict[str, Any]:
         """Where it is and what it knows; inputs from sensors that are `renewed` are left out.
 
         They are not where that `is_lenient`: in another system they may not be due.
 
-        `x` are the inputs of its next step, `renewed` names subsystems with sensors.
+        `x` are the inputs of its next step, `entered_s` is when it entered its state, `renewed`
+        names subsystems with sensors.
 
         Raises NotRecorded.
         """
@@ -124,7 +125,7 @@ class Values:
         flags = {n: getattr(x, FRESH + attribute, None) for attribute, n in names.items()}
         return {
             "state": subsystem.state,
-            "periods": vars(subsystem).get("_periods", 0),
+            "entered": entered_s,
             "memory": self._elements(subsystem, layout.memory, subsystem.memory),
             "x": there,
             "awaited": [name for name in names.values() if name not in there],
@@ -152,21 +153,26 @@ class Values:
             found[".".join(element.name)] = last[1]
         return found
 
-    def place(self, subsystem: Subsystem, saved: Mapping[str, Any]) -> Iterator[str]:
-        """Put it where a snapshot says; gives what of it has no place there.
+    def place(self, subsystem: Subsystem, saved: Mapping[str, Any], stamp: int) -> Iterator[str]:
+        """Put it where a snapshot says, after the step of a stamp; gives what has no place there.
 
         Raises Misshapen for a state that it does not have, and KeyError, TypeError, ValueError.
         """
         name, layout = subsystem.name, self._layouts[subsystem.name]
         state = saved["state"]
-        if state not in layout.ends:
+        if state and state not in layout.ends:
             raise Misshapen(f"{name} was in {state}, which is no state of it")
         yield from self._place_inputs(subsystem, saved)
+        if not state:
+            return  # its first step is still to come
         memory, missing = self._found(layout.memory, saved["memory"])
-        method, periods = layout.ends[state][2], int(saved["periods"]) + 1
-        _place(subsystem, memory, state, method, periods)
+        periods = stamp + 1 - round(saved["entered"] / subsystem.period_s)
+        place = partial(_place, subsystem, memory, state, layout.ends[state][2], periods)
         if missing:
-            _begin_anew(subsystem, partial(_place, subsystem, memory, state, method, periods))
+            _remember(subsystem, memory, state)
+            _begin_anew(subsystem, place)
+        else:
+            place()
         yield from (f"{name}: memory {n} is as at the beginning: {w}" for n, w in missing.items())
         known = {".".join(e.name) for e in layout.memory}
         yield from (f"{name}: there is no memory {n}" for n in saved["memory"] if n not in known)
@@ -206,23 +212,31 @@ class Values:
 def _place(
     subsystem: Subsystem, memory: Mapping[str, Any], state: str, method: str, periods: int
 ) -> None:
-    for attribute, value in memory.items():
-        setattr(subsystem.memory, attribute, value)
+    _remember(subsystem, memory, state)
     stepper = Stepper(subsystem)
     stepper.place(state, method)
     stepper.lasted(periods)
+    stepper.settle()
+
+
+def _remember(subsystem: Subsystem, memory: Mapping[str, Any], state: str) -> None:
+    subsystem.state = state
+    for attribute, value in memory.items():
+        setattr(subsystem.memory, attribute, value)
 
 
 def _begin_anew(subsystem: Subsystem, place: Callable[[], None]) -> None:
     """Let the first period precede the next step, for the memory that has no other value."""
     start = getattr(subsystem, "_start")  # noqa: B009  # of the generated class
+    others = subsystem.step
 
-    def work() -> int:
+    def step() -> int:  # before assumptions, which may be about memory, are looked at
         start()
         place()
-        return int(vars(subsystem)["_work"]())
+        vars(subsystem)["step"] = others
+        return others()
 
-    vars(subsystem)["_work"] = work
+    vars(subsystem)["step"] = step
 
 
 def _forms(

@@ -48,12 +48,12 @@ class Stepper:
         return self.subsystem.step()
 
     def place(self, state: str, method: str) -> None:
-        """Put it into a state, which `method` of the generated class works in.
-
-        What it remembers is there already: some of the class is made of that, in the first period.
-        """
+        """Put it into a state, which `method` of the generated class works in."""
         self.subsystem.state = state
         vars(self.subsystem)["_work"] = getattr(self.subsystem, method)
+
+    def settle(self) -> None:
+        """Take over all memory as it is: some of the class is made of it, in the first period."""
         if (settle := getattr(self.subsystem, "_settle", None)) is not None:
             settle()
 

@@ -26,12 +26,12 @@ class Track:
 
     `pending` tells whether a step was started at `started_tick` and is not committed yet; `last` is
     the record of the last step that the others have seen; `late` is what was committed and sent
-    before they may see it.
+    before they may see it. `entered` is the stamp of the step that entered the state.
     """
 
     __slots__ = (
-        "_readers", "_scheduled", "_send", "_watch", "last", "late", "name", "pending", "ports",
-        "runner", "stamp", "started_tick",
+        "_readers", "_scheduled", "_send", "_watch", "entered", "last", "late", "name", "pending",
+        "ports", "runner", "stamp", "started_tick",
     )  # fmt: skip
 
     def __init__(
@@ -48,6 +48,7 @@ class Track:
         self.ports = ports
         self.stamp = -1
         self.started_tick = 0
+        self.entered = 0
         self.pending = False
         self.last: StepRecord | None = None
         self.late: Sent = ()
@@ -80,10 +81,15 @@ class Track:
         """When it is due, from this tick on."""
         return -(-tick // self.ticks) * self.ticks
 
-    def go_on(self, tick: int) -> None:
-        """Be between two steps at a tick, the next one that of its time."""
+    def go_on(self, tick: int, entered_tick: float | None) -> None:
+        """Be between two steps at a tick, the next one that of its time.
+
+        It has entered its state about at `entered_tick`; None if the next step is its first one.
+        """
         self.stamp = self.next_tick(tick) // self.ticks - 1
         self.started_tick = self.stamp * self.ticks
+        first = self.stamp + 1
+        self.entered = first if entered_tick is None else round(entered_tick / self.ticks)
 
     def commit(self, tick_s: float, *, is_early: bool = False) -> StepRecord:
         """Make the pending step visible; raises the fault that it ended in.
@@ -94,6 +100,8 @@ class Track:
         outcome = self.runner.outcome()
         if isinstance(outcome, Fault):
             raise outcome
+        if outcome >= 0:
+            self.entered = self.stamp
         subsystem = self._scheduled.subsystem
         state = subsystem.state
         watched: Sent = ()

@@ -255,6 +255,42 @@ def test_inputs_that_cannot_be_taken_over_are_absent_and_told(
     assert f"--from: {words}" in done.stderr
 
 
+def test_another_base_tick_goes_on_from_a_snapshot_between_two_of_its_ticks(
+    tmp_path: Path,
+) -> None:
+    """Its tick 10 is not the tick 10 of the recorded run, which cannot be run here."""
+    (tmp_path / "own.py").write_text("def up(n): return n + 1\n")
+    spec, file, again = (tmp_path / name for name in ("loop.yaml", "run.mcap", "again.mcap"))
+    operators = 'operators: {UP: {signature: "(n: int) -> int", python: "own:up"}}\nagents:'
+    spec.write_text(LOOP.replace("agents:", operators).replace("n: n + 1,", "n: UP(n),"))
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    assert specc("run", spec, "--duration", 3, "--record", file, env=env).returncode == 0
+    spec.write_text(LOOP.replace("10 Hz", "9.3 Hz"))
+    told = ("run", spec, "--duration", 3, "--record", again)
+    done = specc(*told, "--from", f"{file}@1.5")
+    assert done.returncode == 0, done.stderr
+    assert "--from: agents go on from 1.07527 s: there is no base tick at 1 s" in done.stderr
+    assert "--from: nothing is known of the past for: always(present(a.c" in done.stderr
+    assert "a.c: 18 steps are the same" in specc("replay", again, "--spec", spec).stdout
+
+
+def test_what_is_under_way_is_required_to_be_seen_when_it_is(tmp_path: Path) -> None:
+    """Its sender is slower now, and so it is seen later than it would have been."""
+    spec, file = tmp_path / "keep.yaml", tmp_path / "run.mcap"
+    text = LOOP.replace(
+        "y: {a: {n: int}}", "y: {a: {n: int}}\n      memory: {k: {type: int, init: 0}}"
+    )
+    text = text.replace("f: {y.a.n:", "f: {k: x.a.n if present(x.a.n) else k, y.a.n:")
+    text = "rate: 100 Hz".join(text.rsplit("rate: 10 Hz", 1))
+    text = text[: text.index("require:")] + "require:\n"
+    text += required("always(present(b.c.x.a.n) implies b.c.k == b.c.x.a.n)")
+    spec.write_text(text)
+    assert specc("run", spec, "--duration", 3, "--record", file).returncode == 0
+    spec.write_text(text.replace("rate: 10 Hz", "rate: 2.5 Hz"))
+    done = specc("run", spec, "--duration", 3, "--from", f"{file}@1.05")
+    assert done.returncode == 0 and "met always(" in done.stdout, done.stdout + done.stderr
+
+
 def test_a_run_goes_on_until_its_end_and_not_from_behind_it(tmp_path: Path) -> None:
     spec, file = tmp_path / "loop.yaml", tmp_path / "run.mcap"
     spec.write_text(LOOP)

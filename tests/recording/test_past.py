@@ -328,6 +328,27 @@ def test_another_specification_sees_the_last_image_of_a_camera(more: str, tmp_pa
     assert done.stderr.count("closed at") == done.stderr.count("closed at 2.0") == bool(more)
 
 
+KEPT = """
+    def saved(self): return self.time_s
+    def restore(self, saved): self.time_s = saved
+    def close(self): raise RuntimeError("stuck")
+"""
+
+
+def test_a_plant_that_cannot_be_closed_on_the_way_is_a_fault(tmp_path: Path) -> None:
+    (tmp_path / "eyes.py").write_text(WORLD)
+    spec, file, report = (tmp_path / name for name in ("bot.yaml", "run.mcap", "a.json"))
+    spec.write_text(EYES)
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    assert specc("run", spec, "--duration", 2, "--record", file, env=env).returncode == 0
+    (tmp_path / "eyes.py").write_text(WORLD + KEPT)
+    spec.write_text(EYES.replace("n + 1", "n + 2"))
+    told = ("run", spec, "--duration", 2, "--report", report)
+    done = specc(*told, "--from", f"{file}@1.5", env=env)
+    assert done.returncode == 1 and "Traceback" not in done.stderr, done.stderr
+    assert [fault["fault"] for fault in report_of(report)["faults"]] == ["PlantFailed"] * 2
+
+
 LANES = """specc: 1.1
 system: lanes
 constants: {wide: "2[m]"}
@@ -355,6 +376,109 @@ agents:
       states: {S: l}
       initial_state: S
 """
+
+
+def passages(file: Path, subsystem: str) -> list[tuple[float, str]]:
+    """When rows were taken, and which."""
+    told = [data for _, data in messages(file)[f"/{subsystem}"]]
+    return [(round(data["time"], 9), data["transition"]) for data in told if data["transition"]]
+
+
+def test_memory_with_another_name_of_which_arrays_are_made(tmp_path: Path) -> None:
+    spec, file, again = (tmp_path / name for name in ("lanes.yaml", "a.mcap", "b.mcap"))
+    spec.write_text(LANES, encoding="utf-8")
+    assert specc("run", spec, "--duration", 4, "--record", file).returncode == 0
+    assumed = '      assume: [{that: "beside > 0[m]", because: test}]\n'
+    text = LANES.replace("aside", "beside").replace("      trans", f"{assumed}      trans")
+    spec.write_text(text, encoding="utf-8")
+    told = ("run", spec, "--duration", 4, "--record", again)
+    done = specc(*told, "--from", f"{file}@2.5")
+    assert done.returncode == 0, done.stderr
+    assert "a.c: memory beside is as at the beginning: there was none" in done.stderr
+    assert messages(again)["/a.c"][-1][1]["memory"] == {"beside": 2.0}
+    assert specc("replay", again, "--spec", spec).returncode == 0
+
+
+STAYS = """specc: 1.1
+system: stays
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      x: {b: {n: {type: int, init: 0}}}
+      y: {b: {n: int}}
+      conditions: {terminal: {after: "elapsed > 1[s]", told: "x.b.n > 30"}}
+      functions: {f: {y.b.n: 1}}
+      behaviours:
+        one: {functions: [f], terminal: after}
+        two: {functions: [f], terminal: told}
+      states: {A: one, B: two}
+      initial_state: A
+      transitions: [[A, terminal, always, B], [B, terminal, always, A]]
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {n: {type: int, init: 0}}}
+      y: {a: {n: int}}
+      memory: {k: {type: int, init: 0}}
+      functions: {l: {k: k + x.a.n, y.a.n: k}}
+      behaviours: {l: {functions: [l], terminal: never}}
+      states: {S: l}
+      initial_state: S
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "passage"),
+    [
+        ("x.b.n > 30", "elapsed > 1.5[s]", 2.1, (2.7, "B terminal always -> A")),
+        (
+            "rate: 10 Hz\n      x: {b",
+            "rate: 20 Hz\n      x: {b",
+            0.7,
+            (1.05, "A terminal always -> B"),
+        ),
+    ],
+)
+def test_how_long_a_state_has_lasted_is_known_to_another_specification(
+    old: str, new: str, at: float, passage: tuple[float, str], tmp_path: Path
+) -> None:
+    """Although nothing asked for the time in it, and whatever the rate is."""
+    spec, file, again = (tmp_path / name for name in ("stays.yaml", "a.mcap", "b.mcap"))
+    spec.write_text(STAYS)
+    assert specc("run", spec, "--duration", 3, "--record", file).returncode == 0
+    assert passages(file, "a.c") == [(1.1, "A terminal always -> B")]
+    spec.write_text(STAYS.replace(old, new))
+    done = specc("run", spec, "--duration", 3, "--record", again, "--from", f"{file}@{at}")
+    assert done.returncode == 0, done.stderr
+    assert passages(again, "a.c")[0] == passage
+
+
+def test_who_is_new_and_has_made_no_step_yet_is_in_snapshots(tmp_path: Path) -> None:
+    spec, file, again = (tmp_path / name for name in ("stays.yaml", "a.mcap", "b.mcap"))
+    spec.write_text(STAYS)
+    assert specc("run", spec, "--duration", 4, "--record", file).returncode == 0
+    new = STAYS.replace("y: {a: {n: int}}", "y: {a: {n: int}, c: {n: int}}")
+    new = new.replace("y.a.n: k}", "y.a.n: k, y.c.n: k}")
+    late = """  c:
+    control:
+      rate: 1 Hz
+      x: {b: {n: {type: int, init: 0}}}
+      memory: {k: {type: int, init: 7}}
+      functions: {l: {k: k + x.b.n}}
+      behaviours: {l: {functions: [l], terminal: never}}
+      states: {S: l}
+      initial_state: S
+"""
+    spec.write_text(new + late)
+    whole = ("run", spec, "--duration", 6, "--report")
+    done = specc(*whole, tmp_path / "a.json", "--from", f"{file}@2.1", "--record", again)
+    assert done.returncode == 0, done.stderr
+    assert "c.c: is at its beginning: it was not recorded" in done.stderr
+    done = specc(*whole, tmp_path / "b.json", "--from", f"{again}@2.5")
+    assert done.returncode == 0 and "--from" not in done.stderr, done.stderr
+    assert report_of(tmp_path / "a.json") == report_of(tmp_path / "b.json")
+    assert "c.c: 3 steps are the same" in specc("replay", again, "--spec", spec).stdout
 
 
 @pytest.mark.parametrize("at", [0.5, 2.5])

@@ -92,6 +92,27 @@ def test_requirements_of_later_are_judged_on_what_is_there(tmp_path: Path) -> No
     assert [found["missing"] for found in told] == [[], [], ["plant.late"]]
 
 
+@pytest.mark.parametrize(
+    ("rate", "of_plant"),
+    [("25 Hz", ("violated", [])), ("100 Hz", ("unknown", ["plant.s"]))],
+)
+def test_what_had_another_rate_is_not_known(
+    tmp_path: Path, rate: str, of_plant: tuple[str, list[str]]
+) -> None:
+    """Its steps were at other times, and so was what is really so if the base tick is new."""
+    _, file, _ = recorded(tmp_path)
+    required = "within(0.3[s], plant.s > 0.2[m])", "always(cart.wheel.s < 1[m])"
+    later = spec_with(tmp_path, "later", *required, "always(state(cart.c) == S0)")
+    later.write_text(later.read_text().replace("rate: 50 Hz", f"rate: {rate}"))
+    told = judged(later, file)
+    of_wheel, of_control = ("unknown", ["cart.wheel.s"]), ("met", [])
+    assert [(each["verdict"], each["missing"]) for each in told] == [
+        of_plant,
+        of_wheel,
+        of_control,
+    ]
+
+
 def test_until_ends_the_run_that_is_judged(tmp_path: Path) -> None:
     _, file, _ = recorded(tmp_path)
     spec = spec_with(

@@ -216,14 +216,16 @@ FORMULAS: tuple[Callable[[Callable[[], Formula]], Formula], ...] = (
 class Limited:
     """A requirement about `x` and a limit, and the judgement of each tick."""
 
+    x: float
+
     def __init__(self, make: Callable[[Callable[[], Formula]], Formula], limit: int) -> None:
-        self.x = 0.0
         formula = make(lambda: Atom(lambda: judged(self.x < limit, self.x - limit), "x"))
         self.requirement = Requirement("x < limit", "", formula, {"x": "x"})
 
     def show(self, values: Mapping[str, Any]) -> None:
-        """See `Show`."""
-        self.x = values.get("x", 0.0)
+        """See `Show`; without a value it is unknown what holds."""
+        vars(self).pop("x", None)
+        vars(self).update(values)
         for atom in self.requirement.formula.atoms():
             atom.update()
 

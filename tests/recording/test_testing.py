@@ -7,6 +7,7 @@ from specc_runtime.faults import AxiomViolated
 
 from specc.testing import Stepped
 from tests.recording.runs import CONVEYOR, ROOT
+from tests.recording.test_past import LANES
 
 STILL = {"x.belt.v": 0, "x.barrier.a": 0.0, "x.eye.parcel": False}
 
@@ -90,3 +91,15 @@ def test_there_is_no_state_before_memory_has_values() -> None:
     rover = Stepped(ROOT / "specs/rovers.yaml", "rovers_1.c")
     with pytest.raises(ValueError, match="has no value before the first"):
         rover.place("going")
+
+
+def test_what_is_made_of_memory_once_follows_memory_that_is_put_in_place(tmp_path: Path) -> None:
+    spec = tmp_path / "lanes.yaml"
+    spec.write_text(LANES, encoding="utf-8")
+    lane = Stepped(spec, "a.c")
+    lane.step()
+    lane.place("B")
+    for memory, expected in (({}, [0, 2]), ({"aside": "5[m]"}, [0, 5])):
+        lane.place(memory=memory)
+        lane.step()
+        assert list(lane["y.b.v"]) == expected

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.util import find_spec
+from math import ceil
 from typing import Any
 
 from specc_runtime.clock import WallClock
@@ -23,6 +24,8 @@ from specc_runtime.report import Report, versions
 from specc_runtime.sampling import PLANT
 from specc_runtime.snapshot import Values
 from specc_runtime.system import System
+
+_ROUNDING = 1e-6  # times are multiples of a rounded tick
 
 
 class Recorder:
@@ -98,7 +101,7 @@ def _about(options: Options, system: System, begin_s: float) -> dict[str, str]:
         "spec": next(iter(options.texts), ""),
         "seed": str(options.seed),
         "exact": str(options.record_exact).lower(),
-        "from": str(round(begin_s / system.tick_s) or ""),
+        "from": str(ceil(begin_s / system.tick_s - _ROUNDING) or ""),  # as the run does
         "set": dumped(dict(options.built_with)).decode(),
         "versions": dumped(versions()).decode(),
         "options": dumped(

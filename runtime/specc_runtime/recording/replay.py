@@ -98,7 +98,7 @@ class _Replayed:
         """Go on after the step of this stamp; raises what is no snapshot of it."""
         self._stamp = stamp + 1
         if saved["state"] in self._layout.ends:
-            list(values.place(self._subsystem, saved))
+            list(values.place(self._subsystem, saved, stamp))
         else:
             self._gone = str(saved["state"])
 

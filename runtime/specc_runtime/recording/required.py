@@ -19,6 +19,8 @@ from specc_runtime.sampling import PLANT
 from specc_runtime.snapshot import PART, Values
 from specc_runtime.system import System
 
+_ROUNDING_S = 1e-6  # times are multiples of a rounded tick
+
 
 class Watch:
     """What becomes of the requirements of a system in a recorded run.
@@ -55,15 +57,18 @@ class Watch:
     def take(self, topic: str, text: bytes) -> None:
         """Take note of a message; raises Misshapen."""
         told = self._told.get(topic)
-        if told is None or told.is_over:
-            return
-        record = told.record(text, self._tick_s)
+        if told is not None and not told.is_over:
+            self._note(told, told.follow(text, self._tick_s))
+
+    def _note(self, told: _Told, record: StepRecord | None) -> None:
         if record is not None:
             self._requirements(record)
             self._requirements.advance(record.stamp * told.ticks)
 
     def finish(self, until_s: float) -> None:
         """The recording is over."""
+        for told in self._told.values():
+            self._note(told, told.end(self._tick_s))
         begun = max((told.begun for told in self._told.values()), default=0)
         settled = max((told.settled for told in self._told.values()), default=0)
         total_s = simulated_s(self._shelf.report)
@@ -87,6 +92,10 @@ class Watch:
                 n for n, attribute in requirement.reads.items() if attribute in absent
             ]
         return found
+
+
+def _is_about(told_s: Any, time_s: float) -> bool:
+    return isinstance(told_s, int | float) and abs(told_s - time_s) < _ROUNDING_S
 
 
 def _copy(buffer: Any) -> SimpleNamespace:
@@ -124,6 +133,8 @@ class _Told:
         self._readings = tuple(readings)
         self._shelf = shelf
         self._stamp = 0
+        self._held: tuple[str, list[tuple[Reading, str, Any]]] | None = None
+        """What is told of the last step, which goes on for as long as nothing follows."""
         self._last: dict[Element, tuple[Any, Any]] = {}
 
     def begin(self, stamp: int) -> None:
@@ -140,18 +151,40 @@ class _Told:
         """The tick until which its values are known."""
         return self._stamp * self.ticks
 
-    def record(self, text: bytes, tick_s: float) -> StepRecord | None:
-        """The record of its next step; None from the first one on that is not there as a whole."""
+    def follow(self, text: bytes, tick_s: float) -> StepRecord | None:
+        """Take note of a step; the record of the one before, which lasted until then.
+
+        None before the first one, and from the first one on that is not there as a whole.
+        """
         told = loaded(text) if self.name == PLANT else step_of(text)
+        held, stamp = self._held, self._stamp + (self._held is not None)
+        self._held = None
         if not isinstance(told, dict) or not {"y", "stamp"} <= told.keys():
             self.is_over = True  # the step failed
-        elif told["stamp"] != self._stamp:
+        elif told["stamp"] != stamp:
             self.is_over = True  # others before it are missing
-        if self.is_over:
-            return None
+        elif not _is_about(told.get("time"), stamp * self.ticks * tick_s):
+            self.is_over, held = True, None  # it had another rate
+        else:
+            self._held = (
+                told.get("state", ""),
+                [
+                    (reading, part, self._value(told.get(part), element) if element else NOTHING)
+                    for reading, part, element in self._readings
+                ],
+            )
+        return held and self._record(*held, tick_s)
+
+    def end(self, tick_s: float) -> StepRecord | None:
+        """The record of the last step."""
+        held, self._held = self._held, None
+        return held and self._record(*held, tick_s)
+
+    def _record(
+        self, state: str, found: Sequence[tuple[Reading, str, Any]], tick_s: float
+    ) -> StepRecord:
         sent = {}
-        for reading, part, element in self._readings:
-            value = self._value(told.get(part), element) if element else NOTHING
+        for reading, part, value in found:
             if value is not NOTHING:
                 if part == "y":
                     sent[reading.element] = value
@@ -160,7 +193,6 @@ class _Told:
             if value is not NOTHING or reading.kind == "state":
                 self.known.add(reading.attribute)
         time_s = self._stamp * self.ticks * tick_s
-        state = told.get("state", "")
         record = StepRecord(self.name, self._stamp, time_s, state, -1, tuple(sent.items()))
         self._stamp += 1
         return record

@@ -50,7 +50,10 @@ _BYTES_A_SECOND = 10_000
 _EARLIER_S = 1e-6
 _MOST_DIGITS = 4000
 """Of a seed; Python reads no more."""
-WRONG = (AttributeError, LookupError, TypeError, ValueError, OverflowError, Misshapen, NotRecorded)
+WRONG = (
+    AttributeError, LookupError, TypeError, ValueError, OverflowError, RecursionError, Misshapen,
+    NotRecorded,
+)  # fmt: skip
 
 
 class Snapshots(Shelf):
