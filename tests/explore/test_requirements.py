@@ -124,6 +124,37 @@ def test_steady_ticks_are_stepped_at_once() -> None:
     assert monitor.step(monitor.begin, (True,), 1000)[1] == {True}
 
 
+def test_many_steady_ticks_at_once_are_those_one_by_one() -> None:
+    rng = Random(11)
+    waited = 0
+    for _ in range(600):
+        formula, _ = Formulas(rng).any(3)
+        monitor = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 9))
+        state = monitor.begin
+        for _ in range(4):
+            atoms = tuple(rng.choice([True, False, False, None]) for _ in monitor.atoms)
+            ticks = rng.randrange(1, 40)
+            singly, said = state, set[Truth]()
+            for _ in range(ticks):
+                singly, more = monitor.step(singly, atoms, 1)
+                said |= more
+            assert monitor.step(state, atoms, ticks) == (singly, said)
+            waited += ticks > 1 and singly.left not in (state.left, monitor.begin.left)
+            state = singly
+    assert waited > 100
+
+
+def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    formula = r.Temporal("within", (r.Atom(TRUE),), Fraction(600))
+    one = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 2000))
+    counted: list[object] = []
+    values = Monitor._values
+    monkeypatch.setattr(Monitor, "_values", lambda *of: counted.append(of) or values(*of))
+    assert one.step(one.begin, (False,), 1_200_000)[1] == set()
+    assert one.step(one.begin, (False,), 1_200_001)[1] == {False}
+    assert len(counted) < 10
+
+
 def test_what_looks_ahead_from_the_past_is_not_followed() -> None:
     ahead = r.Temporal("within", (r.Atom(TRUE),), Fraction(5))
     formula = r.Temporal("once", (ahead,), Fraction(5))

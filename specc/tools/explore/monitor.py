@@ -8,7 +8,7 @@ still required are in one state.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal, NamedTuple
 
@@ -98,7 +98,8 @@ class Monitor:
     def step(self, state: State, atoms: tuple[Truth, ...], ticks: int) -> tuple[State, set[Truth]]:
         """So many ticks on which the conditions are the same; which verdicts there were on them."""
         said: set[Truth] = set()
-        for _ in range(ticks):
+        while ticks:
+            ticks -= 1
             left, past = state
             values, past = self._values(atoms, past)
             parts = [_after(left, values)]
@@ -116,7 +117,8 @@ class Monitor:
             after = State(_joined("and", pending), past)
             if after == state:
                 break
-            state = after
+            state, passed = _passed(state, after, ticks) if ticks else (after, 0)
+            ticks -= passed
         return state, said
 
     def _values(
@@ -174,6 +176,42 @@ class Monitor:
     def _leaf(self, *, meant: bool) -> Leaf:
         self._count += 1
         return Leaf(self._count - 1, meant)
+
+
+# While conditions stay, most ticks only bring nearer until when they have to change.
+
+
+def _passing(before: State, after: State) -> set[Ahead]:
+    """What is waited for, if nothing else has changed, and will while there are ticks to wait."""
+    was, now = set(_conjuncts(before.left)), set(_conjuncts(after.left))
+    found = {each for each in now - was if isinstance(each, Ahead) and _is_awaited(each)}
+    earlier = {replace(each, ticks=each.ticks + 1) for each in found}
+    is_all = before.past == after.past and (was - now, now - was) == (earlier, found)
+    return found if is_all else set()
+
+
+def _is_awaited(node: Ahead) -> bool:
+    """Whether it waits for what is decided at each tick: where that is asked again, sooner wins."""
+    return node.op == "within" and not _looks_ahead(node.operand)
+
+
+def _looks_ahead(node: Node) -> bool:
+    if isinstance(node, Junction):
+        return any(map(_looks_ahead, node.operands))
+    return isinstance(node, Ahead)
+
+
+def _passed(before: State, after: State, ticks: int) -> tuple[State, int]:
+    """As many ticks later as only time passes, at most so many; and how many these are."""
+    passing = _passing(before, after)
+    if not passing:
+        return after, 0
+    passed = min(ticks, *(each.ticks for each in passing))
+    left = [
+        replace(each, ticks=each.ticks - passed) if each in passing else each
+        for each in _conjuncts(after.left)
+    ]
+    return State(_joined("and", left), after.past), passed
 
 
 def _aged(ticks: int, most: int) -> int:
