@@ -19,6 +19,7 @@ from specc.lang import (
     members_of,
     spread,
 )
+from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import each
 from specc.lang.many import Root
 from specc.lang.parse import span
@@ -112,6 +113,7 @@ class _Reader:
         tree = parse_formula(self._text)
         for root, groups in self._many.items():
             tree = spread(tree, groups, root)
+        self._names.refuse_unknown_groups(tree)
         lasts = _operator(tree) == "always"
         inner = self._arguments(tree, 1)[0] if lasts else tree
         formula = self._formula(inner)
@@ -208,6 +210,7 @@ class _Names(ast.NodeTransformer):
         self._text = text
         self._others = set(others)
         self._agents = {agent.name for agent in agents}
+        self._groups = world.many.get("", ())
         self._observed = {item.name: item for item in plant.observed} if plant else {}
         self._roots = {*self._agents, PLANT} if plant else self._agents
         self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
@@ -233,6 +236,21 @@ class _Names(ast.NodeTransformer):
         return self._named(
             node, replace(known, name=f"present({known.name})", type=Bool(), asks_presence=True)
         )
+
+    def refuse_unknown_groups(self, tree: ast.expr) -> None:
+        """Report what a quantifier goes over that is neither written out nor a constant."""
+        names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+        known = self._others | {name.id for name in names if isinstance(name.ctx, ast.Store)}
+        for node in ast.walk(tree):
+            match node:
+                case ast.Call(
+                    func=ast.Name(id=function),
+                    args=[
+                        ast.GeneratorExp(generators=[ast.comprehension(iter=ast.Name() as over)])
+                    ],
+                ) if function in BUILTIN_NAMES and over.id not in known:
+                    what = "group of agents"
+                    raise self._unknown(what, over.id, self._groups, over, None, "E0201")
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
         """The variable of a quantifier is no agent."""
