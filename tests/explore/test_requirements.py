@@ -145,14 +145,22 @@ def test_many_steady_ticks_at_once_are_those_one_by_one() -> None:
 
 
 def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
-    formula = r.Temporal("within", (r.Atom(TRUE),), Fraction(600))
-    one = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 2000))
     counted: list[object] = []
     values = Monitor._values
     monkeypatch.setattr(Monitor, "_values", lambda *of: counted.append(of) or values(*of))
+
+    def monitor(op: Any) -> Monitor:
+        formula = r.Temporal(op, (r.Atom(TRUE),), Fraction(600))
+        return Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 2000))
+
+    one = monitor("within")
     assert one.step(one.begin, (False,), 1_200_000)[1] == set()
     assert one.step(one.begin, (False,), 1_200_001)[1] == {False}
-    assert len(counted) < 10
+    one = monitor("once")
+    held = one.step(one.begin, (True,), 1)[0]
+    assert one.step(held, (False,), 1_200_000)[1] == {True}
+    assert one.step(held, (False,), 1_200_001)[1] == {True, False}
+    assert len(counted) < 20
 
 
 def test_what_looks_ahead_from_the_past_is_not_followed() -> None:

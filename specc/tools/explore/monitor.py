@@ -117,9 +117,40 @@ class Monitor:
             after = State(_joined("and", pending), past)
             if after == state:
                 break
-            state, passed = _passed(state, after, ticks) if ticks else (after, 0)
+            state, passed = self._passed(state, after, ticks) if ticks else (after, 0)
             ticks -= passed
         return state, said
+
+    # While conditions stay, most ticks only bring nearer until when, or since when, they have to
+    # change.
+
+    def _passed(self, before: State, after: State, ticks: int) -> tuple[State, int]:
+        """As many ticks later as only time passes, at most so many; and how many these are."""
+        awaited, left = _awaited(before.left, after.left), self._aging(before.past, after.past)
+        if awaited is None or left is None:
+            return after, 0
+        passed = min([ticks, *left, *(each.ticks for each in awaited)])
+        parts = [
+            replace(each, ticks=each.ticks - passed) if each in awaited else each
+            for each in _conjuncts(after.left)
+        ]
+        past = tuple(
+            (a + passed * (a != was), b + passed * (b != had))
+            for (was, had), (a, b) in zip(before.past, after.past, strict=True)
+        )
+        return State(_joined("and", parts), past), passed
+
+    def _aging(
+        self, before: tuple[tuple[int, int], ...], after: tuple[tuple[int, int], ...]
+    ) -> list[int] | None:
+        """For how long what held once says the same, where that ages; None for other changes."""
+        found = []
+        for item, was, now in zip(self._past.values(), before, after, strict=True):
+            changed = [(a, b) for a, b in zip(was, now, strict=True) if a != b]
+            if any(item.op == "since" or not 0 <= a == b - 1 for a, b in changed):
+                return None
+            found += [item.ticks - b for _, b in changed]
+        return found
 
     def _values(
         self, atoms: tuple[Truth, ...], past: tuple[tuple[int, int], ...]
@@ -178,16 +209,12 @@ class Monitor:
         return Leaf(self._count - 1, meant)
 
 
-# While conditions stay, most ticks only bring nearer until when they have to change.
-
-
-def _passing(before: State, after: State) -> set[Ahead]:
-    """What is waited for, if nothing else has changed, and will while there are ticks to wait."""
-    was, now = set(_conjuncts(before.left)), set(_conjuncts(after.left))
+def _awaited(before: Node, after: Node) -> set[Ahead] | None:
+    """What came nearer; None if anything else changed, or may before that comes."""
+    was, now = set(_conjuncts(before)), set(_conjuncts(after))
     found = {each for each in now - was if isinstance(each, Ahead) and _is_awaited(each)}
     earlier = {replace(each, ticks=each.ticks + 1) for each in found}
-    is_all = before.past == after.past and (was - now, now - was) == (earlier, found)
-    return found if is_all else set()
+    return found if (was - now, now - was) == (earlier, found) else None
 
 
 def _is_awaited(node: Ahead) -> bool:
@@ -199,19 +226,6 @@ def _looks_ahead(node: Node) -> bool:
     if isinstance(node, Junction):
         return any(map(_looks_ahead, node.operands))
     return isinstance(node, Ahead)
-
-
-def _passed(before: State, after: State, ticks: int) -> tuple[State, int]:
-    """As many ticks later as only time passes, at most so many; and how many these are."""
-    passing = _passing(before, after)
-    if not passing:
-        return after, 0
-    passed = min(ticks, *(each.ticks for each in passing))
-    left = [
-        replace(each, ticks=each.ticks - passed) if each in passing else each
-        for each in _conjuncts(after.left)
-    ]
-    return State(_joined("and", left), after.past), passed
 
 
 def _aged(ticks: int, most: int) -> int:
