@@ -131,7 +131,7 @@ def test_nine_of_ten_runs_meet_them(each: Architecture, tmp_path: Path) -> None:
             for n, m in row.items()
             if m and "margin of " in n
         }
-        check_figures(each, float(row["cycle.simulated_s"]), margins)
+        check_figures(each, float(row["cycle.simulated_s"] or "nan"), margins)
     met = sum(set(row) == {"met"} for row in verdicts)
     assert met >= 9 and f"all requirements met in {met} of 10" in section(each)
 
