@@ -21,6 +21,7 @@ from specc.cli.inspect import cores, judged, overrides_of
 from specc.cli.interruption import INTERRUPTED, MESSAGE, held, terminable
 from specc.cli.parallel import processes
 from specc.cli.run import missing
+from specc.diagnostics.phrases import counted
 from specc.diagnostics.report import Report, report, resolve
 from specc.frozen import frozen
 from specc.tools.sweep import plots, summary
@@ -234,7 +235,7 @@ def _run(
     bundle = bundled(files, inputs)
     with _workshop(options, name, folder.path / _WORK, bundle, workers) as (pool, room):
         progress = _Progress(count, count - len(left))
-        streams.say(f"specc: {len(left)} runs, {room} at once, into {folder.path}")
+        streams.say(f"specc: {counted(len(left), 'run')}, {room} at once, into {folder.path}")
         if not room:
             streams.say(
                 f"specc: no worker is there yet; begin with `dask worker {options.scheduler}`"
@@ -268,7 +269,7 @@ class _Progress:
         if now_s - self._told_s < (0.2 if self._live else RENEWED_S):
             return
         self._told_s = now_s
-        words = f"{self._before + done} of {self._count} runs"
+        words = f"{self._before + done} of {counted(self._count, 'run')}"
         if done:
             left = self._count - self._before - done
             words += f", {_duration((now_s - self._begun_s) / done * left)} left"
@@ -320,7 +321,7 @@ def _conclude(asked: _Asked, folder: Folder) -> None:
     if len(told) > _REASONS:
         streams.show(f"and {len(told) - _REASONS} other reasons\n")
     _draw(cells, names, asked.swept, folder.path / "plots")
-    streams.show(f"{folder.path / TABLE}: {len(rows)} runs\n")
+    streams.show(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
 
 
 def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], folder: Path) -> None:
