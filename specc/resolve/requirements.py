@@ -10,15 +10,7 @@ from functools import partial
 from typing import Any, cast
 
 from specc.frozen import frozen
-from specc.lang import (
-    Declared,
-    ExprError,
-    ExprErrors,
-    Scope,
-    check,
-    members_of,
-    spread,
-)
+from specc.lang import Declared, ExprError, ExprErrors, Scope, check, members_of, spread
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import each
 from specc.lang.many import Root

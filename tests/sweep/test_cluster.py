@@ -28,6 +28,7 @@ def dask(folder: Path, *arguments: str) -> subprocess.Popen[str]:
         cwd=folder,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
     )
 
 
@@ -50,8 +51,8 @@ def cluster(tmp_path: Path, scheduler: subprocess.Popen[str]) -> Iterator[str]:
         workers.append(dask(tmp_path / name, "worker", f"tcp://{address}", *place))
     yield address
     for process in (*workers, scheduler):
-        process.send_signal(signal.SIGINT)
-    for process in (*workers, scheduler):
+        # With all that it started: one that is just starting a worker anew hears nothing else.
+        os.killpg(process.pid, signal.SIGKILL)
         process.communicate(timeout=60)
 
 
