@@ -18,10 +18,12 @@ SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
 BENCHMARKS := $(sort $(wildcard bench/*.py))
 # Tests wait for processes a third of their time: three workers keep two cores busy.
 TEST_WORKERS ?= 3
-# Folders in order: files of few tests, which take the longest, would come last otherwise.
-SPREAD := -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
+# Neighbours share fixtures and stay together, until a worker that is done takes some of the others.
+SPREAD := -n $(TEST_WORKERS) --dist worksteal
 # Continuous integration runs the long ones, too.
 TESTS ?= not long
+# Of pytest; `-p bench.tests` prints what each folder takes.
+OPTIONS ?=
 # A test that hangs is ended with its traceback, and fails; the longest make ten runs.
 ENDED := -o faulthandler_timeout=1300 -o faulthandler_exit_on_timeout=true
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
@@ -39,7 +41,7 @@ demo: $(READY)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
 
 test: $(READY)
-	$(BIN)/python -m pytest $(SPREAD) -m "$(TESTS)" $(ENDED)
+	$(BIN)/python -m pytest $(SPREAD) -m "$(TESTS)" $(ENDED) $(OPTIONS)
 
 check: $(READY)
 	$(BIN)/ruff check .

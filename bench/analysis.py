@@ -43,7 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 spec.write_text(machine(states, rows), encoding="utf-8")
                 lines.append(_line(states, rows, _times(spec, options.repeats)))
     head = ("states", "rows", *(f"{phase}, ms" for phase in PHASES), "without reading, us/state")
-    print(table(f"Analysis in one process, median of {options.repeats}", head, lines))
+    title = f"Analysis in one process without its start, median of {options.repeats}"
+    print(table(title, head, lines))
 
 
 def _times(spec: Path, repeats: int) -> dict[str, float]:

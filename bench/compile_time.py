@@ -63,7 +63,7 @@ def processes(scratch: Path, repeats: int) -> str:
     )
     rows = [(name, *_in_ratio(times, found)) for name, times in found.items()]
     head = ("process", "wall, ms", "x bare", "x pydantic", "CPU, ms", "x bare", "x pydantic")
-    return table(f"Whole processes, flagship, median of {repeats}", head, rows)
+    return table(f"Whole processes, flagship, files read before, median of {repeats}", head, rows)
 
 
 def phases(scratch: Path, sizes: Sequence[int], repeats: int) -> str:
@@ -76,7 +76,7 @@ def phases(scratch: Path, sizes: Sequence[int], repeats: int) -> str:
     rows = [
         (name, *(f"{1e3 * column[name]:.1f}" for column in columns)) for name in (*PHASES, WHOLE)
     ]
-    title = f"Phases of a build in one process, ms, median of {repeats}"
+    title = f"Phases of a build in one process without its start, ms, median of {repeats}"
     return table(title, ("phase", *specs), rows)
 
 

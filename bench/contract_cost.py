@@ -100,7 +100,8 @@ def in_steps(package: Path, duration_s: float | None, budget_s: float) -> str:
     rows.append(("samples", "CPU ms of the run", f"{1e3 * samples_s:.0f}"))
     rows.append(("run", "CPU s", f"{run_s:.2f}"))
     rows.append(("run", "share of contracts", f"{spent_s / run_s:.1%}"))
-    return table("Flagship, inputs of a run", ("part", "checks", "us a step"), rows)
+    title = "Steps of the flagship by themselves, without work cycle and plant, inputs of a run"
+    return table(title, ("part", "checks", "us a step"), rows)
 
 
 def _rivals(made: dict[str, Callable[[], Any]], inputs: Sequence[Any]) -> list[Rival]:

@@ -41,7 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         rows.append(_row(f"line {number}", waits, alone_s))
     rows.append(_row("all lines", every, alone_s))
     head = ("change", "changes", "median, ms", "slowest, ms", "x by itself")
-    print(table("From a change to its diagnostics, flagship", head, rows))
+    print(
+        table("From a change to its diagnostics, flagship, without the editor itself", head, rows)
+    )
 
 
 def _row(name: str, waits: Sequence[float], alone_s: float) -> tuple[str, ...]:

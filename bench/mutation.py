@@ -113,7 +113,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     faults = [fault for fault in FAULTS if re.search(options.only, fault.name)]
     found = [score for score, _ in scores(faults, soil, options.most)]
     rows = [(s.fault.name, *map(str, s.counts)) for s in found]
-    print(table(f"{len(soil)} files", HEAD, [*rows, ("all", *map(str, total(found)))]))
+    print(
+        table(
+            f"{len(soil)} files, without those that have findings of their own",
+            HEAD,
+            [*rows, ("all", *map(str, total(found)))],
+        )
+    )
     print(table("absorbed by `otherwise`", ABSORBED, list(_absorbed(found))))
     if options.only:
         print(*_shortcomings(found), sep="", end="")

@@ -215,7 +215,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     files = [tool for tool in TOOLS.values() if tool[0] is not dict]
     slips = iter([_misspelt_keys(sheets, *tool) for tool in files])
     faults[MISSPELT] = ["" if tool[0] is dict else next(slips) for tool in TOOLS.values()]
-    print(table("found of tried", ("fault", *TOOLS), [(n, *c) for n, c in faults.items()]))
+    title = "found of tried, without faults that the other tools have no words for"
+    print(table(title, ("fault", *TOOLS), [(n, *c) for n, c in faults.items()]))
     if options.write:
         versions = {name: metadata.version(name) for name in PACKAGES}
         result = {"tools": list(TOOLS), "versions": versions, "faults": faults}

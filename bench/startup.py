@@ -62,7 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         (name, *(f"{1e3 * median(run[name][clock] for run in runs):.0f}" for clock in (0, 1)))
         for name in runs[0]
     ]
-    print(table(f"Start of a run, median of {repeats}", ("until", "wall, ms", "CPU, ms"), rows))
+    title = f"Start of a run, files read before, median of {repeats}"
+    print(table(title, ("until", "wall, ms", "CPU, ms"), rows))
 
 
 def _marks() -> dict[str, tuple[float, float]]:

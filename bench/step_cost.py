@@ -72,7 +72,7 @@ def with_operators(package: Path, duration_s: float | None, budget_s: float) -> 
         states = _checked(pair)
         rows.append(_row(name, states, len(inputs), costs(pair, budget_s), 1e-3, 1))
     head = ("subsystem", "states", "steps", "by hand, us", "generated, us", "ratio (quartiles)")
-    return table("Flagship, inputs of a run", head, rows)
+    return table("Flagship, steps without work cycle and plant, inputs of a run", head, rows)
 
 
 def without_operators(package: Path, steps: int, budget_s: float) -> str:
@@ -88,7 +88,8 @@ def without_operators(package: Path, steps: int, budget_s: float) -> str:
             states = _checked(pair)
             rows.append(_row(name, states, steps, costs(pair, budget_s), 1, 0))
     head = ("subsystem", "states", "steps", "by hand, ns", "generated, ns", "ratio (quartiles)")
-    return table("Flagship, random inputs, operators that do nothing", head, rows)
+    title = "Flagship, steps without work cycle, random inputs, operators that do nothing"
+    return table(title, head, rows)
 
 
 def small_machines(package: Path, steps: int, budget_s: float) -> str:
@@ -107,7 +108,7 @@ def small_machines(package: Path, steps: int, budget_s: float) -> str:
                 (f"{name}, {pace}", c.name, f"{c.step_ns:.0f}", _quotient(found, c)) for c in found
             ]
     head = ("machine", "written as", "step, ns", "generated costs times")
-    return table("Small machines, random inputs", head, rows)
+    return table("Small machines, steps without work cycle, random inputs", head, rows)
 
 
 def growth(directory: Path, sizes: Sequence[int], steps: int, budget_s: float) -> str:
@@ -121,9 +122,8 @@ def growth(directory: Path, sizes: Sequence[int], steps: int, budget_s: float) -
         inputs = random_inputs(kind, steps, random.Random(SEED), SWITCHING["busy"])
         rivals.append(_rival(str(size), partial(fresh, package, directory, "ring.motor"), inputs))
     rows = [(c.name, f"{c.step_ns:.0f}", str(c)) for c in costs(rivals, budget_s)]
-    return table(
-        "Growth with the number of states", ("states", "step, ns", "ratio (quartiles)"), rows
-    )
+    title = "Growth of steps with the number of states, without work cycle, random inputs"
+    return table(title, ("states", "step, ns", "ratio (quartiles)"), rows)
 
 
 def _pair(package: Path, name: str, inputs: Sequence[Any]) -> Pair:

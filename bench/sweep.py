@@ -99,7 +99,13 @@ def main() -> None:
         ],
     ]
     head = ["", "wall time", "of the ideal", "CPU time", "of the ideal"]
-    print(table(f"{RUNS} runs of {DURATION_S} s", head, rows))
+    print(
+        table(
+            f"{RUNS} runs of {DURATION_S} s; one after another without the start of their process",
+            head,
+            rows,
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -49,10 +49,18 @@ MAX_FAULTS = 999
 MAX_SHOWN = 1_000
 """Findings that a report shows; the others are counted."""
 
-Work = Literal["names compared", "proof"]
-ALLOWED: dict[Work, int] = {"names compared": 50_000, "proof": 2_000_000}
-"""Steps of a run: comparisons of names, and steps of proofs that take about 1 us each."""
+Work = Literal["names compared", "proof", "parts", "folding"]
+ALLOWED: dict[Work, int] = {
+    "names compared": 50_000,
+    "proof": 2_000_000,
+    "parts": 60_000,
+    "folding": 500_000,
+}
+"""Steps of a run: comparisons of names; steps of proofs, about 1 us each; parts of expressions that
+are written out for many, or in the place of names; steps and items of constants that are computed.
+"""
 
+OUT_OF_PARTS = f"written out, all expressions together have more than {ALLOWED['parts']:,} parts"
 OUT_OF_STEPS = "the proofs of this run have used up their search budget"
 
 _spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)
@@ -69,6 +77,16 @@ def one_run() -> Iterator[None]:
         yield
     finally:
         _spent.reset(token)
+
+
+class TooMuchError(ArithmeticError):
+    """A run has no allowance for the steps of some work."""
+
+
+def take(work: Work, steps: int) -> None:
+    """Count steps before they are made. Raises TooMuchError if they are not allowed."""
+    if not spend(work, steps):
+        raise TooMuchError(f"all of it takes more than {ALLOWED[work]:,} steps")
 
 
 def left(work: Work) -> int:

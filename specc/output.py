@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from specc.aside import sync
 from specc.diagnostics import Diagnostic
 from specc.read import ANYWHERE, Reach
 from specc.source import Place
@@ -90,6 +91,8 @@ def _replace(directory: Path, files: Mapping[str, str]) -> None:
             path = new / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text.encode())
+            if directory.exists():
+                sync(path)
         _swap(directory, new, old)
 
 

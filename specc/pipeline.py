@@ -68,13 +68,17 @@ def compile_spec(
     values of; `texts` are those of files, by real path, that are read instead.
     """
 
+    loader = _with_texts(path, texts)
+    with one_run():
+        return _compiled(loader.load(path), loader, values)
+
+
+def _with_texts(path: str, texts: Mapping[str, str]) -> Loader:
     def read(named: str, row_keys: tuple[str, ...]) -> Document:
         text = texts.get(real_path(named))
         return read_file(named, row_keys) if text is None else read_text(named, text, row_keys)
 
-    loader = Loader(Findings(), read, reach_of(path))
-    with one_run():
-        return _compiled(loader.load(path), loader, values)
+    return Loader(Findings(), read, reach_of(path))
 
 
 def check_spec(path: str, loader: Loader | None = None) -> Result:
@@ -122,9 +126,12 @@ def _compiled(
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
 
 
-def read_spec(path: str) -> Result:
-    """Read, shape and resolve the specification at `path`; nothing is proved of it."""
-    loader = Loader(Findings(), reach=reach_of(path))
+def read_spec(path: str, texts: Mapping[str, str] = _AS_WRITTEN) -> Result:
+    """Read, shape and resolve the specification at `path`; nothing is proved of it.
+
+    `texts` are those of files, by real path, that are read instead.
+    """
+    loader = _with_texts(path, texts)
     with one_run():
         file = loader.load(path)
         if file is None:
@@ -142,7 +149,11 @@ def build(
     texts: Mapping[str, str] = _AS_WRITTEN,
 ) -> Build:
     """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
-    result = compile_spec(path, values, texts)
+    return generated(compile_spec(path, values, texts), path)
+
+
+def generated(result: Result, path: str) -> Build:
+    """Lower and emit what was compiled of the specification at `path`."""
     if not result.ok or result.system is None:
         return Build(result, "", {})
     from specc.emit import FormatError, emit

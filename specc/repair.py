@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
 
 from specc.diagnostics.report import Change, Repair
 from specc.frozen import frozen
+from specc.model.expr import Node
+from specc.model.fsm import Behaviour, State, Transition
+from specc.model.system import System
+from specc.source import Place
 
 
 @frozen
@@ -17,19 +24,31 @@ class Repaired:
     refused: tuple[Repair, ...]
 
 
-def repaired(text: str, repairs: Iterable[Repair], accepts: Callable[[str], bool]) -> Repaired:
+Accepts = Callable[[str, tuple[Repair, ...]], bool]
+"""Whether a text may take the place of another one, after repairs."""
+
+
+def repaired(text: str, repairs: Iterable[Repair], accepts: Accepts) -> Repaired:
     """Make the repairs that do not touch each other and after which `accepts` takes the text.
 
     Of two that touch each other the first is made; the other may fit once the file is read again.
+    All are tried together first, then one after the other.
     """
+    ordered = sorted(repairs, key=_first)
+    apart: list[Repair] = []
+    others: list[Repair] = []
+    for repair in ordered:
+        (others if _touches(repair, apart) else apart).append(repair)
+    if len(apart) > 1 and accepts(_edited(text, apart), tuple(apart)):
+        return Repaired(_edited(text, apart), tuple(apart), tuple(others))
     made: list[Repair] = []
-    refused: list[Repair] = []
-    for repair in sorted(repairs, key=_first):
-        if not _touches(repair, made) and accepts(_edited(text, [*made, repair])):
+    left: list[Repair] = []
+    for repair in ordered:
+        if not _touches(repair, made) and accepts(_edited(text, [*made, repair]), (*made, repair)):
             made.append(repair)
         else:
-            refused.append(repair)
-    return Repaired(_edited(text, made), tuple(made), tuple(refused))
+            left.append(repair)
+    return Repaired(_edited(text, made), tuple(made), tuple(left))
 
 
 def _first(repair: Repair) -> tuple[int, int, str]:
@@ -54,3 +73,78 @@ def _edited(text: str, repairs: Iterable[Repair]) -> str:
 
 def _start(change: Change) -> int:
     return change.start
+
+
+# What a repair does to the meaning: it makes known what was not, where it is made and elsewhere.
+
+
+_NOT_SAID = ("place", "title", "trace", "type", "span", "rate_hz", "rated", "begun", "whole")
+"""What says nothing of the meaning, or follows from what is not known yet."""
+_REFERRED = ("behaviour", "functions", "terminal", "error", "condition")
+"""Parts of states, behaviours and rows that are those of the subsystem, by their names."""
+_REFERRING = (State, Behaviour, Transition)
+_Key = tuple[object, ...]
+
+
+def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
+    """Whether what was known of a part is different after edits that do not stand in that part."""
+    before = dict(_parts(old, ()))
+    for key, part in _parts(new, ()):
+        earlier = before.get(key)
+        known = earlier is not None and getattr(earlier, "whole", True)
+        if not known or any(_holds(part.place, edit) for edit in at):
+            continue
+        before_said = dict(_said(earlier))
+        for name, value in _said(part):
+            was = _meaning(before_said.get(name))
+            if was and _is_known(was) and was != _meaning(value):
+                return True
+    return False
+
+
+def _parts(value: Any, key: _Key) -> Iterator[tuple[_Key, Any]]:
+    """The parts of a model that have places, by the names on the way to them."""
+    if isinstance(value, tuple):
+        count: Counter[object] = Counter()
+        for one in value:
+            name = getattr(one, "target", getattr(one, "name", ""))
+            count[name] += 1
+            yield from _parts(one, (*key, name, count[name]))
+    elif is_dataclass(value) and not isinstance(value, (Node, Place)):
+        if hasattr(value, "place"):
+            yield key, value
+        for item in fields(value):
+            if not (isinstance(value, _REFERRING) and item.name in _REFERRED):
+                yield from _parts(getattr(value, item.name), (*key, item.name))
+
+
+def _said(part: Any) -> Iterator[tuple[str, Any]]:
+    """What a part says by itself, not in parts of its own."""
+    for item in fields(part):
+        value = getattr(part, item.name)
+        if isinstance(part, _REFERRING) and item.name in _REFERRED:
+            value = tuple(one.name for one in (value if isinstance(value, tuple) else (value,)))
+        first = value[0] if isinstance(value, tuple) and value else value
+        if item.name not in _NOT_SAID and not hasattr(first, "place"):
+            yield item.name, value
+
+
+def _meaning(value: Any) -> Any:
+    """A value without places and types, which may become known elsewhere."""
+    if isinstance(value, tuple):
+        return tuple(map(_meaning, value))
+    if not is_dataclass(value):
+        return value
+    said = ((f.name, getattr(value, f.name)) for f in fields(value) if f.name not in _NOT_SAID)
+    return type(value).__name__, tuple((name, _meaning(one)) for name, one in said)
+
+
+def _is_known(meaning: Any) -> bool:
+    if isinstance(meaning, tuple):
+        return meaning[:1] != ("Unknown",) and all(map(_is_known, meaning))
+    return True
+
+
+def _holds(place: Place, edit: Place) -> bool:
+    """Whether an edit stands in what is at a place."""
+    return place.file == edit.file and edit.route[: len(place.route)] == place.route

@@ -123,6 +123,11 @@ class SourceFile:
         node, found = self._descend(route)
         return self.text[node.start : node.end] if node is not None and found else ""
 
+    def scalar(self, place: Place) -> str | None:
+        """What stands at a place as the program reads it; None if nothing stands just there."""
+        node, found = self._descend(place.route, key=place.part == "key")
+        return node.scalar if node is not None and found else None
+
     def offsets(self, place: Place) -> tuple[int, int]:
         """First character of a place in the text and the one after its last."""
         if place.part == "text":

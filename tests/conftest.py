@@ -1,25 +1,57 @@
-"""Random tests draw the same examples in every run; signals reach what tests start.
+"""Random tests draw the same examples for the same seed; signals reach what tests start.
 
-Whatever tests recorded is replayed.
+Whatever tests recorded is replayed, and the garbage of proofs does not pile up.
 """
 
+import gc
+import resource
 import signal
 from collections.abc import Generator
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, core, settings
+
+from tests.seeds import SEED
+from tests.seeds import pytest_report_header as pytest_report_header
+from tests.seeds import pytest_runtest_makereport as pytest_runtest_makereport
+from tests.seeds import pytest_terminal_summary as pytest_terminal_summary
 
 # No test asserts a time: on a busy machine any example may be slow.
 settings.register_profile(
-    "same", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    "same",
+    derandomize=SEED is None,
+    database=None,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("same")
+core.global_force_seed = SEED  # as --hypothesis-seed does
 
 # A shell's background job ignores these, and so would every process that a test starts.
 for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
     if signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, signal.SIG_DFL)
+
+# Contexts of z3 are large, and Python's collector counts each as one small object.
+GROWN = 100_000
+peak = 0
+
+
+def pytest_collection_finish() -> None:
+    """Leave what was collected out of every later look for garbage."""
+    gc.collect()
+    gc.freeze()
+
+
+def pytest_runtest_logfinish() -> None:
+    """Look for garbage when a worker has become larger than it ever was, by some 100 MB."""
+    global peak
+    now = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    if now > peak + GROWN:
+        gc.collect()
+        peak = now
+
 
 replayed: set[tuple[Path, int]] = set()
 """Recordings, each with its date."""

@@ -44,12 +44,14 @@ class SystemRequirements(Requirements):
                 "the barrier moves up only beside a belt that stands",
                 Or(Not(self.atom_1), self.atom_2),
                 reads={"state(gate.c)": "state_gate_c", "belt.E.drive.v_m": "belt_E_drive_v_m"},
+                asked=self.atom_1,
             ),
             Requirement(
                 "always(state(gate.c) == halting implies within(patience, state(gate.c) == opening))",
                 "a parcel in the beam is let through soon",
                 Or(Not(self.atom_3), Within(300, self.atom_4)),
                 reads={"state(gate.c)": "state_gate_c"},
+                asked=self.atom_3,
             ),
         )
 

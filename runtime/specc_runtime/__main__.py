@@ -2,6 +2,10 @@
 
 import sys
 
-from specc_runtime.main import main
+from specc_runtime import main
+from specc_runtime.leftovers import leave
 
-sys.exit(main())
+code = main.main()
+if main.has_threads:
+    leave(code)
+sys.exit(code)

@@ -36,6 +36,7 @@ FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
 def execute(options: Options) -> int:
     """Run what the options ask for; faults and errors go to standard error."""
+    files = options.named_absolutely()  # operators may change the folder
     with Interruption() as interruption:
         attempt = _Attempt(options, interruption)
         interruption.last_resort = attempt.leave
@@ -46,7 +47,7 @@ def execute(options: Options) -> int:
             return WRONG_USAGE
         interruption.allow(always=False)
         report = attempt.report()
-        code = _write(report, options)
+        code = _write(report, files)
     _show(report, options)
     for film in attempt.lost:
         say(f"error: {film}")
@@ -54,8 +55,7 @@ def execute(options: Options) -> int:
         return code or WRONG_USAGE
     if report.interrupted:
         return interruption.exit_code
-    session = attempt.session
-    if session is not None and session.fulfilled:
+    if (session := attempt.session) is not None and session.fulfilled:
         return FULFILLED
     if session is not None and (why := session.shortfall):
         say(f"not fulfilled: {why}")
@@ -88,6 +88,7 @@ class _Attempt:
 
     def _run(self) -> None:
         check_outputs(self._options)
+        self._options = self._options.named_absolutely()
         with Watchdog(lambda: self.session.progress if self.session else -1, self._clock):
             try:
                 self._go()
@@ -100,9 +101,8 @@ class _Attempt:
         examined = options.check_operators
         system = load_system(options.directory, options.base, check_operators=examined)
         self._check_interrupted()
-        plant = None
-        if system.plant is not None:
-            plant = self._handed_over(system.plant) or self._set_up(system)
+        spec = system.plant
+        plant = self._handed_over(spec) or self._set_up(system) if spec is not None else None
         recorder = self._recorder(system, plant, kept.time_s if kept else 0.0)
         session = _session(options, system, plant, self._clock, interruption, recorder)
         if recorder is not None:
@@ -125,7 +125,8 @@ class _Attempt:
     def _set_up(self, system: System) -> Any:
         assert system.plant is not None
         options = self._options
-        self._plant = plant = _plant(system.plant, Path(options.base), options.renderer)
+        with self._interruption.loading():
+            self._plant = plant = _plant(system.plant, Path(options.base), options.renderer)
         self._check_interrupted()
         _prepare(plant, system.task, options.seed)
         return plant
@@ -180,8 +181,6 @@ class _Attempt:
         """What records the run, if anything does."""
         options = self._options
         if options.record is None:
-            if options.record_exact:
-                raise UsageError("--record-exact: the run is not recorded; add --record")
             return None
         from specc_runtime.recording.recorder import Recorder
 
@@ -215,8 +214,7 @@ class _Attempt:
     def report(self) -> Report:
         """What happened."""
         if self.session is None:
-            requested = self._interruption.requested
-            return stillborn(self._options, self._faults, interrupted=requested)
+            return stillborn(self._options, self._faults, interrupted=self._interruption.requested)
         for fault in self._faults:
             self.session.note(fault)
         self._faults.clear()
@@ -249,8 +247,9 @@ def _closed(companion: Companion) -> OutputLost | None:
         companion.close()
     except OutputLost as error:
         return error
-    except BaseException:  # noqa: BLE001  # it had nothing to say to the run, nor has its end
-        return None
+    except BaseException as error:  # noqa: BLE001  # whatever it is, the run is over
+        lost = OutputLost(f"a file of the run is not complete: {said(error)}")
+        return None if isinstance(companion, Viewer) else lost
     return None
 
 
@@ -388,7 +387,8 @@ def _show(report: Report, options: Options) -> None:
             say(f"fault: {fault['culprit']}: {fault['message']}")
         for requirement in report.requirements:
             if requirement["verdict"] == "violated":
-                say(f"violated: {requirement['that']}")
+                called = f"{requirement['name']}: " if "name" in requirement else ""
+                say(f"violated: {called}{requirement['that']}, because: {requirement['because']}")
     else:
         from specc_runtime.progress.summary import show
 

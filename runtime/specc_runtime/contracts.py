@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 from collections.abc import Callable, Iterable, Set
 from dataclasses import fields, is_dataclass
 from typing import Any, ParamSpec, TypeVar, cast
@@ -45,11 +46,17 @@ def operator(
     """
 
     untyped: Callable[..., Any] = function
+    limit, set_limit = sys.getrecursionlimit, sys.setrecursionlimit
+    most = limit()
 
     @functools.wraps(function)
     def call(*args: Any) -> Any:
         try:
-            return contract(untyped(*args))
+            found = contract(untyped(*args))
+            if limit() != most:
+                set_limit(most)
+                raise RuntimeError(f"operator {name} has changed how deep Python may call")
+            return found
         except Unfit as unfit:
             raise WrongValue(f"operator {name}", declared, unfit, trace) from None
         except StopIteration as stop:  # a generator around the call would take it for its own
@@ -133,9 +140,7 @@ def as_vector(size: int) -> Contract:
             and value.shape == shape
             and finite(sum(value.tolist()))  # a sum that overflows is looked at again
         ):
-            owned = value.copy()
-            owned.setflags(write=False)
-            return owned
+            return array(shape, float64, value.tobytes())
         return _array(value, shape)
 
     return accept
@@ -267,10 +272,8 @@ def _repaired(finite: np.ndarray[Any, Any], rotation: bool) -> np.ndarray[Any, A
 
 
 def _owned(value: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """A read-only copy, of which nobody else has a reference that can be written to."""
-    copy = value.copy()
-    copy.setflags(write=False)
-    return copy
+    """A copy on bytes, which nobody can make writable, so that no receiver changes the sender's."""
+    return np.ndarray(value.shape, value.dtype, value.tobytes())
 
 
 def _array(
@@ -288,8 +291,7 @@ def _array(
     bad = np.isinf(owned) if partial else ~np.isfinite(owned)
     if bad.any():
         raise _unfit_at(owned, bad, "finite numbers")
-    owned.setflags(write=False)
-    return owned
+    return _owned(owned)
 
 
 def _unfit_at(array: np.ndarray[Any, Any], bad: np.ndarray[Any, Any], wanted: str) -> Unfit:

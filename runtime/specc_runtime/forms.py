@@ -298,10 +298,9 @@ class _Opaque(Form):
             if type(dtype) is not str or not _NUMBERS.match(dtype) or type(shape) is not list:
                 raise Misshapen(f"{_said(part)} is no array")
             try:
-                array = np.frombuffer(packed, dtype).reshape(shape).copy()
+                array = np.frombuffer(packed, dtype).reshape(shape)  # of bytes, so read-only
             except (TypeError, ValueError) as error:
                 raise Misshapen(f"no array: {error}") from None
-            array.setflags(write=False)
             arrays.append(array)
         return tuple(arrays)
 

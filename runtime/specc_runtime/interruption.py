@@ -7,7 +7,8 @@ import signal
 import threading
 import time
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any
 
@@ -36,8 +37,10 @@ class _Reminder:
     call that blocks is heard when that returns, which may be never; the next one interrupts it.
     """
 
-    def __init__(self, is_heard: Callable[[], bool]) -> None:
+    def __init__(self, is_heard: Callable[[], bool], give_up: Callable[[int], None]) -> None:
+        """`give_up` is called with a signal that the main thread has not heard in `GRACE_S`."""
         self._is_heard = is_heard
+        self._give_up = give_up
         self._main = threading.get_ident()
         reader, self._writer = os.pipe()
         os.set_blocking(self._writer, False)
@@ -69,6 +72,14 @@ class _Reminder:
                 time.sleep(_HEARD_S)
                 if number[0] in SIGNALS and self._writer >= 0 and not self._is_heard():
                     signal.pthread_kill(self._main, number[0])
+                    self._wait(number[0])
+
+    def _wait(self, number: int) -> None:
+        begin_s = time.monotonic()
+        while self._writer >= 0 and not self._is_heard():
+            if time.monotonic() - begin_s > GRACE_S:
+                return self._give_up(number)
+            time.sleep(_HEARD_S)
 
 
 class Interruption:
@@ -92,6 +103,7 @@ class Interruption:
         self._raised = 0
         self._limit_s, self._since = GRACE_S, " after the run was interrupted"
         self.last_resort: Callable[[], None] | None = None
+        self._is_loading = False
 
     def request(self) -> None:
         """Ask the run to end."""
@@ -103,7 +115,7 @@ class Interruption:
             heard = [n for n in SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
             self._previous = {n: signal.signal(n, self._on_signal) for n in heard}
             self._alarm = signal.signal(signal.SIGALRM, self.on_alarm)
-            self._reminder = _Reminder(lambda: self._is_heard)
+            self._reminder = _Reminder(lambda: self._is_heard, self._unheard)
         return self
 
     def __exit__(
@@ -142,6 +154,22 @@ class Interruption:
             signal.signal(signal.SIGINT, usual)
         if not any(signal.getitimer(signal.ITIMER_REAL)):
             signal.setitimer(signal.ITIMER_REAL, self._limit_s, self._limit_s)
+
+    @contextmanager
+    def loading(self) -> Iterator[None]:
+        """Meanwhile a signal that is not heard ends the process, with the report, after a while."""
+        self._is_loading = True
+        try:
+            yield
+        finally:
+            self._is_loading = False
+
+    def _unheard(self, number: int) -> None:
+        """Something outside of Python, like the compiler of a model, lets no signal be heard."""
+        if self._is_loading and self.last_resort is not None:
+            self.exit_code = 128 + number
+            self.request()
+            self.last_resort()
 
     def allow(self, *, always: bool) -> None:
         """What comes next may take `SAFE_S`: `always`, or from when the run is interrupted."""

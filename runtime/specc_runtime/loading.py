@@ -132,7 +132,7 @@ def _import(package: Path) -> ModuleType:
     if not package.name.isidentifier():
         raise UsageError(f"{package} cannot be imported: {package.name!r} is not a name")
     name = f"generated_{package.name}"
-    for known in [m for m in sys.modules if m == name or m.startswith(f"{name}.")]:
+    for known in [m for m in list(sys.modules) if m == name or m.startswith(f"{name}.")]:
         del sys.modules[known]
     spec = ModuleSpec(name, None, is_package=True)
     spec.submodule_search_locations = [str(package)]

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from specc_runtime.extras import remedy
+from specc_runtime.leftovers import Leftovers
 from specc_runtime.options import Options, parse
 from specc_runtime.telling import say
 
@@ -15,6 +16,8 @@ THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
 
 
 BROKEN_PIPE = 141
+has_threads = False
+"""Whether the run has left threads behind for which Python would wait at its end."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,6 +39,7 @@ def run(options: Options) -> int:
     # Threads in BLAS cost more than they bring for small arrays, and it reads this when loaded.
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
+    leftovers = Leftovers()
     try:
         from specc_runtime.application import execute
 
@@ -57,6 +61,9 @@ def run(options: Options) -> int:
     except KeyboardInterrupt:
         say("interrupted")
         return 130
+    finally:
+        global has_threads
+        has_threads = leftovers.end()
 
 
 def _abandon_output() -> None:

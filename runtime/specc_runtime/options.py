@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
 RendererName = Literal["auto", "gl", "raycast"]
+ImagesName = Literal["small", "full", "none"]
 
 
 CYCLE_LIMIT_S = 120.0
@@ -44,10 +45,22 @@ class Options:
     """The package of the recorded specification, where it is another one."""
     record: Path | None = None
     record_exact: bool = False
+    record_images: ImagesName | None = None
     texts: Mapping[str, str] = field(default_factory=dict)
     """The specification, first, and the files that it uses: names and texts, for recordings."""
     built_with: Mapping[str, str] = field(default_factory=dict)
     """Constants and the texts of their values that the code was built with instead of its own."""
+
+    def named_absolutely(self) -> Options:
+        """The same files, whatever the folder of the process becomes."""
+        paths: dict[str, Any] = {
+            part.name: value.absolute()
+            for part in fields(self)
+            if isinstance(value := getattr(self, part.name), Path)
+        }
+        if self.resume is not None:
+            paths["resume"] = self.resume[0].absolute(), self.resume[1]
+        return replace(self, **paths)
 
 
 def parse(arguments: Sequence[str] | None) -> Options:
@@ -76,7 +89,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--report", metavar="FILE.json", type=Path, help="write what happened")
     add("--record", metavar="FILE.mcap", type=Path, help="record every step")
-    add("--record-exact", action="store_true", help="with images as they are, to replay all of it")
+    add("--record-exact", action="store_true", help="all as it is, to replay all of it")
+    words = "images in a recording for looking (default: small)"
+    add("--record-images", choices=("small", "full", "none"), help=words)
     add("--video", metavar="FILE.mp4", type=Path, help="film the scene; FILE.webp for pages")
     add(
         "--camera",

@@ -176,6 +176,24 @@ class Shape:
     colour: tuple[float, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A part of a body that is made of triangles.
+
+    `corners` (n, 3) are in m, `triangles` (m, 3) have the numbers of three of them; `body`, `pose`
+    and `colour` are as those of a `Shape`. What has a texture has `texels` (h, w, 3) of bytes and
+    `uv` (n, 2), where the corners are on it: from 0 to 1, from its first row and column.
+    """
+
+    body: str
+    pose: tuple[float, ...]
+    colour: tuple[float, ...]
+    corners: Any
+    triangles: Any
+    uv: Any = None
+    texels: Any = None
+
+
 class Posed(Protocol):
     """What a plant whose bodies are recorded has in addition."""
 
@@ -185,7 +203,7 @@ class Posed(Protocol):
     def body_poses(self) -> Any:
         """(n, 7) where the bodies are in the world: x, y, z in m, quaternion w, x, y, z."""
 
-    def shapes(self) -> Sequence[Shape]:
+    def shapes(self) -> Sequence[Shape | Mesh]:
         """What the bodies look like."""
 
 

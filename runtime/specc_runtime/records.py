@@ -84,7 +84,7 @@ def digest(array: np.ndarray[Any, Any]) -> bytes:
     if known is not None and known[0]() is array:
         return known[1]
     found = hashlib.sha256(array.tobytes()).digest()
-    if array.base is None and not array.flags.writeable:
+    if (array.base is None or isinstance(array.base, bytes)) and not array.flags.writeable:
         _DIGESTS[key] = weakref.ref(array, lambda _: _DIGESTS.pop(key, None)), found
     return found
 

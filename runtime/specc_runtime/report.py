@@ -16,6 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
+from specc_runtime.aside import replacing
 from specc_runtime.faults import Fault, text_of
 from specc_runtime.options import Options, UsageError
 from specc_runtime.records import StepRecord
@@ -236,6 +237,11 @@ def check_outputs(options: Options) -> None:
 
     Better known before a run than after.
     """
+    for option, asked in (("exact", options.record_exact), ("images", options.record_images)):
+        if asked and options.record is None:
+            raise UsageError(f"--record-{option}: the run is not recorded; add --record")
+    if options.record_exact and options.record_images:
+        raise UsageError("--record-images: with --record-exact images are as they are")
     wanted = ((options.report, REPORT), (options.video, FILM), (options.record, RECORDING))
     written: set[Path] = set()
     for file, kind in wanted:
@@ -282,12 +288,8 @@ def write(report: Report, path: Path) -> None:
     Raises OSError when it cannot be written.
     """
     text = json.dumps(report.as_data(), indent=2, ensure_ascii=False, allow_nan=False)
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
+    with replacing(path) as aside:
         aside.write_text(f"{text}\n", encoding="utf-8", errors="backslashreplace")
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 def _plain(value: Any) -> Any:

@@ -32,7 +32,8 @@ _NOTHING: Mapping[str, Any] = {}
 class Requirement:
     """What is required, at every tick if it `lasts`, else at the first one; and what became of it.
 
-    `reads` has the attribute of each value that it names, by that name.
+    `reads` has the attribute of each value that it names, by that name. `asked`, of the same atoms,
+    holds where it asks something of the run; without it, it does at every tick.
     """
 
     def __init__(
@@ -42,12 +43,16 @@ class Requirement:
         formula: Formula,
         reads: Mapping[str, str],
         *,
+        asked: Formula | None = None,
+        name: str = "",
         lasts: bool = True,
     ) -> None:
+        self.name = name
         self.that = that
         self.because = because
         self.reads = reads
         self.formula = formula
+        self._asked = None if asked is None else _Asked(asked, lasts=lasts)
         self._lasts = lasts
         self.holds = False
         """Whether it does, at the last tick that is judged."""
@@ -65,6 +70,8 @@ class Requirement:
     def step(self, values: Mapping[str, Any]) -> None:
         """Take in a tick with the values that are there then."""
         self._earlier.append(values)
+        if self._asked is not None:
+            self._asked.step()
         found = self.formula.step()
         if found is None:
             return
@@ -99,14 +106,19 @@ class Requirement:
         return "met" if self._over and self._count and self._worst[0][0] else "unknown"
 
     def as_data(self, tick_s: float) -> dict[str, Any]:
-        """The entry of the report; `time_s` is the first tick that makes the verdict."""
+        """The entry of the report; `time_s` is the first tick that makes the verdict.
+
+        `asked` is whether it ever asked something of the run, None where it always does.
+        """
         verdict = self.verdict
         margin = {"met": self._worst[0][1], "violated": self._worst[1][1], "unknown": None}[verdict]
         first = self._first.get(verdict)
         return {
+            **({"name": self.name} if self.name else {}),
             "that": self.that,
             "because": self.because,
             "verdict": verdict,
+            "asked": None if self._asked is None else self._asked.ever,
             "margin": None if margin is None or math.isinf(margin) else margin,
             "time_s": first[0] * tick_s if first else None,
             "values": first[1] if first else {},
@@ -118,8 +130,9 @@ class Requirement:
         runs = [list(same) for _, same in groupby(earlier, id)]
         return {
             "that": self.that,
-            "shape": self.formula.shape,
+            "shape": self._shape,
             "formula": self.formula.saved(),
+            "asked": None if self._asked is None else self._asked.saved(),
             "holds": self.holds,
             "worst": of_judgement(self._worst),
             "count": self._count,
@@ -135,12 +148,19 @@ class Requirement:
 
     def is_of(self, saved: Any) -> bool:
         """Whether that means something to it: it reaches over the same ticks."""
-        return bool(saved.get("shape") == self.formula.shape)
+        return bool(saved.get("shape") == self._shape)
+
+    @property
+    def _shape(self) -> list[Any]:
+        asked = self._asked
+        return [self.formula.shape, None if asked is None else asked.formula.shape]
 
     def restore(self, saved: Any, values_of: Told) -> None:
         """Remember that; raises KeyError, TypeError, ValueError for other data."""
         self._remember(saved)
         self.formula.restore(saved["formula"])
+        if self._asked is not None:
+            self._asked.restore(saved["asked"])
         self._earlier.clear()
         self._earlier.extend(_values(saved, values_of, self._earlier.maxlen))
 
@@ -154,6 +174,8 @@ class Requirement:
         if saved is not None:
             self._remember(saved)
             self._history, self._count = max(self._count, self._history), 0
+            if self._asked is not None:
+                self._asked.begin_anew(saved.get("asked"), self._history)
             # More than this one keeps: the other one may have left more ticks open.
             earlier = _values(saved, values_of, tick)
         for atom in self.formula.atoms():
@@ -179,6 +201,40 @@ class Requirement:
             name: _plain(values[attribute]) if attribute in values else None
             for name, attribute in self.reads.items()
         }
+
+
+class _Asked:
+    """Whether a requirement ever asked something of a run: `formula` held, at some tick judged."""
+
+    def __init__(self, formula: Formula, *, lasts: bool) -> None:
+        self.formula = formula
+        self.ever = False
+        self._lasts = lasts
+        self._count = 0
+        self._history = 0
+
+    def step(self) -> None:
+        """Take in a tick."""
+        found = self.formula.step()
+        if found is not None:
+            judged = self._count >= self._history and (self._lasts or not self._count)
+            self.ever |= judged and found[0][0]
+            self._count += 1
+
+    def saved(self) -> list[Any]:
+        """What it remembers of the run."""
+        return [self.ever, self._count, self._history, self.formula.saved()]
+
+    def restore(self, saved: Any) -> None:
+        """Remember that; raises TypeError, ValueError for other data."""
+        ever, count, history, formula = saved
+        self.ever, self._count, self._history = bool(ever), int(count), int(history)
+        self.formula.restore(formula)
+
+    def begin_anew(self, saved: Any, history: int) -> None:
+        """So many ticks were judged by another description; what it remembers is `saved`."""
+        self.ever = bool(saved and saved[0])
+        self._history = history
 
 
 def _values(saved: Any, values_of: Told, most: int | None) -> deque[Mapping[str, Any]]:

@@ -23,6 +23,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
+from specc_runtime.aside import replacing
 from specc_runtime.main import run
 from specc_runtime.options import Options
 
@@ -129,9 +130,8 @@ def _perform(job: Mapping[str, Any], report: Path, answer: Path) -> NoReturn:
         paths = {name: Path(job[name]) for name in ("directory", "base")}
         code = run(Options(**{**job, **paths}, report=report, inline=True, quiet=True))
         found = json.loads(report.read_text(encoding="utf-8")) if report.exists() else None
-        aside = answer.with_suffix(".part")
-        aside.write_text(json.dumps({"code": code, "report": found}), encoding="utf-8")
-        aside.replace(answer)
+        with replacing(answer) as aside:
+            aside.write_text(json.dumps({"code": code, "report": found}), encoding="utf-8")
     except BaseException:  # noqa: BLE001  # whatever it is, this process has nothing else to do
         traceback.print_exc()
     finally:

@@ -13,6 +13,7 @@ import unicodedata
 # Control characters, and those of formats that reorder or hide text.
 _HIDDEN = frozenset(("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"))
 _COMMAND = re.compile(r"^([^\S\n]*)::", re.MULTILINE)
+_LONGEST = 10_000
 _HASHED = re.compile(r"##(?=[a-z]*\[)")
 
 
@@ -29,6 +30,8 @@ def harmless(text: str) -> str:
 
 def say(message: str) -> None:
     """Print a line on standard error."""
+    if len(message) > _LONGEST:
+        message = f"{message[:_LONGEST]}..."
     print(harmless(visible(message)), file=sys.stderr, flush=True)
 
 

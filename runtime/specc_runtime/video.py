@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol
 import cv2
 import numpy as np
 
+from specc_runtime.aside import replacing
 from specc_runtime.companion import OutputLost, View
 from specc_runtime.faults import said
 from specc_runtime.options import UsageError
@@ -109,16 +110,13 @@ class Animation:
         film = cv2.Animation()
         film.frames = self._pictures
         film.durations = [round(self._every * self._period_ms)] * len(self._pictures)
-        aside = self._path.with_name(f".{self._path.name}.{os.getpid()}")
         try:
             options = [cv2.IMWRITE_WEBP_QUALITY, _QUALITY]
             _, data = cv2.imencodeanimation(".webp", film, options)
-            aside.write_bytes(data.tobytes())
-            aside.replace(self._path)
+            with replacing(self._path) as aside:
+                aside.write_bytes(data.tobytes())
         except (OSError, cv2.error) as error:
             return f" is missing: {said(error)}"
-        finally:
-            aside.unlink(missing_ok=True)
         return ""
 
 

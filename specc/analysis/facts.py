@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from specc.analysis.ages import Ages
@@ -16,12 +16,15 @@ from specc.analysis.misfits import Misfits
 from specc.analysis.plant import BoundElement, bound_elements, plant_model
 from specc.analysis.rates import Rates
 from specc.analysis.reads import Dependences
+from specc.analysis.required import known_of_readings
 from specc.kept import Kept
 from specc.lang.evaluate import Environment, evaluate
+from specc.limits import MAX_VALUES, TooMuchError, take
 from specc.mjcf import Model, ModelError
 from specc.model.expr import Call, ConstantRef, FileRef, has_unknown, walk
 from specc.model.fsm import Cause
 from specc.model.system import Constant, Element, Subsystem, System
+from specc.proof import Ticks
 
 
 class Facts:
@@ -118,6 +121,12 @@ class Facts:
         """What cannot be meant in the constants of the system."""
         return Misfits(self.system, self._constants, Dependences(()))
 
+    @cached_property
+    def ticks(self) -> Ticks:
+        """What formulas of requirements, and those that disturbances wait for, say of a tick."""
+        known = known_of_readings(self.system, {m.subsystem.qualified_name: m for m in self.whole})
+        return Ticks({name: c.value for name, c in self._constants.items()}, known)
+
     # What goes on between machines, and between them and the plant.
 
     @cached_property
@@ -174,13 +183,19 @@ def _named_twice(system: System) -> frozenset[str]:
 def valueless(constants: Iterable[Constant]) -> Iterator[tuple[Constant, str]]:
     """Each with the reason; what operators and files give is known when the system is built."""
     values: dict[str, Any] = {}
+    sizes: dict[int, tuple[Any, int]] = {}
+    count = partial(take, "folding")
     for constant in constants:
         if not _is_known(constant, values):
             values.pop(constant.name, None)
             continue
         try:
-            values[constant.name] = _finite(evaluate(constant.value, Environment(constants=values)))
+            known = Environment(constants=values, count=count)
+            value = evaluate(constant.value, known)
+            _measure(value, sizes)
+            values[constant.name] = value
         except (ArithmeticError, ValueError) as error:
+            values.pop(constant.name, None)
             yield constant, _why(error)
 
 
@@ -193,6 +208,8 @@ def _is_known(constant: Constant, values: dict[str, Any]) -> bool:
 
 def _why(error: Exception) -> str:
     match error:
+        case TooMuchError():
+            return str(error)
         case OverflowError():
             return "it is too large"
         case ZeroDivisionError():
@@ -200,11 +217,19 @@ def _why(error: Exception) -> str:
     return "it takes a root of a negative number" if "domain" in str(error) else str(error)
 
 
-def _finite(value: Any) -> Any:
-    """The value; raises OverflowError if a number in it is not finite."""
-    for part in value if isinstance(value, tuple) else (value,):
-        if isinstance(part, tuple):
-            _finite(part)
-        elif isinstance(part, float) and math.isinf(part):
+def _measure(value: Any, sizes: dict[int, tuple[Any, int]]) -> int:
+    """How many parts a value has, those that it has many times counted each time.
+
+    `sizes` has what was measured before, by identity. Raises OverflowError if a number is not
+    finite, or there are too many.
+    """
+    if not isinstance(value, tuple):
+        if isinstance(value, float) and math.isinf(value):
             raise OverflowError
-    return value
+        return 1
+    if id(value) not in sizes:
+        size = 1 + sum(_measure(part, sizes) for part in value)
+        if size > MAX_VALUES:
+            raise OverflowError
+        sizes[id(value)] = value, size
+    return sizes[id(value)][1]

@@ -7,6 +7,7 @@ that nothing writes.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Literal, NamedTuple
 
@@ -15,21 +16,26 @@ from specc.frozen import frozen
 from specc.model.expr import (
     Binary,
     Builtin,
+    Choice,
     Compare,
     ConstantRef,
     Expr,
     Items,
     LetRef,
+    Logic,
     MemoryRef,
+    Number,
     Quantifier,
+    Span,
     children,
     has_unknown,
     walk,
 )
 from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
+from specc.source import Place
 
-Kind = Literal["tolerance", "angle", "quaternion", "clamp", "itself"]
+Kind = Literal["tolerance", "angle", "quaternion", "clamp", "itself", "unchanged"]
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
@@ -84,7 +90,11 @@ class Misfits:
             }
         values = {n: c.value for (kind, n), c in self._named.items() if isinstance(c, Constant)}
         self._numbering = Numbering(lets, values, period_s)
-        self.found = tuple(m for text in texts(owner) for m in self._in(text, text.expr, {}))
+        every = list(texts(owner))
+        found = [m for text in every for m in self._in(text, text.expr, {})]
+        if isinstance(owner, Subsystem):
+            found += self._kept(owner)
+        self.found = tuple(_in_all_copies(found, every))
         self._at = {id(misfit.expr) for misfit in self.found}
         self._spoilt: set[str] = set()
         for item in owner.lets if isinstance(owner, Subsystem) else ():
@@ -106,12 +116,25 @@ class Misfits:
                 yield from self._quaternion(text, expr, quaternion)
             case Builtin(name="min" | "max"):
                 yield from self._clamp(text, expr)
+            case Builtin(name="rest", args=(whole, Number(value=0))):
+                yield Misfit("unchanged", expr, text, (whole,), (text, expr))
         yield from self._itself(text, expr, bound)
         for child in children(expr):
             inside = bound
             if isinstance(expr, Quantifier) and child is expr.body:
                 inside = {**bound, expr.variable: len(bound)}
             yield from self._in(text, child, inside)
+
+    def _kept(self, owner: Subsystem) -> Iterator[Misfit]:
+        """Memory that is given the value that it has."""
+        number = self._numbering.number
+        items = {item.place: item for function in owner.functions for item in function.assignments}
+        for item in items.values():
+            value = item.value
+            memory = MemoryRef(item.name, type=value.type)
+            if not item.peer and number(value) == number(memory):
+                text = Text(value, item.place, "is")
+                yield Misfit("unchanged", value, text, (memory,), (text, value))
 
     def _tolerances(self, text: Text, near: Expr, limits: list[Expr]) -> Iterator[Misfit]:
         for limit, is_angle in zip(limits, (False, True), strict=False):
@@ -164,12 +187,15 @@ class Misfits:
                 pairs = [(left, right)]
             case Builtin(name="near", args=(left, right, *_)):
                 pairs = [(left, right)]
-            case Builtin(name="min" | "max", args=args):
+            case Builtin(name="min" | "max", args=args) | Logic(operands=args):
                 pairs = list(self._alike(args, bound))
+            case Choice(then=then, otherwise=otherwise):
+                pairs = [(then, otherwise)]
             case _:
                 return
         for one, other in pairs:
-            if self._same(one, other, bound):
+            written_alike = isinstance(expr, Choice) and one == other and not has_unknown(one)
+            if written_alike or self._same(one, other, bound):
                 yield Misfit("itself", expr, text, (one, other), (text, expr))
                 return
 
@@ -208,6 +234,22 @@ class Misfits:
             text = text_of(named)
             expr = text.expr
         return text, expr
+
+
+def _in_all_copies(found: list[Misfit], every: list[Text]) -> Iterator[Misfit]:
+    """Those that are there in all copies of what is written once, for the members of a group."""
+    if not found:
+        return
+    copies = Counter(_written(text, node) for text in every for node in walk(text.expr))
+    alike = Counter(_written(misfit.text, misfit.expr) for misfit in found)
+    for misfit in found:
+        key = _written(misfit.text, misfit.expr)
+        if alike[key] >= copies[key]:
+            yield misfit
+
+
+def _written(text: Text, node: Expr) -> tuple[Place, str, Span, type]:
+    return text.part, text.key, node.span, type(node)
 
 
 def _refers(expr: Expr) -> bool:

@@ -20,6 +20,7 @@ from specc.model.expr import (
     children,
     walk,
 )
+from specc.model.requirement import expressions
 from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import InputName
 from specc.source import Place
@@ -51,9 +52,14 @@ def text_of(named: Constant | Let | Memory) -> Text:
 
 
 def texts(owner: Subsystem | System) -> Iterator[Text]:
-    """All expressions of a subsystem, or those of the constants of a system."""
+    """All expressions of a subsystem, or those of the constants and formulas of a system."""
     yield from map(text_of, owner.constants)
     if isinstance(owner, System):
+        for item in owner.formulas:
+            yield from (Text(part, item.place, "") for part in expressions(item.formula))
+        for let in owner.formula_lets:
+            if let.value is not None:
+                yield Text(let.value, let.place, "is")
         return
     for port in owner.ports:
         yield from (Text(e.init, e.place, "init") for e in port.elements if e.init is not None)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from specc.analysis import Facts
 from specc.analysis.plant import BoundElement, Raw, differs, raw_numbers, units_of
-from specc.diagnostics import Diagnostic, Edit, Fix, Related, nearest, surely_meant
+from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import listed
 from specc.mjcf import Model, ModelError
 from specc.model.system import PLANT, Binding
@@ -181,7 +181,7 @@ def _unknown_name(place: Place, kind: str, name: str, known: Mapping[str, object
     else:
         hint = "it has " + (", ".join(f"`{n}`" for n in list(known)[:8]) or f"no {kind}s")
     meant = surely_meant(name, close)
-    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+    fix = renaming(place, name, meant)
     return Diagnostic("E0502", f"the model has no {kind} `{name}`", place, help=hint, fix=fix)
 
 

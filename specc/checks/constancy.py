@@ -3,202 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
-from typing import NamedTuple
 
 from specc.analysis import Facts, Machine
+from specc.analysis.constancy import Constancy, ConstantPart
 from specc.analysis.lasting import Late
-from specc.analysis.reads import Text, text_of
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
-from specc.lang.order import InOrder
-from specc.model.expr import (
-    Among,
-    Binary,
-    Builtin,
-    Choice,
-    Compare,
-    ConstantRef,
-    Expr,
-    LetRef,
-    Logic,
-    Member,
-    MemoryRef,
-    Number,
-    Truth,
-    Unary,
-    children,
-    has_free_variable,
-    walk,
-)
+from specc.model.expr import ConstantRef, Unary, walk
 from specc.model.fsm import Condition
 from specc.model.requirement import expressions
 from specc.model.system import Subsystem
-from specc.model.types import Bool, Enum, Int, Real
-from specc.proof import Moment
-from specc.reachable import reachable
+from specc.model.types import Bool
 from specc.source import Place
-
-# Parts of conditions that have one truth value because of their own subsystem.
-#
-# Conditions, the lets that they name and time count, and so does memory that is only ever assigned
-# literals, or that only counts up or down. Literal `True` and `False`, constants and parameters are
-# taken as intended; what peers happen to send may change, which is the matter of assumptions.
-
-
-MOST_PARTS = 64
-"""Most parts of one condition that are examined; a longer condition is skipped."""
-_MOST_VALUES = 8
-_Literal = Truth | Member | Number
-
-
-class ConstantPart(NamedTuple):
-    """A part of a condition, in its text or in that of a let, that always or never holds."""
-
-    condition: Condition
-    text: Text
-    expr: Expr
-    holds: bool
-
-
-class Constancy:
-    """Asks about the conditions of one subsystem that has no unknowns."""
-
-    def __init__(self, machine: Machine) -> None:
-        subsystem = machine.subsystem
-        self._subsystem = subsystem
-        self._prover = machine.prover
-        self._misfits = machine.misfits
-        lets = {item.name: item for item in subsystem.lets}
-        self._of_lets = InOrder(
-            {name: item.value for name, item in lets.items()},
-            lambda name: self._in(text_of(lets[name]), lets[name].value, None),
-        )
-        self._found: list[tuple[Text, Expr, bool]] = []
-        self._parameters = {constant.name for constant in subsystem.constants}
-        self._dependences = machine.dependences
-
-    def parts(self, condition: Condition) -> Iterator[ConstantPart]:
-        """The innermost parts of a condition that are constant; the condition itself may be."""
-        text = Text(condition.when, condition.place, "when")
-        if sum(1 for node in walk(condition.when) if isinstance(node.type, Bool)) > MOST_PARTS:
-            return
-        self._found = []
-        self._in(text, condition.when, condition)
-        for found in self._found:
-            yield ConstantPart(condition, *found)
-
-    def _in(self, text: Text, expr: Expr, condition: Condition | None) -> bool:
-        """Find the constant parts below an expression, or else itself; whether there are any.
-
-        Those of lets are found where they are first named; without a condition, this is one.
-        """
-        below = [self._in(text, child, condition) for child in children(expr)]
-        if isinstance(expr, LetRef) and expr.name in self._of_lets:
-            below.append(self._of_lets[expr.name])
-        if any(below) or not isinstance(expr.type, Bool):
-            return any(below)
-        holds = self._value(expr, condition)
-        if holds is not None:
-            self._found.append((text, expr, holds))
-        return holds is not None
-
-    def _value(self, part: Expr, condition: Condition | None) -> bool | None:
-        """The truth value of a part that is constant unintentionally.
-
-        In the text of a let, which functions may name too, it has it at any moment.
-        """
-        on = self._dependences.of(part)
-        if on.literal or on.constants & self._parameters or has_free_variable(part):
-            return None
-        if not self._misfits.varies(part) or self._misfits.within(part):
-            return None
-        known = [self._memory[name] for name in sorted(on.memory) if name in self._memory]
-        if condition and part is condition.when and not known:
-            return None  # that of the condition itself is known
-        moment: Moment = "conditions" if condition else "start"
-        for fact, holds in ((part, True), (Unary("not", part, type=Bool()), False)):
-            if self._prover.implies(known, fact, moment, assuming=False):
-                return holds
-        return None
-
-    @cached_property
-    def _memory(self) -> dict[str, Expr]:
-        """What is known of memory that functions write, by name, as conditions."""
-        leaves = {m.name: list(_leaves(m.init)) for m in self._subsystem.memory}
-        written: set[str] = set()
-        for (peer, name), by_behaviour in self._subsystem.written.items():
-            if not peer and name in leaves:
-                written.add(name)
-                values = (value for values in by_behaviour.values() for value in values)
-                leaves[name] += [leaf for value in values for leaf in _leaves(value)]
-        found: dict[str, Expr] = {}
-        for item in self._subsystem.memory:
-            if item.name in written and isinstance(item.type, (Bool, Enum, Int, Real)):
-                memory = MemoryRef(item.name, type=item.type)
-                known = _one_of(memory, leaves) or _bound(memory, leaves[item.name])
-                found |= {item.name: known} if known else {}
-        return found
-
-
-def _leaves(expr: Expr) -> Iterator[Expr]:
-    """The values that an expression may have: one of several, or its own."""
-    match expr:
-        case Choice(then=then, otherwise=otherwise):
-            yield from (*_leaves(then), *_leaves(otherwise))
-        case Builtin(name="min" | "max", args=args):
-            yield from (leaf for arg in args for leaf in _leaves(arg))
-        case _:
-            yield expr
-
-
-def _one_of(memory: MemoryRef, leaves: dict[str, list[Expr]]) -> Expr | None:
-    """That memory has one of the literals that it, or memory whose value it gets, is given."""
-
-    def others(name: str) -> Iterator[str]:
-        return (leaf.name for leaf in leaves.get(name, ()) if isinstance(leaf, MemoryRef))
-
-    found = reachable([memory.name], others)
-    behind = [leaf for name in found for leaf in leaves.get(name, [None])]
-    values = sorted({leaf for leaf in behind if isinstance(leaf, _Literal)}, key=repr)
-    known = all(isinstance(leaf, _Literal | MemoryRef) for leaf in behind)
-    if not known or len(values) > _MOST_VALUES:
-        return None
-    if isinstance(memory.type, Enum):
-        members = frozenset(value.name for value in values if isinstance(value, Member))
-        return Among(memory, members, type=Bool())
-    each: list[Expr] = []
-    for value in values:
-        if isinstance(value, Truth):
-            each.append(memory if value.value else Unary("not", memory, type=Bool()))
-        else:
-            each.append(Compare("==", memory, value, type=Bool()))
-    return each[0] if len(each) == 1 else Logic("or", tuple(each), type=Bool())
-
-
-def _bound(memory: MemoryRef, leaves: list[Expr]) -> Expr | None:
-    """Where memory begins that gets literals, or itself with literals added of one sign."""
-    starts: list[float] = []
-    steps: list[float] = []
-    for leaf in leaves:
-        match leaf:
-            case Number(value=value):
-                starts.append(value)
-            case Binary(op="+", left=Number(value=value), right=other) if other == memory:
-                steps.append(value)
-            case Binary(op="+", left=other, right=Number(value=value)) if other == memory:
-                steps.append(value)
-            case Binary(op="-", left=other, right=Number(value=value)) if other == memory:
-                steps.append(-value)
-            case _ if leaf != memory:
-                return None
-    if not starts or (min(steps, default=0) < 0 < max(steps, default=0)):
-        return None
-    if min(steps, default=0) >= 0:
-        return Compare(">=", memory, Number(min(starts), type=memory.type), type=Bool())
-    return Compare("<=", memory, Number(max(starts), type=memory.type), type=Bool())
-
 
 # A declared condition, and every part of it, holds in some situation and fails in another.
 
@@ -228,6 +45,7 @@ def _findings(machine: Machine) -> Iterator[Diagnostic]:
                 _time(machine, condition, settled),
                 help=f"write `{word}` where it is used, or correct the condition",
             )
+    yield from map(_part, constancy.parts_elsewhere())
 
 
 def _time(machine: Machine, condition: Condition, settled: bool) -> str:
@@ -244,6 +62,11 @@ def _part(part: ConstantPart) -> Diagnostic:
     word = "always" if part.holds else "never"
     condition = part.condition
     place = part.text.place(part.expr)
+    help_text = (
+        "correct it, or leave it out" if part.holds else "correct it, or leave out what it decides"
+    )
+    if condition is None:
+        return Diagnostic("W0617", f"`{show(part.expr)}` {word} holds", place, help=help_text)
     elsewhere = place.route[: len(condition.place.route)] != condition.place.route
     named = f"{condition.kind} condition `{condition.name}`"
     return Diagnostic(
@@ -252,7 +75,7 @@ def _part(part: ConstantPart) -> Diagnostic:
         place,
         "" if elsewhere else f"a part of {named}",
         (Related(condition.place, f"{named} uses it"),) if elsewhere else (),
-        "correct it, or leave it out" if part.holds else "correct it, or leave out what it decides",
+        help_text,
     )
 
 

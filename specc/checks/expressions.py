@@ -8,8 +8,9 @@ from specc.analysis import Facts
 from specc.analysis.misfits import Misfit
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import RESERVED, show
-from specc.model.expr import Binary, Builtin
+from specc.model.expr import Binary, Builtin, Choice, Logic, walk
 from specc.model.fsm import Assignment, Behaviour
+from specc.model.requirement import expressions
 from specc.model.system import Constant, Let, Memory, Outside, Subsystem
 from specc.source import Place
 
@@ -32,16 +33,27 @@ _CODES = {
     "quaternion": "E0331",
     "clamp": "W0332",
     "itself": "W0333",
+    "unchanged": "W0338",
 }
 
 
 def expressions_meant(facts: Facts) -> Iterator[Diagnostic]:
-    """E0330, E0331, W0332 and W0333, once where several uses have one origin."""
+    """E0330, E0331, W0332, W0333 and W0338, once where several uses have one origin."""
     found: dict[tuple[str, Place], list[Misfit]] = {}
     for misfits in (facts.misfits, *(machine.misfits for machine in facts.machines)):
         for misfit in misfits.found:
             found.setdefault((_CODES[misfit.kind], _place(misfit)), []).append(misfit)
+    elsewhere = {
+        item.place.within(*node.span)
+        for item in facts.system.formulas
+        if item.names and found
+        for part in expressions(item.formula)
+        for node in walk(part)
+        if item.is_named(node)
+    }
     for (code, place), alike in found.items():
+        if place in elsewhere:
+            continue  # a name for it, which is told where it is defined
         message, help_text = _words(alike[0])
         yield Diagnostic(code, message, place, "", tuple(_uses(place, alike)), help_text)
 
@@ -58,7 +70,7 @@ def _uses(place: Place, misfits: list[Misfit]) -> Iterator[Related]:
     for misfit in misfits[:4]:
         text, expr = misfit.origin
         other = text.place(expr) if misfit.kind == "clamp" else misfit.text.place(misfit.because[0])
-        if misfit.kind != "itself" and other.route != place.route:
+        if misfit.kind not in ("itself", "unchanged") and other.route != place.route:
             yield Related(other, "written here" if misfit.kind == "clamp" else "used here")
 
 
@@ -85,16 +97,28 @@ def _words(misfit: Misfit) -> tuple[str, str]:
         case "clamp":
             help_text = "the lower bound goes with `max`, the upper one with `min`"
             return f"the bounds are in the wrong order: the result is always `{first}`", help_text
+        case "unchanged" if isinstance(misfit.expr, Builtin):
+            return (
+                f"`{show(misfit.expr)}` is all of `{first}`",
+                "the items from the second on are `[1:]`",
+            )
+        case "unchanged":
+            help_text = "write its new value; memory keeps what no function assigns"
+            return f"`{first}` is given the value that it has", help_text
     return _itself(misfit), "replace one of the two by what is meant"
 
 
 def _itself(misfit: Misfit) -> str:
     one, other = map(show, misfit.because)
+    if isinstance(misfit.expr, Choice):
+        return f"both branches are `{one}`"
     if one != other:
         return f"`{one}` and `{other}` are the same"
     match misfit.expr:
         case Builtin(name="min" | "max" as name):
             return f"`{one}` stands twice in `{name}`"
+        case Logic(op=name):
+            return f"`{one}` stands twice beside `{name}`"
         case Binary():
             return f"`{one}` is subtracted from itself"
     return f"`{one}` is compared with itself"

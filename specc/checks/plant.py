@@ -30,6 +30,14 @@ def model_readable(facts: Facts) -> Iterator[Diagnostic]:
             help=way_out
             or "a model is an MJCF file; its path is relative to the file that names it",
         )
+    elif system.plant is not None and isinstance(facts.model, Model):
+        for name in facts.model.missing:
+            yield Diagnostic(
+                "E0501",
+                f"the model of the plant cannot be used: {name} is not there",
+                system.plant.place,
+                help="put the file where the model looks for it, or correct its name in the model",
+            )
 
 
 # What the plant binds are elements of devices.

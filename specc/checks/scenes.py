@@ -14,12 +14,12 @@ from specc.analysis import Facts
 from specc.analysis.dataflow import Measured
 from specc.analysis.plant import FREE, coordinate, plant_kind, unit_of_coordinate
 from specc.analysis.rates import base_tick
-from specc.diagnostics import Diagnostic, Related, nearest, surely_meant
+from specc.diagnostics import Diagnostic, Related, nearest, renaming, surely_meant
 from specc.diagnostics.phrases import ms
 from specc.mjcf import Model
 from specc.model.system import PLANT, Binding
 from specc.model.task import Disturbance, Draw
-from specc.resolve.context import rename, suggestion
+from specc.resolve.context import suggestion
 from specc.source import Place
 
 
@@ -62,6 +62,12 @@ def _placed(draw: Draw, model: Model, *, relative: bool = False) -> Iterator[Dia
                 help = f"the model limits it to {least:g} to {greatest:g} {unit}"
                 yield Diagnostic("E0516", message, place, help=help)
                 return
+    elif range := model.joint_range(joint):
+        least, greatest = range
+        if all(abs(value) > greatest - least + _ROUNDING for value, _ in draw.values):
+            message = f"`{draw.name}` cannot be shifted by {draw.values[0][0]:g} {unit}"
+            help = f"the model limits it to {least:g} to {greatest:g} {unit}"
+            yield Diagnostic("E0516", message, place, help=help)
 
 
 _ROUNDING = 1e-5
@@ -82,9 +88,10 @@ def _no_coordinate(draw: Draw, joint: str, which: str, kind: str) -> Diagnostic:
 
 def _unknown(draw: Draw, joint: str, which: str, model: Model) -> Diagnostic:
     meant = surely_meant(joint, nearest(joint, model.joints))
-    name = f"{meant}.{which}" if meant and which else meant
+    right = f"{meant}.{which}" if meant and which else meant
     message, help = f"the model has no joint `{joint}`", suggestion(joint, list(model.joints))
-    return Diagnostic("E0502", message, draw.place, help=help, fix=rename(draw.place, name))
+    fix = renaming(draw.place, draw.name, right)
+    return Diagnostic("E0502", message, draw.place, help=help, fix=fix)
 
 
 # What happens while a run goes on.

@@ -140,6 +140,31 @@ def definitions_used(facts: Facts) -> Iterator[Diagnostic]:
     yield from _unused("W0240", places, edges, _needed_by_agents(system))
 
 
+def observed_used(facts: Facts) -> Iterator[Diagnostic]:
+    """W0240, once something is required; of what one `for` observes, some is enough."""
+    system = facts.system
+    formulas = (*system.requirements, *system.triggers)
+    readings = [reading for item in formulas for reading in item.readings]
+    named = {reading.element[0] for reading in readings if reading.kind == "observed"}
+    seen = system.plant.observed if system.plant and formulas else ()
+    used = {item.place for item in seen if item.name in named}
+    for place, name in {item.place: item.name for item in reversed(seen)}.items():
+        if place not in used:
+            message = f"`plant.{name}` is observed and not used"
+            help = "name it in a requirement, or delete it"
+            yield Diagnostic("W0240", message, place, help=help)
+
+
+def formula_lets_used(facts: Facts) -> Iterator[Diagnostic]:
+    """W0240; those of formulas, which no expression of an agent names."""
+    system = facts.system
+    lets = {f"let {item.name}": item for item in system.formula_lets}
+    edges = {label: {f"let {name}" for name in item.names} for label, item in lets.items()}
+    formulas = (*system.requirements, *system.triggers)
+    start = {f"let {name}" for item in formulas for name in item.names}
+    yield from _unused("W0240", {label: i.place for label, i in lets.items()}, edges, start)
+
+
 def _needed_by_agents(system: System) -> set[str]:
     found = set(system.named_in_agents)
     for subsystem in system.subsystems:
@@ -246,4 +271,11 @@ def memory_read(facts: Facts) -> Iterator[Diagnostic]:
 
 
 CHECKS = (parts_used,)
-USES = (definitions_used, elements_read, elements_written, memory_read)
+USES = (
+    definitions_used,
+    observed_used,
+    formula_lets_used,
+    elements_read,
+    elements_written,
+    memory_read,
+)

@@ -192,7 +192,7 @@ def _replaying(commands: Any) -> None:
     words = "compare a recorded run with what the specification does now"
     replay = _command(commands, "replay", "recordings:replay", words)
     replay.add_argument("file", metavar="FILE.mcap")
-    words = "the specification (default: the one that was recorded)"
+    words = "the specification, which is never taken from the file"
     replay.add_argument("--spec", metavar="SPEC", help=words)
     replay.add_argument("--subsystem", metavar="NAME", help="this subsystem only: irp.m")
     replay.add_argument(

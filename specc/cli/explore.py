@@ -72,6 +72,8 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
     lines += [f"requirement `{r.requirement.that}`: {r.words()}" for r in found.requirements]
     if found.is_short:
         lines.append(f"not everything was explored in {budget} steps: --budget allows for more")
+    elif not found.broken_off:
+        lines.append(f"all in all: {found.status}")
     for finding, trace in zip(found.findings, kept, strict=bool(kept)):
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
@@ -87,6 +89,12 @@ def _as_json(
             "machines": list(each.names),
             "alike": list(each.alike),
             "complete": each.complete,
+            "status": each.status,
+            "not_followed": list(each.widened),
+            "not_judged": [
+                {"subsystem": name, "state": state, "conditions": [c.strip("`") for c in asked]}
+                for name, state, asked in each.unjudged
+            ],
             "states": each.configurations,
             "steps": each.steps,
             "time": "counted" if each.exact or not each.timed else "any",
@@ -98,7 +106,12 @@ def _as_json(
         for name, axiom, verdict in found.assumptions
     ]
     requirements = [
-        {"that": r.requirement.that, "verdict": r.verdict, "rests_on": list(r.rests_on)}
+        {
+            "that": r.requirement.that,
+            "verdict": r.verdict,
+            "asked": r.asked,
+            "rests_on": list(r.rests_on),
+        }
         for r in found.requirements
     ]
     told = [_finding(finding) for finding in found.findings]
@@ -108,6 +121,7 @@ def _as_json(
     return streams.as_json(
         VERSION,
         system,
+        status=found.status,
         slices=slices,
         assumptions=assumptions,
         requirements=requirements,
@@ -132,6 +146,7 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "code": finding.code,
         "message": finding.message,
         "decided": finding.way.is_decided,
+        "confirmed": finding.is_confirmed,
         "rests_on": list(finding.way.free),
         "trace": steps,
     }

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
 MESSAGE = "specc: interrupted"
 _AGAIN_S = 0.001
 
@@ -35,12 +35,21 @@ def loading() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+class Terminated(KeyboardInterrupt):
+    """Raised by SIGTERM where it does what Ctrl-C does."""
+
+
+def code_of(interrupt: KeyboardInterrupt) -> int:
+    """The exit code of a command that was interrupted, as shells have it."""
+    return TERMINATED if isinstance(interrupt, Terminated) else INTERRUPTED
+
+
 @contextmanager
 def terminable() -> Iterator[None]:
     """Meanwhile SIGTERM does what Ctrl-C does, so that what was done is kept and left in order."""
     before = signal.getsignal(signal.SIGTERM)
     with suppress(ValueError):
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, _terminate)
     try:
         yield
     finally:
@@ -81,6 +90,10 @@ def no_more() -> None:
     """Ignore Ctrl-C also when Python handles no signals any more."""
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise Terminated
 
 
 def _end(number: int, frame: FrameType | None) -> None:

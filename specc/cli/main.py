@@ -2,7 +2,7 @@
 
 Exit codes: 0 clean; 1 the specification has errors, output is stale or the task was not
 fulfilled; 2 wrong usage or a file that cannot be read or written; 70 a fault of specc itself;
-130 interrupted; 141 the reader of the output went away; 143 a run ended by SIGTERM.
+130 interrupted; 141 the reader of the output went away; 143 a run or a sweep ended by SIGTERM.
 """
 
 import argparse
@@ -26,24 +26,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: the arguments are wrong, ask for help, or the runtime ended the process.
     """
-    whole_process = arguments is None
+    whole_process, code = arguments is None, FAULT
     try:
         try:
             if whole_process:
                 interruption.begin()
                 gc.set_threshold(_NEW_OBJECTS)
-            return _guarded(arguments)
+            code = _guarded(arguments)
+            return code
         finally:
             # No call: Python lets handlers run when one begins.
             interruption.is_over = whole_process
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interrupt:
         streams.say(interruption.MESSAGE)
-        return interruption.INTERRUPTED
+        code = interruption.code_of(interrupt)
+        return code
     finally:
         if whole_process:
             interruption.no_more()
             # Python collects garbage once more at exit: an eighth of the time of a command.
             gc.freeze()
+            _leave(code)
+
+
+def _leave(code: int) -> None:
+    """End the process at once if a run has left threads behind, for which Python would wait."""
+    runtime = sys.modules.get("specc_runtime.main")
+    if runtime is not None and runtime.has_threads:
+        import_module("specc_runtime.leftovers").leave(code)
 
 
 def _guarded(arguments: Sequence[str] | None) -> int:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import os
-import re
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,19 +14,21 @@ from specc.cli.recordings import called, values_of
 from specc.source import Sources, real_path
 
 if TYPE_CHECKING:
+    from specc.lower.code import Named
     from specc.pipeline import Build
 
-_OURS = re.compile(
-    r"specc_runtime(:forms|\.(builtins|contracts|plants\.binding|requirements|safety|subsystem"
-    r"|system|temporal|values):\w+)\Z|(__future__|collections\.abc|dataclasses|enum|math|typing):\w+\Z|os\.path:join\Z|numpy:\Z"
-)
-"""What generated code imports by itself."""
-_NAMED = re.compile(r"[\w.]+:\w+\Z")
+_TOLD = 3
+"""Of what is wrong with a recorded specification."""
 
 
 def texts_of(sources: Sources, spec: str) -> dict[str, str]:
     """The files of a specification as a recording has them."""
-    return {_named(s.path, spec): s.text for s in sources}
+    return {_shown(_named(s.path, spec)): s.text for s in sources}
+
+
+def _shown(name: str) -> str:
+    """A name that a recording can hold: bytes of it that are no UTF-8 are written out."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
 
 
 def _named(path: str, spec: str) -> str:
@@ -43,30 +43,51 @@ def _named(path: str, spec: str) -> str:
 def recorded_package(options: Namespace, built: Build, scratch: Path) -> Path | None:
     """Code of what was recorded, if that is not what was `built`; None where it cannot be run.
 
-    A file decides nothing about which code runs: what is recorded may name no Python that the
-    specification at hand does not name. Raises Refused for a file that cannot be used.
+    A file decides nothing about which code runs: the specification in it may name no Python that
+    the one at hand does not name, as the same part, by the same name, with the same signature.
+    Raises Refused for a file that cannot be used.
     """
-    from specc import pipeline
-
     told, texts = called("recording.messages", "recorded", Path(options.resume[0]))
     values, own = values_of(told), texts_of(built.result.sources, options.spec)
     if [*texts.values()] == [*own.values()] and values == dict(options.set):
         return None
-    then = pipeline.build(options.spec, values, placed(texts, options.spec))
-    foreign = sorted(set(_named_code(then.files)) - set(_named_code(built.files)))
+    package, why = _package(options.spec, values, texts, built, scratch)
+    if package is None:
+        streams.say(f"specc: --from: the recorded specification cannot be run: {why}")
+    return package
+
+
+def _package(
+    spec: str, values: Mapping[str, str], texts: Mapping[str, str], built: Build, scratch: Path
+) -> tuple[Path | None, str]:
+    """Where the code of the recorded texts is; None, and why, where there is none."""
+    from specc import pipeline
+    from specc.lower.code import named_code
+
+    result = pipeline.compile_spec(spec, values, placed(texts, spec))
+    if not result.ok or result.system is None or built.result.system is None:
+        errors = [d.message for d in result.diagnostics if d.severity == "error"]
+        return None, "it has errors: " + "; ".join(errors[:_TOLD])
+    known = named_code(built.result.system)
+    if foreign := named_code(result.system) - known:
+        return (
+            None,
+            f"it names {_listed(foreign, {each.python for each in known})}; {spec} does not",
+        )
+    then = pipeline.generated(result, spec)
     if not then.files:
-        why = "it has errors: " + "; ".join(d.message for d in then.result.diagnostics)
-    elif foreign:
-        why = f"it names {', '.join(foreign)}, which {options.spec} does not"
-    else:
-        package = scratch / then.system
-        for diagnostic in output.write(package, then.files):
-            why = diagnostic.message
-            break
-        else:
-            return package
-    streams.say(f"specc: --from: the recorded specification cannot be run: {why}")
-    return None
+        return None, then.result.diagnostics[-1].message
+    package = scratch / then.system
+    for diagnostic in output.write(package, then.files):
+        return None, diagnostic.message
+    return package, ""
+
+
+def _listed(foreign: Iterable[Named], known: Collection[str]) -> str:
+    """What is named, first what is not known at all."""
+    words = [str(each) for each in sorted(foreign, key=lambda n: (n.python in known, str(n)))]
+    more = f" and {len(words) - _TOLD} more" if len(words) > _TOLD else ""
+    return "; ".join(words[:_TOLD]) + more
 
 
 def placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:
@@ -78,17 +99,3 @@ def placed(texts: Mapping[str, str], spec: str) -> dict[str, str]:
         for name, text in list(texts.items())[1:]
     }
     return placed | {real_path(spec): text for text in list(texts.values())[:1]}
-
-
-def _named_code(files: Mapping[str, str]) -> Iterator[str]:
-    """What generated code takes from modules that are not our own: `module:name`."""
-    for text in files.values():
-        for node in ast.walk(ast.parse(text)):
-            found: list[str] = []
-            if isinstance(node, ast.ImportFrom) and not node.level:
-                found = [f"{node.module}:{alias.name}" for alias in node.names]
-            elif isinstance(node, ast.Import):
-                found = [f"{alias.name}:" for alias in node.names]
-            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-                found = [node.value] if _NAMED.match(node.value) else []
-            yield from (name for name in found if not _OURS.match(name))

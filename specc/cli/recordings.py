@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from importlib import import_module
@@ -19,7 +20,11 @@ if TYPE_CHECKING:
     from specc.pipeline import Result
     from specc.source import Place
 
-SAME, DIFFERS, UNUSABLE = 0, 1, 2
+SAME, DIFFERS, UNUSABLE, LOST = 0, 1, 2, 3
+_LONGEST, _LONGEST_VALUE, _LONGEST_REASON = 200, 2000, 1000
+"""Of a name, a value and a reason from a file that are told."""
+_MOST_VALUES = 10_000
+"""Constants that are set for a run."""
 
 
 class Refused(Exception):
@@ -46,7 +51,9 @@ def replay(options: Namespace) -> int:
     """Compare the steps of a recording with those of the specification as it is now."""
     try:
         told = called("recording.replay", "about", Path(options.file))
-        return _replay(options, options.spec or _spec_of(told), told)
+        if not options.spec:
+            raise _unnamed(options.file, told)
+        return _replay(options, options.spec, told)
     except Refused as refused:
         return unusable(str(refused))
 
@@ -69,16 +76,27 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
             raise Refused(diagnostic.message)
         base, file = Path(os.path.dirname(spec)), Path(options.file)
         only = options.subsystem or ""
+        reading = called("recording.reading", "Reading", file)
         outcomes, watch = called(
-            "recording.replay", "replay", package, base, file, only, options.until
+            "recording.replay", "replay", package, base, file, only, options.until, reading
         )
     code = _tell(outcomes, result, options)
     if watch is not None:
         code = max(code, _required(watch))
+    code = code or _lost(reading)
     judged = watch is not None and any(r["verdict"] != "unknown" for r in watch.as_data())
     if judged or any(outcome.steps or outcome.difference for outcome in outcomes):
         return code
     raise Refused(f"nothing in {options.file} can be compared with {spec}")
+
+
+def _lost(reading: Any) -> int:
+    """Say what of a recording is not there any more; the exit code."""
+    words = [f"damaged parts left out: {reading.damaged}"] if reading.damaged else []
+    words += [f"it was cut after {reading.last_s:.3f} s"] if reading.cut else []
+    if words:
+        streams.say(f"specc: {reading.path}: {'; '.join(words)}")
+    return LOST if words else SAME
 
 
 def _required(watch: Any) -> int:
@@ -99,9 +117,15 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
     unknown = [o for o in outcomes if o.unknown]
     for outcome in unknown:
         words = f"{outcome.steps} steps are the same, then it cannot be compared"
-        streams.show(f"{outcome.subsystem}: {words}: {outcome.unknown}\n")
+        name, why = (
+            _clipped(outcome.subsystem, _LONGEST),
+            _clipped(outcome.unknown, _LONGEST_REASON),
+        )
+        streams.show(f"{name}: {words}: {why}\n")
     for outcome in same:
         words = f"{outcome.steps} steps are the same"
+        for begin_s, end_s in outcome.gaps:
+            words += f"; lost from {begin_s:g} s, compared again from {end_s:g} s"
         if outcome.left_out:
             words += f"; not recorded: {', '.join(sorted(outcome.left_out))}"
         streams.show(f"{outcome.subsystem}: {words}\n")
@@ -111,10 +135,11 @@ def _tell(outcomes: Sequence[Any], result: Result, options: Namespace) -> int:
 
 def _lines(difference: Any, result: Result) -> Iterator[str]:
     d = difference
-    began = f"in {d.state}" if d.state else "in its first period"
-    yield f"{d.subsystem} differs first at {d.time_s:g} s (stamp {d.stamp}), {began}: {d.what}"
-    yield f"  recorded: {d.recorded}"
-    yield f"  now:      {d.now}"
+    state, what = _clipped(d.state, _LONGEST), _clipped(d.what, _LONGEST)
+    began = f"in {state}" if state else "in its first period"
+    yield f"{d.subsystem} differs first at {d.time_s:g} s (stamp {d.stamp}), {began}: {what}"
+    yield f"  recorded: {_clipped(d.recorded, _LONGEST_VALUE)}"
+    yield f"  now:      {_clipped(d.now, _LONGEST_VALUE)}"
     assert result.system is not None
     subsystem = next(s for s in result.system.subsystems if s.qualified_name == d.subsystem)
     for what, place in _places(subsystem, d):
@@ -146,8 +171,8 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
             yield d.what, item.place
 
 
-def _spec_of(told: Any) -> str:
-    """The specification that was recorded, if it is below the working directory."""
+def _unnamed(file: str, told: Any) -> Refused:
+    """Why there is no replay without a specification: the file must not choose whose code runs."""
     spec = str(told.get("spec", ""))
     try:
         inside = Path(os.path.realpath(spec)).is_relative_to(os.path.realpath("."))
@@ -155,15 +180,20 @@ def _spec_of(told: Any) -> str:
     except (OSError, ValueError):  # what no file is called
         is_here = False
     if not is_here:
-        raise Refused(f"the recording is of {spec or 'no file'}, which is not here; say --spec")
-    return spec
+        return Refused(
+            f"{file} is of {_clipped(spec, _LONGEST) or 'no file'}, which is not here; say --spec"
+        )
+    command = shlex.join(["specc", "replay", file, f"--spec={spec}"])
+    return Refused(
+        f"{file} is of {spec}; no recording decides which specification runs, so name it: {command}"
+    )
 
 
 def values_of(told: Any) -> dict[str, str]:
     """Constants that were set for the run."""
     try:
         values = json.loads(told.get("set", "{}"))
-        if all(isinstance(text, str) for text in values.values()):
+        if len(values) <= _MOST_VALUES and all(isinstance(text, str) for text in values.values()):
             return dict(values)
     except (ValueError, AttributeError, RecursionError):
         pass
@@ -180,7 +210,11 @@ def called(module: str, function: str, *arguments: Any) -> Any:
     except Exception as error:
         if type(error).__name__ not in ("Unusable", "UsageError", "StepFailed", "OutputLost"):
             raise
-        raise Refused(str(error)) from error
+        raise Refused(_clipped(str(error), _LONGEST_REASON)) from error
+
+
+def _clipped(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def unusable(words: str) -> int:

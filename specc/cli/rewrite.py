@@ -8,12 +8,12 @@ import errno
 import os
 import shlex
 import shutil
-import tempfile
 import tomllib
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from specc.aside import replacing
 from specc.cli import streams
 from specc.cli.interruption import held
 from specc.cli.targets import is_named, targets
@@ -21,8 +21,8 @@ from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
 from specc.policy import reach_of
 from specc.read import read_file, read_text, specification
-from specc.repair import repaired
-from specc.source import Place, Sources
+from specc.repair import Accepts, changes_elsewhere, repaired
+from specc.source import Place, Sources, real_path
 from specc.tools.fmt import formatted, upgrade
 
 # Writing a file: whole or not at all.
@@ -71,17 +71,11 @@ def _rewrite(target: Path, content: bytes) -> None:
     status = target.stat()
     if not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        shutil.copymode(target, name)
+    with replacing(target) as aside:
+        aside.write_bytes(content)
+        shutil.copymode(target, aside)
         with contextlib.suppress(OSError):
-            os.chown(name, status.st_uid, status.st_gid)
-        os.replace(name, target)
-    except BaseException:
-        os.unlink(name)
-        raise
+            os.chown(aside, status.st_uid, status.st_gid)
 
 
 # `specc validate --fix`: makes the repairs that findings carry, file by file.
@@ -135,7 +129,7 @@ def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
     with open(path, encoding="utf-8", newline="") as file:
         text = file.read()
     mark = _MARK if text.startswith(_MARK) else ""
-    result = repaired(text.removeprefix(_MARK), wanted, _accepts(path))
+    result = repaired(text.removeprefix(_MARK), wanted, _accepts(path, wanted))
     if result.made:
         rewrite(path, mark + result.text)
     for repair in result.made:
@@ -145,8 +139,22 @@ def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
     return bool(result.made)
 
 
-def _accepts(path: str) -> Callable[[str], bool]:
-    return _is_toml if path.endswith(".toml") else _is_yaml
+def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
+    if path.endswith(".toml"):
+        return lambda text, _: _is_toml(text)
+    from specc.pipeline import read_spec
+
+    before = read_spec(path).system
+
+    def accepts(text: str, repairs: tuple[Repair, ...]) -> bool:
+        if not _is_yaml(text):
+            return False
+        after = read_spec(path, {real_path(path): text}).system
+        fixes = (wanted[repair].diagnostic.fix for repair in repairs)
+        places = [edit.place for fix in fixes if fix for edit in fix.edits]
+        return before is None or after is None or not changes_elsewhere(before, after, places)
+
+    return accepts
 
 
 def _is_yaml(text: str) -> bool:

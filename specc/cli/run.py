@@ -85,8 +85,9 @@ def launch(directory: Path, found: Namespace, sources: Sources) -> int:
         built_with=found.set,
         texts=texts_of(sources, found.spec) if found.record or found.resume else {},
     )
+    runtime = import_module("specc_runtime.main")
     try:
-        return int(import_module("specc_runtime.main").run(options) or 0)
+        return int(runtime.run(options) or 0)
     except Exception:  # noqa: BLE001 - operators are the user's own: their traceback mends them
         traceback.print_exc()
         return 1

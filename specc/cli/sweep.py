@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from specc import __version__
 from specc.cli import streams
 from specc.cli.inspect import cores, judged, overrides_of
-from specc.cli.interruption import INTERRUPTED, MESSAGE, held, terminable
+from specc.cli.interruption import MESSAGE, code_of, held, terminable
 from specc.cli.parallel import processes
 from specc.cli.run import missing
 from specc.diagnostics.phrases import counted
@@ -79,7 +79,7 @@ def sweep(options: Namespace) -> int:
     """Run what is not done yet, write the table, and tell what it says.
 
     0 if all runs are done, whatever came of them; 1 if the specification has errors; 2 for wrong
-    usage; 130 after Ctrl-C or SIGTERM, when the same command goes on where it ended.
+    usage; 130 after Ctrl-C, 143 after SIGTERM, when the same command goes on where it ended.
     """
     try:
         with terminable():
@@ -112,15 +112,16 @@ def _sweep(options: Namespace) -> int:
     with Folder(Path(options.out or os.path.join("sweeps", stem)), about) as folder:
         work = folder.path / _WORK
         shutil.rmtree(work, ignore_errors=True)
+        interrupted = False
         try:
             code = _run(options, asked, folder, inputs, extent, first)
-        except KeyboardInterrupt:
-            code = INTERRUPTED
+        except KeyboardInterrupt as interrupt:
+            code, interrupted = code_of(interrupt), True
         finally:
             shutil.rmtree(work, ignore_errors=True)
         folder.read()
         _conclude(asked, folder)
-    if code == INTERRUPTED:
+    if interrupted:
         streams.say(f"{MESSAGE}; the same command goes on from here")
     return code
 
@@ -320,6 +321,8 @@ def _conclude(asked: _Asked, folder: Folder) -> None:
         streams.show(f"{count} {reason}\n")
     if len(told) > _REASONS:
         streams.show(f"and {len(told) - _REASONS} other reasons\n")
+    for line in summary.seldom_asked(rows):
+        streams.show(f"{line}\n")
     _draw(cells, names, asked.swept, folder.path / "plots")
     streams.show(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
 

@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from specc import output
+from specc.aside import sync
 from specc.cli.recorded import texts_of
 from specc.cli.recordings import Refused, called
 from specc.frozen import frozen
@@ -80,6 +81,7 @@ def _recorded(
             yield Recorded(lacks=lacks)
             continue
         kept = scratch.parent / file.name
+        sync(file)
         os.replace(file, kept)
         yield Recorded(str(kept))
 

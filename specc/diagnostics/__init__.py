@@ -14,6 +14,7 @@ from specc.diagnostics.diagnostic import (
     without_follow_ups,
 )
 from specc.diagnostics.nearest import is_slip, nearest, surely_meant
+from specc.diagnostics.renaming import renaming
 
 __all__ = [
     "Command",
@@ -26,6 +27,7 @@ __all__ = [
     "is_slip",
     "nearest",
     "once",
+    "renaming",
     "severity_of",
     "stops",
     "surely_meant",

@@ -26,10 +26,11 @@ class Related:
 
 @frozen
 class Edit:
-    """New text for what stands at a place."""
+    """New text for what stands at a place; `old` is what was read there, where it is a name."""
 
     place: Place
     text: str
+    old: str = ""
 
 
 @frozen

@@ -4,45 +4,56 @@ A finding about an unknown name carries the repair of the use. If the definition
 misspelt, that would spread the slip, so the repair is turned around, or taken away where nothing
 tells the two apart. The side with a use that agrees with it is right; without one the side that
 several uses have; then the side whose words the file has elsewhere, titles and comments included.
+A name that nobody else sees may be written either way.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import field, replace
 from typing import NamedTuple
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
+from specc.diagnostics.renaming import as_written, reworded
 from specc.frozen import frozen
 from specc.source import Node, Place, Route, SourceFile, Sources
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
     "E0201": ("memory", "let", "constants", "parameters", "files"),
     "E0202": ("operators",),
-    "E0203": ("x",),
+    "E0203": ("x", "interfaces"),
+    "E0204": ("x",),
     "E0209": ("frames",),
     "E0212": ("initial", "terminal", "error"),
-    "E0214": ("memory", "y"),
+    "E0214": ("memory", "y", "interfaces"),
     "E0215": ("functions",),
     "E0216": ("behaviours",),
     "E0217": ("states",),
+    "E0218": ("agents", "real_effectors", "real_receptors"),
+    "E0220": ("agents", "virtual_effectors", "virtual_receptors"),
     "E0233": ("types",),
     "E0234": ("fields",),
     "E0236": ("interfaces",),
 }
 """Where names are defined: the key above the definition, or above the peer of an element."""
 
+_UNSEEN = ("let", "constants", "initial", "terminal", "error", "functions", "behaviours")
+"""Where names are defined that are only for readers."""
+_NOT_DEFINED = ("E0101", "E0304", "E0502", "E0905")
+"""What is a slip of a word that specifications do not define."""
+
 _PROSE = ("title", "because")
 _WORD = re.compile(r"[^\W\d_]+")
 
 
 class _Slip(NamedTuple):
-    """`wrong` stands where a definition is called `right`."""
+    """`wrong` stands where a definition is called `right`, which may be that of a peer."""
 
     wrong: str
     right: str
+    is_peer: bool
 
 
 @frozen
@@ -57,6 +68,26 @@ class _Definition:
     scope: Route
     is_element: bool = False
 
+    @property
+    def is_in_system(self) -> bool:
+        """Whether its file is that of a system."""
+        spans = self.source.spans
+        return spans is not None and "system" in spans.values
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether only this file can refer to it."""
+        return bool(self.scope) or self.is_in_system
+
+    @property
+    def is_unseen(self) -> bool:
+        """Whether its name is only for readers."""
+        return self.is_alone and ("", *self.route)[-2] in _UNSEEN
+
+    def is_there(self, wrong: Collection[Place]) -> bool:
+        """Whether the peer that it names is in the system, since nothing is said of it."""
+        return self.is_in_system and Place(self.source.path, self.route, "key") not in wrong
+
     def serves(self, use: Place) -> bool:
         """Whether what stands at a place can refer to the definition."""
         if use.file != self.source.path:
@@ -65,66 +96,82 @@ class _Definition:
 
 
 def settled(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Diagnostic]:
-    """The diagnostics, with repairs of the side that is misspelt."""
-    found = list(diagnostics)
+    """The diagnostics, with repairs as files write them, of the side that is misspelt."""
+    found = [replace(d, fix=as_written(d.fix, sources)) if d.fix else d for d in diagnostics]
     slips: dict[_Slip, list[Diagnostic]] = defaultdict(list)
     for diagnostic in found:
-        if slip := _slip(diagnostic, sources):
+        if slip := _slip(diagnostic):
             slips[slip].append(diagnostic)
     turned = {
         id(diagnostic): fix
         for slip, uses in slips.items()
-        for diagnostic, fix in _settle(slip, uses, sources)
+        for diagnostic, fix in _settle(slip, uses, sources, {d.primary for d in found})
     }
     return [replace(d, fix=turned[id(d)]) if id(d) in turned else d for d in found]
 
 
-def _slip(diagnostic: Diagnostic, sources: Sources) -> _Slip | None:
-    source = sources.get(diagnostic.primary.file)
-    if diagnostic.fix is None or diagnostic.code not in _SECTIONS or source is None:
+def _slip(diagnostic: Diagnostic) -> _Slip | None:
+    if diagnostic.fix is None or diagnostic.code in _NOT_DEFINED:
         return None
-    (edit,) = diagnostic.fix.edits
-    start, end = source.offsets(edit.place)
-    wrong = source.text[start:end].strip("'\"").rpartition(".")
-    right = edit.text.rpartition(".")
-    return _Slip(wrong[2], right[2]) if wrong[0] == right[0] else None
+    edit = diagnostic.fix.edits[0]
+    wrong, right = edit.old.split("."), edit.text.split(".")
+    apart = [n for n, pair in enumerate(zip(wrong, right, strict=False)) if pair[0] != pair[1]]
+    if len(wrong) != len(right) or len(apart) != 1:
+        return None
+    is_peer = diagnostic.code == "E0204" or (len(right) == _TARGET and apart == [1])
+    return _Slip(wrong[apart[0]], right[apart[0]], is_peer)
+
+
+_TARGET = 3
+"""Parts of `y.peer.element`."""
 
 
 def _settle(
-    slip: _Slip, uses: list[Diagnostic], sources: Sources
+    slip: _Slip, uses: list[Diagnostic], sources: Sources, wrong: Collection[Place]
 ) -> Iterator[tuple[Diagnostic, Fix | None]]:
-    """Uses whose repair changes, each with its other repair or none."""
+    """Uses whose repair changes, each with its other repair or none; what is `wrong` is told."""
     by_definition: dict[_Definition, list[Diagnostic]] = defaultdict(list)
     for use in uses:
-        known = _definitions(slip.right, _SECTIONS[use.code], sources)
+        known = _definitions(slip, _SECTIONS.get(use.code, ()), sources)
         if served := [d for d in known if d.serves(use.primary)]:
             own = [d for d in served if d.source.path == use.primary.file]
             by_definition[max(own or served, key=lambda d: len(d.scope))].append(use)
+        elif _is_member_once(slip.right, sources):
+            yield use, None
     for definition, here in by_definition.items():
-        if _is_misspelt(slip, definition, len(here), sources):
+        scope = () if definition.is_element else definition.scope
+        readers = [definition.source] if scope else list(sources)
+        places = len({use.primary for use in here})  # copies of one text are one use
+        if sum(_count(slip.right, reader, scope) for reader in readers) > 1:
+            if places > 1:  # several have the same slip, which is rare: another name may be right
+                yield from ((use, None) for use in here)
+            continue
+        elsewhere = sum(_count(slip.wrong, reader, scope) for reader in readers) > places
+        if _is_misspelt(slip, definition, places, elsewhere):
             fix = _other_fix(slip, definition, here)
             yield from ((use, fix) for use in here)
+        elif not definition.is_unseen and not (slip.is_peer and definition.is_there(wrong)):
+            yield from ((use, None) for use in here)
 
 
 def _other_fix(slip: _Slip, definition: _Definition, uses: list[Diagnostic]) -> Fix | None:
     """The repair of a definition, unless others that are not known here may rely on it."""
-    source = definition.source
-    alone = definition.scope or (source.spans is not None and "system" in source.spans.values)
-    if not alone or any(use.primary.file != source.path for use in uses):
+    source, key = definition.source, str(definition.route[-1])
+    if not definition.is_alone or any(use.primary.file != source.path for use in uses):
         return None
-    place = Place(source.path, definition.route, "key")
-    return Fix(f"rename the definition to `{slip.wrong}`", (Edit(place, slip.wrong),))
+    found = reworded(key, slip.right, slip.wrong)
+    if found is None or found[0] != key:
+        return None
+    edit = Edit(Place(source.path, definition.route, "key"), found[1], key)
+    return Fix(f"rename the definition to `{found[1]}`", (edit,))
 
 
-def _is_misspelt(slip: _Slip, definition: _Definition, uses: int, sources: Sources) -> bool:
-    scope = () if definition.is_element else definition.scope
-    readers = [definition.source] if scope else list(sources)
-    if sum(_count(slip.right, reader, scope) for reader in readers) > 1:
-        return False
-    if definition.is_element:
+def _is_misspelt(slip: _Slip, definition: _Definition, uses: int, elsewhere: bool) -> bool:
+    """Whether a definition is, of which no use is right; `elsewhere` stands its other name."""
+    if definition.is_element and elsewhere:
         # The other end of the connection has the element too, under its right name.
-        return sum(_count(slip.wrong, reader, scope) for reader in readers) > uses
-    return uses > 1 or _speaks_for(slip, definition.source.text)
+        return True
+    return uses > 1 or (not definition.is_element and _speaks_for(slip, definition.source.text))
 
 
 def _speaks_for(slip: _Slip, text: str) -> bool:
@@ -139,27 +186,52 @@ def _words(text: str) -> Counter[str]:
     return Counter(word.casefold() for word in _WORD.findall(text))
 
 
-def _definitions(name: str, sections: tuple[str, ...], sources: Sources) -> Iterator[_Definition]:
+def _definitions(slip: _Slip, sections: tuple[str, ...], sources: Sources) -> Iterator[_Definition]:
     for source in sources:
         for route, _ in _routes(source.spans, ()):
-            if route[-1] != name:
+            if not _is_called(route[-1], slip.right):
                 continue
             section, above = ("", "", *route)[-2], ("", "", "", *route)[-3]
-            if above in ("x", "y", "conditions"):
+            if slip.is_peer:
+                if section in ("x", "y"):
+                    yield _Definition(source, route, route[:-2], True)
+            elif above in ("x", "y", "interfaces", "conditions"):
+                scope = () if above == "interfaces" else route[:-3]
                 if (section if above == "conditions" else above) in sections:
-                    yield _Definition(source, route, route[:-3], above != "conditions")
+                    yield _Definition(source, route, scope, above != "conditions")
             elif section in sections:
                 yield _Definition(source, route, () if section == "fields" else route[:-2])
 
 
+def _is_called(key: str | int, name: str) -> bool:
+    """Whether a key, which may have indices, is the name of something."""
+    if key == name or not isinstance(key, str) or "{" not in key:
+        return key == name
+    found = reworded(key, name, name)
+    return found is not None and found[0] == key
+
+
+def _is_member_once(name: str, sources: Sources) -> bool:
+    """Whether a name stands nowhere but among the members of an enum."""
+    if sum(_count(name, source, ()) for source in sources) != 1:
+        return False
+    texts = (value for source in sources for _, value in _routes(source.spans, ()))
+    return any(name in _NAME.findall(text) and "enum[" in text for text in texts)
+
+
+_NAME = re.compile(r"\w+(?:\{[^{}]*\}\w*)*")
+_BRACES = re.compile(r"\{[^{}]*\}")
+
+
 def _count(name: str, source: SourceFile, scope: Route) -> int:
-    """How often a name stands in keys and values below `scope`, but in prose."""
-    word = re.compile(rf"\b{re.escape(name)}\b")
+    """How often a name stands in keys and values below `scope`, but in prose; by any index."""
+    name = _BRACES.sub("{}", name)
     return sum(
-        len(word.findall(text))
+        _BRACES.sub("{}", found) == name
         for route, value in _routes(source.spans, ())
         if route[: len(scope)] == scope and route and route[-1] not in _PROSE
         for text in (str(route[-1]) if isinstance(route[-1], str) else "", value)
+        for found in _NAME.findall(text)
     )
 
 

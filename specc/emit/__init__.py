@@ -9,6 +9,7 @@ import subprocess
 import sys
 import sysconfig
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from shutil import rmtree, which
 from tempfile import mkdtemp
@@ -30,18 +31,24 @@ def emit(plans: Mapping[str, FilePlan]) -> dict[str, str]:
 
 def filled(plans: Mapping[str, FilePlan]) -> dict[str, str]:
     """The templates filled in: valid Python, but neither sorted nor formatted."""
-    environment = Environment(
-        loader=FileSystemLoader(templates_dir()),
+    environment = _environment(templates_dir())
+    return {
+        path: environment.get_template(plan.template).render(plan.parts)
+        for path, plan in plans.items()
+    }
+
+
+@cache
+def _environment(folder: Path) -> Environment:
+    """It keeps what it has compiled of a template until the file changes."""
+    return Environment(
+        loader=FileSystemLoader(folder),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
         autoescape=False,  # the output is Python; lowering has spelled every text
     )
-    return {
-        path: environment.get_template(plan.template).render(plan.parts)
-        for path, plan in plans.items()
-    }
 
 
 # Formatting of generated code.

@@ -209,7 +209,8 @@ def needs_context(node: ast.expr, scope: Scope) -> bool:
             is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
             return value is None or is_number
         case ast.Name(id=name):
-            return name == "_" or (name in scope.enums and scope.value(name) is None)
+            # What is no value may be a member of an enum, also of one that has no name.
+            return name == "_" or not scope.has(name)
         case ast.List():
             return True
         case ast.UnaryOp(op=ast.USub(), operand=operand):

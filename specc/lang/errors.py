@@ -88,6 +88,11 @@ class Scope:
                 return kind, found.type
         return None
 
+    def has(self, name: str) -> bool:
+        """Whether a name stands for something of its own type, unlike members of enums."""
+        is_clock = self.allow_clock and name in CLOCK_NAMES
+        return self.value(name) is not None or name in self.files or is_clock or name == "pi"
+
     def values(self) -> Iterator[tuple[str, Type]]:
         """Every named value with its type."""
         for names in (self.memory, self.lets, self.constants):
@@ -203,8 +208,9 @@ class ExprErrors(Exception):
 class ExprError(ExprErrors):
     """One finding: `code` of the registry, and character offsets into the text as it was given.
 
-    `repair` is what should surely stand between the offsets, if anything does. `origins` say how
-    the types that do not agree came about; `expected` is the type that the text around asked for.
+    `repair` is what should surely stand between the offsets in place of `wrong`, if anything does.
+    `origins` say how the types that do not agree came about; `expected` is the type that the text
+    around asked for.
     """
 
     def __init__(
@@ -216,13 +222,14 @@ class ExprError(ExprErrors):
         self.help = help or _WAYS_OUT.get(code, "")
         self.code = code
         self.repair = ""
+        self.wrong = ""
         self.origins: tuple[Origin, ...] = ()
         self.expected: Type | None = None
         super().__init__((self,))
 
     def meant(self, name: str, close: Sequence[str]) -> ExprError:
         """This finding, about a name between the offsets that is like the `close` ones."""
-        self.repair = surely_meant(name, close)
+        self.wrong, self.repair = name, surely_meant(name, close)
         return self
 
     def because(self, origins: Iterable[Origin], expected: Type | None = None) -> ExprError:
@@ -234,7 +241,7 @@ class ExprError(ExprErrors):
     def not_there(self, message: str, help: str, name: str, close: Sequence[str]) -> ExprError:
         """This finding, or an open point if the name is not a slip: it may be defined later."""
         if not is_slip(name, close):
-            self.code, self.message = "O0205", message
+            self.code, self.message, self.repair = "O0205", message, ""
             default = self.help in (help, *_WAYS_OUT.values())
             self.help = help if default else or_else(help, self.help)
         return self
@@ -242,7 +249,7 @@ class ExprError(ExprErrors):
     def moved(self, by: int) -> ExprError:
         """The same finding about a text that starts `by` characters earlier."""
         moved = ExprError(self.message, self.start + by, self.end + by, self.help, self.code)
-        moved.repair = self.repair
+        moved.wrong, moved.repair = self.wrong, self.repair
         return moved.because(self.origins, self.expected)
 
 

@@ -35,6 +35,8 @@ class Environment:
     clock: Mapping[str, Value] = field(default_factory=dict)
     operators: Mapping[str, Callable[..., Value]] = field(default_factory=dict)
     bound: Mapping[str, Value] = field(default_factory=dict)
+    count: Callable[[int], object] = abs
+    """Told of steps, and of items, before they are made; what it raises goes through."""
 
 
 def evaluate(expr: m.Expr, env: Environment) -> Value:
@@ -90,6 +92,7 @@ def _logic(e: m.Logic, env: Environment) -> bool:
 
 
 def _items(e: m.Items, env: Environment) -> Value:
+    env.count(len(e.items))
     values = tuple(_arguments(e.items, env))
     real = isinstance(e.type, Vector) and isinstance(e.type.element, Real)
     return tuple(map(float, values)) if real or isinstance(e.type, Spatial) else values
@@ -98,6 +101,7 @@ def _items(e: m.Items, env: Environment) -> Value:
 def _quantifier(e: m.Quantifier, env: Environment) -> Value:
     assert isinstance(e.over.type, (Vector, ListOf))  # typing guarantees it
     items = evaluate(e.over, env)
+    env.count(len(items))
     values = (
         evaluate(e.body, replace(env, bound={**env.bound, e.variable: item})) for item in items
     )
@@ -128,6 +132,13 @@ def _literal(e: Any, env: Environment) -> Value:
     return e.value
 
 
+def _builtin(e: m.Builtin, env: Environment) -> Value:
+    args = _arguments(e.args, env)
+    if e.name == "joined":
+        env.count(sum(map(len, args)))
+    return FUNCTIONS[e.name].value(*_placed(e, args))
+
+
 def _named(kind: str, e: Any, env: Environment) -> Value:
     return getattr(env, kind)[e.name]
 
@@ -151,7 +162,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Fresh: lambda e, env: (e.input.peer, e.input.element) in env.fresh,
     m.Present: _present,
     m.Call: lambda e, env: env.operators[e.operator](*_arguments(e.args, env)),
-    m.Builtin: lambda e, env: FUNCTIONS[e.name].value(*_placed(e, _arguments(e.args, env))),
+    m.Builtin: _builtin,
     m.Unary: _unary,
     m.Binary: _binary,
     m.Compare: lambda e, env: m.COMPARED[e.op](evaluate(e.left, env), evaluate(e.right, env)),

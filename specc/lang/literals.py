@@ -11,6 +11,7 @@ from specc.diagnostics.nearest import nearest, surely_meant
 from specc.lang.context import Context, needs_context
 from specc.lang.errors import ExprError, one_of
 from specc.lang.parse import span
+from specc.limits import MAX_DEPTH
 from specc.model.expr import Expr, Items, Nothing, Number, TextLiteral, Truth, Unused
 from specc.model.types import (
     Bool,
@@ -24,6 +25,7 @@ from specc.model.types import (
     Text,
     Type,
     Vector,
+    extent,
     whole,
 )
 from specc.model.units import UNITS, UnitError, unit_of
@@ -53,7 +55,7 @@ def unit_error(error: UnitError, end: int, example: str) -> ExprError:
     help = f"did you mean {one_of(close)}?" if close else f"for example {example}"
     end = end if error.end is None else error.end
     found = ExprError(error.message, error.start, end, help, "E0304")
-    found.repair = _surely_meant(error.name)
+    found.wrong, found.repair = error.name, _surely_meant(error.name)
     return found
 
 
@@ -163,6 +165,9 @@ def _inferred(ctx: Context, node: ast.List) -> Items:
             for item in node.elts
         )
     )
+    if extent(element)[1] >= MAX_DEPTH:
+        message = f"lists are more than {MAX_DEPTH} levels deep"
+        raise ctx.error(node, message, "make it a record of lists", "E0016")
     type: Type = ListOf(element, nonempty=True)
     if isinstance(element, (Real, Int, Bool, Enum)):
         type = Vector(len(found), element)

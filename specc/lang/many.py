@@ -14,7 +14,7 @@ from typing import Literal, TypeGuard
 
 from specc.lang.errors import ExprError, listed
 from specc.lang.parse import span
-from specc.limits import MAX_SPREAD_PARTS
+from specc.limits import MAX_SPREAD_PARTS, OUT_OF_PARTS, spend
 
 Members = Mapping[tuple[int, ...], str]
 """Indices of each member of a group -> the peer that it is."""
@@ -100,15 +100,26 @@ class _Spreading(ast.NodeTransformer):
         return None
 
     def _each(
-        self, body: ast.expr, variable: str, group: Members, whole: ast.expr
+        self, body: ast.expr, variable: str, group: Members, whole: ast.Call
     ) -> list[ast.expr]:
         """The body for each member."""
-        self.parts += len(group) * sum(1 for _ in ast.walk(body))
-        if self.parts > MAX_SPREAD_PARTS:
-            message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
-            raise ExprError(message, *span(whole), "say it of fewer peers, or of less", "E0017")
+        name = whole.func.id if isinstance(whole.func, ast.Name) else ""
+        is_compared = name in _COMPARING and len(group) <= _MOST_COMPARED
+        times = len(group) if is_compared else 1
+        self._count(len(group) * sum(1 for _ in ast.walk(body)), times, whole)
         members = (_Member(variable, at, peer, self.root) for at, peer in group.items())
         return [self.visit(member.visit(deepcopy(body))) for member in members]
+
+    def _count(self, parts: int, times: int, whole: ast.expr) -> None:
+        """Count the parts of what is about to be written out, each so many times."""
+        self.parts += parts
+        message = ""
+        if not spend("parts", parts * times):
+            message = OUT_OF_PARTS
+        if self.parts > MAX_SPREAD_PARTS:
+            message = f"written out for each member, this has more than {MAX_SPREAD_PARTS} parts"
+        if message:
+            raise ExprError(message, *span(whole), "say it of fewer peers, or of less", "E0017")
 
 
 _SHOWN = 8
@@ -202,6 +213,8 @@ def _best(
     return made
 
 
+_COMPARING = ("argmin", "argmax")
+"""What is said of each member is compared with that of each later one."""
 _WRITTEN_OUT = {
     "all": _joined(ast.And),
     "any": _joined(ast.Or),

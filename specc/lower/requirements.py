@@ -21,7 +21,7 @@ from specc.lower.names import (
 from specc.lower.nodes import OR, Nodes
 from specc.lower.table import TermTable
 from specc.model import expr as e
-from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal
+from specc.model.requirement import Atom, Formula, Reading, Requirement, Temporal, asked
 from specc.model.system import PLANT, Device, Element, System
 from specc.model.trace import Trace
 from specc.model.types import Int, Real
@@ -53,6 +53,9 @@ class RequirementPlan:
     formula: str
     reads: str
     lasts: bool
+    name: str
+    asked: str
+    """Of when it asks something of a run; empty where it does at every tick."""
 
 
 def requirements_plan(
@@ -143,19 +146,30 @@ class _Writer:
     methods: list[MethodPlan] = field(default_factory=list)
     made: list[tuple[str, str]] = field(default_factory=list)
     """Attribute of each atom, and the arguments that make it."""
+    _atoms: dict[e.Expr, str] = field(default_factory=dict)
+    """Of the conditions in one requirement, each once."""
 
     def plan(self, item: Requirement) -> RequirementPlan:
         """One requirement."""
         pairs = (f"{literal(r.name)}: {literal(self.module.memory[r.name])}" for r in item.readings)
+        self._atoms = {}
         formula = self._formula(item.formula)
-        reads = f"{{{', '.join(pairs)}}}"
+        premise = asked(item.formula)
         return RequirementPlan(
-            literal(item.that), literal(item.because), formula, reads, item.lasts
+            literal(item.that),
+            literal(item.because),
+            formula,
+            f"{{{', '.join(pairs)}}}",
+            item.lasts,
+            literal(item.name) if item.name else "",
+            "" if premise is None else self._formula(premise),
         )
 
     def _formula(self, formula: Formula) -> str:
         if isinstance(formula, Atom):
-            return f"self.{self._atom(formula.that)}"
+            if formula.that not in self._atoms:
+                self._atoms[formula.that] = f"self.{self._atom(formula.that)}"
+            return self._atoms[formula.that]
         name = self.module.imports.own(formula.op.capitalize())
         operands = [self._formula(operand) for operand in formula.operands]
         if isinstance(formula, Temporal) and formula.op != "since":

@@ -1,5 +1,6 @@
 """What an MJCF file declares, and which files it is made of."""
 
-from specc.mjcf.model import Model, ModelError, read_model
+from specc.mjcf.model import Model, ModelError
+from specc.mjcf.reader import read_model
 
 __all__ = ["Model", "ModelError", "read_model"]

@@ -6,6 +6,8 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+_KINDS = {"hfield": "height field"} | {tag: tag for tag in ("mesh", "model", "skin", "texture")}
+
 
 @dataclass(slots=True)
 class Assets:
@@ -38,6 +40,12 @@ class Assets:
         """Where the files may be for a model in the folder `base`."""
         for tag, file in self._files:
             yield from self._places(base, tag, file)
+
+    def missing(self, base: str) -> Iterator[str]:
+        """What is in none of the places where it may be, in words."""
+        for tag, file in dict.fromkeys(self._files):
+            if not any(map(os.path.isfile, self._places(base, tag, file))):
+                yield f"the {_KINDS.get(tag, 'file')} {file}"
 
     def models(self, base: str) -> Iterator[tuple[str, str]]:
         """The models to attach: a name, which may be empty, and where the file may be."""

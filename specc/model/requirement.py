@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 from fractions import Fraction
 from typing import Literal
 
 from specc.frozen import frozen
-from specc.model.expr import Expr
+from specc.model.expr import Expr, Node, Span
 from specc.model.types import Type
 from specc.source import Place
 
@@ -41,10 +42,13 @@ class Atom:
 
 @frozen
 class Junction:
-    """`not`, `and`, `or` of formulas."""
+    """`not`, `and`, `or` of formulas; `p implies q` is `not p or q` with a `premise`."""
 
     op: Literal["not", "and", "or"]
     operands: tuple[Formula, ...]
+    at: Span = field(default=(0, 0), compare=False)
+    """Where it stands in its text."""
+    premise: Formula | None = field(default=None, compare=False)
 
 
 @frozen
@@ -56,6 +60,8 @@ class Temporal:
     span_s: Fraction = Fraction(0)
     span: Expr | None = None
     """As it is written, with constants."""
+    at: Span = field(default=(0, 0), compare=False)
+    """Where it stands in its text."""
 
 
 Formula = Atom | Junction | Temporal
@@ -63,13 +69,44 @@ Formula = Atom | Junction | Temporal
 
 @frozen
 class Requirement:
-    """`formula` holds at the first tick, or at every tick if it `lasts`; `that` is its text."""
+    """`formula` holds at the first tick, or at every tick if it `lasts`; `text` is as written."""
 
-    that: str
+    text: str
     because: str
     formula: Formula
     lasts: bool
     readings: tuple[Reading, ...]
+    place: Place
+    name: str = ""
+    names: frozenset[str] = frozenset()
+    """Names for parts of formulas that its text uses."""
+
+    @property
+    def that(self) -> str:
+        """The text on one line."""
+        return " ".join(self.text.split())
+
+    def is_named(self, part: Formula | Expr) -> bool:
+        """Whether a part stands elsewhere, and here a name for it."""
+        return self.part(part) in self.names
+
+    def part(self, formula: Formula | Expr) -> str:
+        """How a part of it is written."""
+        start, end = formula.span if isinstance(formula, Node) else span_of(formula)
+        return " ".join(self.text[start:end].split())
+
+
+@frozen
+class Named:
+    """A name for a part of formulas: a formula that is `said`, or a value.
+
+    `names` are those of others that it uses.
+    """
+
+    name: str
+    said: Requirement | None
+    value: Expr | None
+    names: frozenset[str]
     place: Place
 
 
@@ -91,6 +128,40 @@ def reach_s(formula: Formula) -> Fraction:
     ahead = isinstance(formula, Temporal) and formula.op in ("within", "throughout")
     own_s = formula.span_s if isinstance(formula, Temporal) and ahead else Fraction(0)
     return own_s + max(map(reach_s, formula.operands))
+
+
+def span_of(formula: Formula) -> Span:
+    """Where a formula stands in its text."""
+    if isinstance(formula, Atom):
+        return formula.that.span
+    return formula.at
+
+
+def asked(formula: Formula) -> Formula | None:
+    """When a formula asks something of a run: where it holds, not only since a premise does not.
+
+    None if it does at every tick.
+    """
+    match formula:
+        case Junction(operands=(_, conclusion), premise=premise) if premise is not None:
+            more = asked(conclusion)
+            return premise if more is None else Junction("and", (premise, more))
+        case Junction(op="and", operands=operands):
+            parts = tuple(map(asked, operands))
+            known = tuple(part for part in parts if part is not None)
+            return Junction("or", known) if len(known) == len(parts) else None
+        case Temporal(op="within" | "throughout", operands=(operand,)):
+            return _some_time("within", formula, operand)
+        case Temporal(op="once" | "historically", operands=(operand,)):
+            return _some_time("once", formula, operand)
+    return None
+
+
+def _some_time(
+    op: Literal["within", "once"], formula: Temporal, operand: Formula
+) -> Formula | None:
+    inner = asked(operand)
+    return None if inner is None else Temporal(op, (inner,), formula.span_s, formula.span)
 
 
 def is_timeless(formula: Formula) -> bool:

@@ -10,7 +10,7 @@ from typing import Final, Literal
 from specc.frozen import frozen
 from specc.model.expr import Expr
 from specc.model.fsm import Axiom, Behaviour, Cause, Condition, Function, State, Transition
-from specc.model.requirement import Requirement
+from specc.model.requirement import Named, Requirement
 from specc.model.task import Task
 from specc.model.trace import Trace
 from specc.model.types import Type
@@ -348,6 +348,14 @@ class System:
     requirements: tuple[Requirement, ...] = ()
     described: tuple[tuple[Constant, ...], ...] = ()
     """Parameters and constants of each use of a description; expressions have their values."""
+    formula_lets: tuple[Named, ...] = ()
+    """Names for parts of formulas, and what they stand for."""
+
+    @property
+    def formulas(self) -> tuple[Requirement, ...]:
+        """All that is said of runs: requirements, triggers, and formulas that have names."""
+        named = (each.said for each in self.formula_lets if each.said is not None)
+        return (*self.requirements, *self.triggers, *named)
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from specc.diagnostics import Diagnostic, Edit, Fix, nearest, surely_meant
+from specc.diagnostics import Diagnostic, nearest, renaming, surely_meant
 from specc.diagnostics.code import all_codes
 from specc.frozen import frozen
 from specc.read import Reach
@@ -223,7 +223,7 @@ def _unknown(key: str, place: Place) -> Diagnostic:
     listed = ", ".join(f"`{known}`" for known in KEYS)
     hint = f"did you mean `{close[0]}`?" if close else f"known keys: {listed}"
     meant = surely_meant(key, close)
-    fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+    fix = renaming(place, key, meant)
     return Diagnostic("E0905", f"unknown key `{key}`", place, help=hint, fix=fix)
 
 

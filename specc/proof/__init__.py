@@ -20,6 +20,7 @@ Nothing here knows of messages or of generated code.
 
 from specc.proof.numbering import Depths, Numbering
 from specc.proof.prover import Moment, Prover
+from specc.proof.ticks import Ticks
 from specc.proof.verdict import Decision, InputName, RowVerdict, Witness
 
 __all__ = [
@@ -30,5 +31,6 @@ __all__ = [
     "Numbering",
     "Prover",
     "RowVerdict",
+    "Ticks",
     "Witness",
 ]

@@ -274,7 +274,7 @@ class Timer:
     def _step(self, expr: Expr) -> _Step | None:
         if isinstance(expr, Clock) and expr.name == "elapsed":
             return _Step(None, ())
-        operation, parts = OPERATIONS.get(_sign(expr)), tuple(children(expr))
+        operation, parts = OPERATIONS.get(sign_of(expr)), tuple(children(expr))
         numbers = isinstance(expr.type, (Bool, Int, Real)) and all(map(self._enter, parts))
         if operation is None or not numbers:
             return None
@@ -310,7 +310,7 @@ class Timer:
         return self._numbering.value(self._numbering.number(expr)) is not None
 
 
-def _sign(expr: Expr) -> str:
+def sign_of(expr: Expr) -> str:
     """What an operation is called in `OPERATIONS`."""
     match expr:
         case Unary(op=sign) | Binary(op=sign) | Compare(op=sign) | Logic(op=sign):

@@ -170,8 +170,11 @@ class Question:
         )
 
 
-def can_hold(formulas: Sequence[Formula], solver: Solver) -> bool | None:
-    """Whether all formulas can hold together; None if the question is too large."""
+def can_hold(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
+    """Whether all formulas can hold together; None if the question is too large.
+
+    Without a solver they can where truth tables do not refute it.
+    """
     parts = conjuncts(formulas)
     if any(part.kind == "false" for part in parts):
         return False
@@ -184,7 +187,7 @@ def can_hold(formulas: Sequence[Formula], solver: Solver) -> bool | None:
                 return False
         except TooLargeError:
             answer = None
-    if not solver.relations.are_related(list(atoms_of(parts))):
+    if solver is None or not solver.relations.are_related(list(atoms_of(parts))):
         return answer
     for group in components(parts, solver.relations.things):
         try:

@@ -145,6 +145,10 @@ class Prover:
         possible = can_hold([*map(translator.formula, said), negated], solver)
         return None if possible is None else not possible
 
+    def refutes(self, conditions: Iterable[Expr]) -> bool:
+        """Whether truth tables alone show that conditions never hold together, at any moment."""
+        return can_hold([*map(self._anywhere[0].formula, conditions)], None) is False
+
     def contradiction(self) -> tuple[int, ...]:
         """Indices of axioms that cannot all hold, as few as suffice; empty if they can."""
         core = list(range(len(self._axioms)))

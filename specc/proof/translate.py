@@ -16,6 +16,7 @@ from specc.model.expr import (
     COMPARED,
     MIRRORED,
     Among,
+    Binary,
     Builtin,
     Choice,
     Clock,
@@ -246,7 +247,16 @@ class Translator:
             left, right, a, b, y, op = right, left, b, a, x, MIRRORED[op]
         if y is not None and isinstance(left, Unary):
             return self._question(MIRRORED[op], left.operand, _negative(right), bound)
+        parts = self._subtracted(left) if y is not None else None
+        if parts is not None and y == 0.0:
+            # Subnormal numbers keep a difference from being 0 unless both are equal.
+            return self._question(op, *parts, bound)
         whole = isinstance(left.type, Int)
+        if y is not None and isinstance(left, Builtin) and left.name == "abs":
+            apart = self._subtracted(self._look_through(left.args[0]))
+            if apart is not None:
+                asked, holds = _QUESTIONS[op]
+                return self._distance(*apart, bound), (asked, y), holds
         if y is None:
             whole = whole and isinstance(right.type, Int)
             quantity, y = Quantity("difference", (a, b), whole, None), 0.0
@@ -254,6 +264,18 @@ class Translator:
             quantity = Quantity("value", (a,), whole, self._numbering.least(left, bound))
         asked, holds = _QUESTIONS[op]
         return quantity, (asked, y), holds
+
+    def _subtracted(self, expr: Expr) -> tuple[Expr, Expr] | None:
+        """The two floats of which an expression is the difference."""
+        if not (isinstance(expr, Binary) and expr.op == "-"):
+            return None
+        floats = isinstance(expr.left.type, Real) and isinstance(expr.right.type, Real)
+        return (expr.left, expr.right) if floats else None
+
+    def _distance(self, a: Expr, b: Expr, bound: Depths) -> Quantity:
+        """How far two floats are from each other, which is the same in both directions."""
+        one, other = sorted(self._numbering.number(side, bound) for side in (a, b))
+        return Quantity("distance", (one, other), False, 0.0)
 
     def _near(self, expr: Builtin, bound: Depths) -> Near | None:
         """`near` as a question about how far apart two values are, so that tolerances are related.

@@ -23,8 +23,10 @@ from specc.resolve.given import Given
 from specc.resolve.groups import groups_of
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
+from specc.resolve.named import Lets
 from specc.resolve.plant import resolve_plant, resolve_task
-from specc.resolve.requirements import World, requirement_of, resolve_requirements
+from specc.resolve.readings import World
+from specc.resolve.requirements import Formulas
 from specc.resolve.reuse import Setting
 
 __all__ = ["Findings", "Load", "Loaded", "Resolved", "resolve"]
@@ -77,6 +79,7 @@ def resolve(
     faulty = set(spec.plant.observe) - observed if spec.plant else set()
     expressions = Expressions(findings, definitions, broken=faulty)
     world = _world(file, agents, plant, resolver)
+    formulas = Formulas(world, expressions, Lets()).with_lets(spec.let, file.top["let"])
     known = [definitions, *resolver.instances]
     check_interfaces(known, findings)
     system = System(
@@ -90,12 +93,13 @@ def resolve(
         tuple(sorted({f for d in known for f in d.files.values()})),
         agents,
         plant,
-        _task(file, world, resolver, expressions),
+        _task(file, formulas, resolver),
         definitions_of(file),
         named_in_agents(spec),
         reach.folders,
-        resolve_requirements(spec.require, file.top["require"], world, expressions),
+        formulas.requirements(spec.require, file.top["require"]),
         tuple(tuple(used.constants.values()) for used in resolver.instances),
+        tuple(formulas.lets.found),
     )
     given.report_unknown(findings)
     broken, unsure = frozenset(resolver.broken), frozenset(resolver.faulty)
@@ -140,19 +144,19 @@ def _world(
     return World(agents, plant, {"": resolver.library.groups, PLANT: seen}, uncertain)
 
 
-def _task(
-    file: Loaded, world: World, resolver: AgentResolver, expressions: Expressions
-) -> Task | None:
-    """The task, if there is one, with the disturbances whose formulas are about the `world`."""
+def _task(file: Loaded, formulas: Formulas, resolver: AgentResolver) -> Task | None:
+    """The task, if there is one, with the disturbances and the `formulas` that they wait for."""
     definition, where = file.spec.task, file.top["task"]
     if definition is None:
         return None
-    findings, known = expressions.findings, expressions.definitions
+    findings, known = formulas.expressions.findings, formulas.expressions.definitions
     wrong, given = resolver.broken | resolver.faulty, resolver.library.given
-    task = resolve_task(definition, where, tuple(world.agents), findings, wrong, known, given)
+    task = resolve_task(
+        definition, where, tuple(formulas.world.agents), findings, wrong, known, given
+    )
 
     def condition(text: str, at: Where) -> Requirement | None:
-        return requirement_of(text, "", at, world, expressions)
+        return formulas.requirement(text, "", at)
 
     disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
     return replace(task, disturbances=disturbed)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from specc.diagnostics import Diagnostic, Edit, Fix, Related, is_slip, nearest, surely_meant
+from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
 from specc.frozen import frozen
 from specc.kept import Kept
 from specc.lang import ExprError, Scope, or_else
@@ -133,7 +133,7 @@ class Findings:
         found = Diagnostic(
             error.code, error.message, place, "", related, error.help, lacks=_all(lacks)
         )
-        self._add(replace(found, fix=rename(place, error.repair)))
+        self._add(replace(found, fix=renaming(place, error.wrong, error.repair)))
 
     def outside(self, reach: Reach, path: str, where: Where) -> None:
         """Report a file that a specification may not name."""
@@ -175,7 +175,7 @@ class Findings:
                 way = way if what.startswith("initial") else f"write `{{when: ...}}`, or {way}"
             self.not_there(part, place, way, lacks)
             return True
-        fix = rename(place, surely_meant(name, nearest(name, names)))
+        fix = renaming(place, name, surely_meant(name, nearest(name, names)))
         message = f"unknown {'target' if what in _TARGETS else what} `{name}`"
         self.diagnostics.append(
             Diagnostic(code, message, place, "", (), help, fix, lacks=_all(lacks))
@@ -246,11 +246,6 @@ def _owner(route: Route) -> Route:
     above = {"agents": 2, "agent": 1}.get(str(route[0]) if route else "", 0)
     depth = 1 if not above or route[above : above + 1] == ("control",) else 2
     return route[: above + depth]
-
-
-def rename(place: Place, name: str) -> Fix | None:
-    """The repair that writes another name at a place, if there is one to write."""
-    return Fix(f"write `{name}`", (Edit(place, name),)) if name else None
 
 
 def suggestion(name: str, known: list[str]) -> str:

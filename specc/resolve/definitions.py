@@ -10,7 +10,7 @@ from typing import TypeVar
 from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.lang import ExprError, TypeNames
-from specc.limits import MAX_EXPRESSION_PARTS
+from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, Operator, Outside
 from specc.model.trace import Trace
@@ -58,10 +58,13 @@ class _Inlining:
 
     def _count(self, expr: Expr) -> None:
         self.parts += 1
-        if self.parts > MAX_EXPRESSION_PARTS:
+        is_allowed = spend("parts", 1)
+        if self.parts > MAX_EXPRESSION_PARTS or not is_allowed:
             message = (
                 f"with its constants written out, this has more than {MAX_EXPRESSION_PARTS} parts"
             )
+            if not is_allowed:
+                message = OUT_OF_PARTS
             raise ExprError(message, *expr.span, "compute the value in an operator", "E0017")
 
 

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import partial
 
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
@@ -25,6 +26,7 @@ from specc.lang import (
     parse_type,
     spread,
 )
+from specc.limits import take
 from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
@@ -62,7 +64,8 @@ def _before_comment(finding: Diagnostic, sources: Sources) -> bool:
 def known_number(expr: Expr, constants: Mapping[str, Constant], code: str) -> float:
     """The value of an expression over constants; raises ExprError if only a run can tell it."""
     try:
-        value = float(evaluate(inlined(expr, constants), Environment()))
+        count = partial(take, "folding")
+        value = float(evaluate(inlined(expr, constants), Environment(count=count)))
     except (LookupError, ArithmeticError, ValueError) as error:
         if constants_in(expr) and not isinstance(error, LookupError):
             raise ExprError("", *expr.span, code=FOLLOW_UP) from None  # they have no value

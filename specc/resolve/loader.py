@@ -77,10 +77,12 @@ class Loader:
             hint = "describe repeated parts once, in a file of their own, or split the system"
             self.findings.report("E0017", message, top["agents"].key, help=hint)
             return None
-        if named_at is not None and spec.require and spec.system is None:
+        if named_at is not None and (spec.require or spec.let) and spec.system is None:
             message = "only systems have requirements, and this file is used by others"
             hint = "move `require` to the file of the system, with the names of its agents"
-            self.findings.report("E0101", message, top["require"].key, help=hint)
+            self.findings.report(
+                "E0101", message, top["require" if spec.require else "let"].key, help=hint
+            )
         return Loaded(path, spec, top)
 
     def _outside(self, path: str, named_at: Where | None) -> None:

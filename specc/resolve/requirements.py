@@ -3,98 +3,166 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
+from specc.diagnostics import Related
 from specc.frozen import frozen
-from specc.lang import Declared, ExprError, ExprErrors, Scope, check, members_of, spread
-from specc.lang.builtins import BUILTIN_NAMES
+from specc.lang import Declared, ExprError, ExprErrors, Scope, check, spread
 from specc.lang.errors import each
-from specc.lang.many import Root
 from specc.lang.parse import span
 from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
-from specc.model.expr import Expr, Logic, has_unknown
+from specc.model.expr import Expr, LetRef, Logic, has_unknown, mapped
 from specc.model.requirement import (
     Atom,
     Formula,
     Junction,
+    Named,
     Reading,
     Requirement,
     Temporal,
     reach_s,
+    span_of,
 )
 from specc.model.requirement import expressions as expressions_in
-from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
-from specc.model.types import Bool, Enum, Real, inner_types
+from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.reachable import reachable
-from specc.resolve.context import FOLLOW_UP, Meaning, Where, suggestion
+from specc.resolve.context import FOLLOW_UP, Meaning, Where
 from specc.resolve.expressions import Expressions, known_number
-from specc.resolve.groups import Groups
 from specc.resolve.library import constant_scope
-from specc.schema.files import RequirementDef
+from specc.resolve.named import Lets, refuse_names
+from specc.resolve.readings import Names, World, formula_error
+from specc.schema.files import FormulaLetDef, RequirementDef
+
+T = TypeVar("T")
 
 
 @frozen
-class World:
-    """What formulas speak of.
+class Formulas:
+    """Reads formulas about a world; `lets` are the names that all of them may use."""
 
-    `many` are the groups that one `for` stands for: those of agents by "", those of what is
-    observed by "plant". What is missing in an `uncertain` subsystem may be so by its errors.
-    """
+    world: World
+    expressions: Expressions
+    lets: Lets
 
-    agents: Sequence[Agent]
-    plant: Plant | None
-    many: Mapping[Root, Groups]
-    uncertain: frozenset[str]
+    def requirements(
+        self, definitions: Sequence[RequirementDef], where: Where
+    ) -> tuple[Requirement, ...]:
+        """The requirements without errors; what is wrong with others is reported."""
+        _report_same_names(definitions, where, self.expressions)
+        found = []
+        for i, item in enumerate(definitions):
+            inside = self.with_lets(item.let, where[i]["let"]) if item.let else self
+            name = item.name or ""
+            found.append(inside.requirement(item.that, item.because, where[i]["that"], name))
+        return tuple(each for each in found if each is not None)
 
+    def with_lets(self, items: Mapping[str, FormulaLetDef], where: Where) -> Formulas:
+        """With these names as well."""
+        lets, findings = Lets(self.lets), self.expressions.findings
+        constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
+        places = {name: where[name].key for name in items}
+        members = constant_scope(self.expressions.definitions).enums
+        refused = set[str]()
+        for name, message, related in refuse_names(
+            items, self.lets.places, constants, members, self.world
+        ):
+            refused.add(name)
+            help = "choose another name"
+            findings.report("E0221", message, places[name], related=related, help=help)
+        known = {name: item for name, item in items.items() if name not in refused}
+        lets.define(known, where, findings, self._named)
+        return Formulas(self.world, self.expressions, lets)
 
-def resolve_requirements(
-    definitions: Sequence[RequirementDef], where: Where, world: World, expressions: Expressions
-) -> tuple[Requirement, ...]:
-    """The requirements without errors; what is wrong with others is reported."""
-    found = (
-        requirement_of(item.that, item.because, where[i]["that"], world, expressions)
-        for i, item in enumerate(definitions)
-    )
-    return tuple(each for each in found if each is not None)
+    def requirement(self, text: str, because: str, at: Where, name: str = "") -> Requirement | None:
+        """What a formula says of runs; None after reporting."""
+        reader = _Reader(text, self)
+        found = self._meant(reader, at, reader.requirement)
+        if found is None:
+            return None
+        formula, lasts = found
+        self._note(reader, at, formula)
+        readings, names = tuple(reader.readings.values()), self.lets.names_in(text)
+        return Requirement(text, because, formula, lasts, readings, at.place, name, names)
 
+    def _named(self, lets: Lets, name: str, text: str, at: Where) -> Named | None:
+        reader = _Reader(text, Formulas(self.world, self.expressions, lets))
+        found = self._meant(reader, at, reader.named)
+        if found is None:
+            return None
+        Formulas(self.world, self.expressions, lets)._note(reader, at, found)
+        names = lets.names_in(text)
+        if not isinstance(found, Atom | Junction | Temporal):
+            return Named(name, None, found, names, lets.places[name])
+        readings = tuple(reader.readings.values())
+        said = Requirement(text, "", found, True, readings, at.place, name, names)
+        return Named(name, said, None, names, lets.places[name])
 
-def requirement_of(
-    text: str, because: str, at: Where, world: World, expressions: Expressions
-) -> Requirement | None:
-    """What a formula says of runs; None after reporting."""
-    reader = _Reader(text, world, expressions)
-    meanings = expressions.findings.meanings
-    try:
-        formula, lasts = reader.requirement()
-    except ExprErrors as failure:
-        meanings.append(Meaning(at, text, reader.scope, None))
-        for error in failure.errors:
-            expressions.report(at, text, error)
+    def _meant(self, reader: _Reader, at: Where, read: Callable[[], T]) -> T | None:
+        try:
+            return read()
+        except ExprErrors as failure:
+            self.expressions.findings.meanings.append(Meaning(at, reader.text, reader.scope, None))
+            for error in failure.errors:
+                self.expressions.report(at, reader.text, error)
         return None
-    parts = tuple(expressions_in(formula))
-    meanings.append(
-        Meaning(at, text, reader.scope, Logic("and", parts, type=Bool(), span=(0, len(text))))
-    )
-    readings = tuple(reader.readings.values())
-    return Requirement(" ".join(text.split()), because, formula, lasts, readings, at.place)
+
+    def _note(self, reader: _Reader, at: Where, found: Formula | Expr) -> None:
+        """For editors, what a text was taken for."""
+        text = reader.text
+        if isinstance(found, Atom | Junction | Temporal):
+            parts = tuple(expressions_in(found))
+        else:
+            parts = (found,)
+        names = self.lets.names_in(text)
+        shown = tuple(dict.fromkeys(_as_written(part, text, names) for part in parts))
+        whole = Logic("and", shown, type=Bool(), span=(0, len(text)))
+        self.expressions.findings.meanings.append(Meaning(at, text, reader.scope, whole))
+
+
+def _as_written(expr: Expr, text: str, names: frozenset[str]) -> Expr:
+    """An expression with names where what they stand for was written out."""
+    if not names:
+        return expr
+    if (name := text[slice(*expr.span)]) in names:
+        return LetRef(name, type=expr.type, span=expr.span)
+    return mapped(expr, lambda part: _as_written(part, text, names))
+
+
+def _report_same_names(
+    definitions: Sequence[RequirementDef], where: Where, expressions: Expressions
+) -> None:
+    first: dict[str, Where] = {}
+    for i, item in enumerate(definitions):
+        if item.name is None:
+            continue
+        at = where[i]["name"]
+        if first.setdefault(item.name, at) is not at:
+            expressions.findings.report(
+                "E0205",
+                f"requirement `{item.name}` is defined twice",
+                at.place,
+                related=(Related(first[item.name].place, "the other one"),),
+                help="give one of the two another name",
+            )
 
 
 class _Reader:
     """Reads one requirement: `readings` are values of agents that it names, `scope` all else."""
 
-    def __init__(self, text: str, world: World, expressions: Expressions) -> None:
+    def __init__(self, text: str, known: Formulas) -> None:
+        world, expressions = known.world, known.expressions
         self.readings: dict[str, Reading] = {}
-        self._text = text
+        self.text = text
+        self._lets = known.lets
         self._many = world.many
         self._definitions = expressions.definitions
         self.scope = constant_scope(expressions.definitions)
-        self._names = _Names(text, world, self.readings, self.scope.names())
+        self._names = Names(text, world, self.readings, self.scope.names())
 
     def requirement(self) -> tuple[Formula, bool]:
         """The formula inside `always(...)`, if it is there, and whether it is.
@@ -102,61 +170,76 @@ class _Reader:
         Raises:
             ExprErrors: what is wrong with the text.
         """
-        tree = parse_formula(self._text)
-        for root, groups in self._many.items():
-            tree = spread(tree, groups, root)
-        self._names.refuse_unknown_groups(tree)
+        tree = self._tree()
         lasts = _operator(tree) == "always"
         inner = self._arguments(tree, 1)[0] if lasts else tree
         formula = self._formula(inner)
         if (reach := reach_s(formula)) > MAX_SPAN_S:
             message = f"it is known {float(reach):g} s later what this formula says of a moment"
             help = f"let it look ahead over at most {MAX_SPAN_S} s, all in all"
-            raise _error(inner, message, help)
+            raise formula_error(inner, message, help)
         return formula, lasts
+
+    def named(self) -> Formula | Expr:
+        """What a name stands for: a formula, or a value.
+
+        Raises:
+            ExprErrors: what is wrong with the text.
+        """
+        tree = self._tree()
+        if isinstance(tree, ast.BoolOp) or _operator(tree) or _is_negation(tree):
+            return self._formula(tree)
+        refuse_misspelt(tree, self.scope.operators)
+        expr = self._condition(tree, None)
+        return Atom(expr) if isinstance(expr.type, Bool) else expr
+
+    def _tree(self) -> ast.expr:
+        tree = self._lets.written_out(parse_formula(self.text))
+        for root, groups in self._many.items():
+            tree = spread(tree, groups, root)
+        self._names.refuse_unknown_groups(tree)
+        return tree
 
     def _formula(self, node: ast.expr) -> Formula:
         match node:
             case ast.BoolOp():
                 both = isinstance(node.op, ast.And)
-                return Junction("and" if both else "or", self._all(node.values))
+                return Junction("and" if both else "or", self._all(node.values), span(node))
             case ast.UnaryOp(op=ast.Not()):
-                return Junction("not", self._all([node.operand]))
+                return Junction("not", self._all([node.operand]), span(node))
         op = _operator(node)
         if op == "implies":
             premise, conclusion = self._all(self._arguments(node, 2))
-            return Junction("or", (Junction("not", (premise,)), conclusion))
+            opposite = Junction("not", (premise,), span_of(premise))
+            return Junction("or", (opposite, conclusion), span(node), premise)
         if op == "since":
-            return Temporal("since", self._all(self._arguments(node, 2)))
+            return Temporal("since", self._all(self._arguments(node, 2)), at=span(node))
         if op in TIMED:
             span_node, operand = self._arguments(node, 2)
             span_s, reach = self._span(span_node)
-            return Temporal(cast(Any, op), self._all([operand]), span_s, reach)
+            return Temporal(cast(Any, op), self._all([operand]), span_s, reach, span(node))
         if op == "always":
             help = "what holds for some time is `throughout(0.2[s], p)`"
-            raise _error(node, "`always` stands only around a whole requirement", help)
+            raise formula_error(node, "`always` stands only around a whole requirement", help)
         refuse_misspelt(node, self.scope.operators)
-        return Atom(self._condition(node))
+        return Atom(self._condition(node, Bool()))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
         """The formulas of some operands, with what is wrong in any of them."""
         return tuple(each(partial(self._formula, node) for node in nodes))
 
-    def _condition(self, node: ast.expr) -> Expr:
+    def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
         for inner in ast.walk(node):
             if isinstance(inner, ast.expr) and inner is not node and (op := _operator(inner)):
                 message = f"`{op}` stands inside a value"
                 help = "join formulas with `and`, `or`, `not` and `implies` only"
-                raise _error(inner, message, help)
+                raise formula_error(inner, message, help)
         named = self._names.visit(node)
         read = {r.name: Declared(r.type, r.place) for r in self.readings.values()}
-        known = (enum for enums in self.scope.enums.values() for enum in enums)
-        types = reachable((r.type for r in self.readings.values()), inner_types)
-        enums = members_of([*known, *(t for t in types if isinstance(t, Enum))])
-        return self._typed(named, replace(self.scope, memory=read, enums=enums), Bool())
+        return self._typed(named, replace(self.scope, memory=read), expected)
 
-    def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real) -> Expr:
-        expr = check(node, self._text, scope, expected)
+    def _typed(self, node: ast.expr, scope: Scope, expected: Bool | Real | None) -> Expr:
+        expr = check(node, self.text, scope, expected)
         if has_unknown(expr):
             raise ExprError("", *span(node), code=FOLLOW_UP)
         return self._definitions.inlined(expr)
@@ -167,7 +250,7 @@ class _Reader:
         if not 0 <= value <= MAX_SPAN_S:
             message = f"a formula reaches over 0 to {MAX_SPAN_S} s, not over {value:g} s"
             help = "give the bound of the time within which it is decided"
-            raise _error(node, message, help)
+            raise formula_error(node, message, help)
         return Fraction(str(value)), expr
 
     def _arguments(self, node: ast.expr, count: int) -> list[ast.expr]:
@@ -177,7 +260,11 @@ class _Reader:
         help = f"it is written `{USAGE[op]}`"
         if op in TIMED:
             help += ": a run remembers only so much, so every operator but `always` has a bound"
-        raise _error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
+        raise formula_error(node, f"`{op}` takes {count} argument{'s' * (count > 1)}", help)
+
+
+def _is_negation(node: ast.expr) -> bool:
+    return isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
 
 
 def _operator(node: ast.expr) -> str:
@@ -185,216 +272,3 @@ def _operator(node: ast.expr) -> str:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in USAGE:
         return node.func.id
     return ""
-
-
-def _error(node: ast.expr, message: str, help: str = "", code: str = "E0335") -> ExprError:
-    return ExprError(message, *span(node), help, code)
-
-
-class _Names(ast.NodeTransformer):
-    """Puts one name in the place of every value of an agent, and notes the value."""
-
-    def __init__(
-        self, text: str, world: World, readings: dict[str, Reading], others: Sequence[str]
-    ) -> None:
-        """`others` are names that no value of an agent begins with."""
-        agents, plant = world.agents, world.plant
-        self._text = text
-        self._others = set(others)
-        self._agents = {agent.name for agent in agents}
-        self._groups = world.many.get("", ())
-        self._observed = {item.name: item for item in plant.observed} if plant else {}
-        self._roots = {*self._agents, PLANT} if plant else self._agents
-        self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
-        self._devices = {d.qualified_name: d for a in agents for d in a.devices}
-        self._readings = readings
-        self._uncertain = world.uncertain
-
-    def visit_Call(self, node: ast.Call) -> ast.expr:
-        """`state(agent.subsystem)` and `present(value)` are values themselves."""
-        name = node.func.id if isinstance(node.func, ast.Name) else ""
-        if name not in ("state", "present") or len(node.args) != 1:
-            self.generic_visit(node)
-            return node
-        argument = node.args[0]
-        steps = _steps(argument)
-        if name == "state":
-            owner = self._subsystem(".".join(steps) or _quoted(self._text, argument), argument)
-            states = Enum("", tuple(state.name for state in owner.states))
-            said = f"state({owner.qualified_name})"
-            return self._named(node, Reading(said, "state", *_of(owner), states, owner.place))
-        self._refuse_unknown(steps, argument)
-        known = self._reading(steps, argument)
-        return self._named(
-            node, replace(known, name=f"present({known.name})", type=Bool(), asks_presence=True)
-        )
-
-    def refuse_unknown_groups(self, tree: ast.expr) -> None:
-        """Report what a quantifier goes over that is neither written out nor a constant."""
-        names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
-        known = self._others | {name.id for name in names if isinstance(name.ctx, ast.Store)}
-        for node in ast.walk(tree):
-            match node:
-                case ast.Call(
-                    func=ast.Name(id=function),
-                    args=[
-                        ast.GeneratorExp(generators=[ast.comprehension(iter=ast.Name() as over)])
-                    ],
-                ) if function in BUILTIN_NAMES and over.id not in known:
-                    what = "group of agents"
-                    raise self._unknown(what, over.id, self._groups, over, None, "E0201")
-
-    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
-        """The variable of a quantifier is no agent."""
-        targets = (part.target for part in node.generators)
-        self._others |= {target.id for target in targets if isinstance(target, ast.Name)}
-        self.generic_visit(node)
-        return node
-
-    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
-        """A value of a subsystem or device; components and fields of it stay as they are."""
-        steps = _steps(node)
-        self._refuse_unknown(steps, node)
-        if not steps or steps[0] not in self._roots or len(steps) > self._length(steps):
-            self.generic_visit(node)
-            return node
-        return self._named(node, self._reading(steps, node))
-
-    def _refuse_unknown(self, steps: list[str], node: ast.expr) -> None:
-        """Report a value of an agent that is not there."""
-        if steps and steps[0] not in (*self._roots, *self._others):
-            raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
-
-    def _named(self, node: ast.expr, reading: Reading) -> ast.expr:
-        self._readings.setdefault(reading.name, reading)
-        return ast.copy_location(ast.Name(reading.name, ast.Load()), node)
-
-    def _length(self, steps: Sequence[str]) -> int:
-        if steps[0] not in self._agents or (steps[0] == PLANT and steps[1] in self._observed):
-            return 2
-        if ".".join(steps[:2]) not in self._subsystems and steps[1:2] in (["E"], ["R"]):
-            return 4
-        return 5 if steps[2:3] in (["x"], ["y"]) else 3
-
-    def _reading(self, steps: list[str], node: ast.expr) -> Reading:
-        name = ".".join(steps)
-        if len(steps) < 2 or len(steps) != self._length(steps):
-            message = f"`{_quoted(self._text, node)}` is not a value"
-            help = (
-                "name memory `agent.subsystem.name`, a buffer `agent.subsystem.x.peer.element`, "
-                "a device `agent.E.device.element`, what is observed `plant.name`, or "
-                "`state(agent.subsystem)`"
-            )
-            raise _error(node, message, help)
-        if len(steps) == 2:
-            return self._of_plant(name, steps[1], node)
-        if len(steps) == 4:
-            return self._of_device(name, steps, node)
-        owner = self._subsystem(".".join(steps[:2]), node)
-        if len(steps) == 5:
-            return self._of_buffer(name, owner, steps, node)
-        memory = {item.name: item for item in owner.memory}
-        item = memory.get(steps[2])
-        if item is None:
-            raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
-        return Reading(name, "memory", *_of(owner, item.name), item.type, item.place)
-
-    def _of_buffer(self, name: str, owner: Subsystem, steps: list[str], node: ast.expr) -> Reading:
-        _, _, side, peer, element = steps
-        port = owner.port(side, peer)
-        if port is None:
-            peers = [p.peer for p in owner.ports if p.direction == side]
-            raise self._unknown(
-                f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
-            )
-        item = port.element(element)
-        if item is None:
-            known = [e.name for e in port.elements]
-            raise self._unknown("element", element, known, node, owner, "E0203")
-        place = item.type, item.place
-        if side == "y":
-            return Reading(name, "sent", *_of(owner, peer, element), *place)
-        if port.other_end in self._devices:
-            return Reading(name, "reported", *_of(owner, peer, element), *place)
-        return self._received(name, owner, port, item, node)
-
-    def _received(
-        self, name: str, reader: Subsystem, port: Port, item: Element, node: ast.expr
-    ) -> Reading:
-        """What a subsystem has in its buffer is what was sent there last, or its initial value."""
-        sender = self._subsystem(port.other_end, node)
-        ends = (p for p in sender.ports if p.other_end == reader.qualified_name)
-        back = next((p for p in ends if p.direction == "y" and p.element(item.name)), None)
-        if back is None:
-            raise ExprError("", *span(node), code=FOLLOW_UP)  # the ends differ, which is reported
-        initial = (reader.qualified_name, port.peer, item.name) if item.init is not None else None
-        key = _of(sender, back.peer, item.name)
-        return Reading(name, "sent", *key, item.type, item.place, initial)
-
-    def _of_plant(self, name: str, seen: str, node: ast.expr) -> Reading:
-        item = self._observed.get(seen)
-        if item is None:
-            raise self._unknown("value to observe", seen, self._observed, node, None, "E0203")
-        return Reading(name, "observed", "", (seen,), item.type, item.place)
-
-    def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
-        device = self._devices.get(".".join(steps[:3]))
-        if device is None:
-            wanted = ".".join(steps[:3])
-            raise self._unknown("device", wanted, self._devices, node, None, "E0220")
-        for side, kind in (("x", "sent"), ("y", "reported")):
-            item = next((e for e in getattr(device, side) if e.name == steps[3]), None)
-            if item is not None:
-                owner, peer = self._user(device, "y" if side == "x" else "x", item.name, node)
-                found = _of(owner, peer, item.name)
-                return Reading(name, kind, *found, item.type, item.place)  # type: ignore[arg-type]  # of the tuple above
-        known = [e.name for e in (*device.x, *device.y)]
-        raise self._unknown("element", steps[3], known, node, device, "E0203")
-
-    def _user(
-        self, device: Device, side: str, element: str, node: ast.expr
-    ) -> tuple[Subsystem, str]:
-        for subsystem in self._subsystems.values():
-            for port in subsystem.ports:
-                ends = port.direction, port.other_end
-                if ends == (side, device.qualified_name) and port.element(element):
-                    return subsystem, port.peer
-        raise ExprError("", *span(node), code=FOLLOW_UP)  # a device that nobody uses is reported
-
-    def _subsystem(self, name: str, node: ast.expr) -> Subsystem:
-        found = self._subsystems.get(name)
-        if found is None:
-            raise self._unknown("subsystem", name, self._subsystems, node, None, "E0220")
-        return found
-
-    def _unknown(
-        self,
-        what: str,
-        name: str,
-        known: object,
-        node: ast.expr,
-        owner: Subsystem | Device | None,
-        code: str,
-    ) -> ExprError:
-        doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain
-        help = suggestion(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
-        code = FOLLOW_UP if doubtful else code
-        return _error(node, f"unknown {what} `{name}`", help, code)
-
-
-def _of(owner: Subsystem, *element: str) -> tuple[str, tuple[str, ...]]:
-    return owner.qualified_name, element
-
-
-def _steps(node: ast.expr) -> list[str]:
-    """The names of `a.b.c`; none of anything else."""
-    names: list[str] = []
-    while isinstance(node, ast.Attribute):
-        names.append(node.attr)
-        node = node.value
-    return [*names, node.id][::-1] if isinstance(node, ast.Name) else []
-
-
-def _quoted(text: str, node: ast.expr) -> str:
-    start, end = span(node)
-    return text[start:end]

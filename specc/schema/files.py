@@ -205,16 +205,26 @@ class TaskDef(Part):
     )
 
 
-class RequirementDef(Part):
+class FormulaLetDef(Part, short="is"):
+    """A name for a part of formulas."""
+
+    value: Annotated[str, Text(Role("formula"), filled=True)] = key(
+        about="A formula, or a value in one, that the name stands for.", spelled="is"
+    )
+
+
+class RequirementDef(Part, first="name let"):
     """What every run is watched for."""
 
+    name: ReadableName | None = key(None, "What it is called in reports, tables and plots.")
+    let: dict[ReadableName, FormulaLetDef] = key({}, "Names for parts of it.", defines="let")
     that: Annotated[str, Text(Role("formula"), filled=True)] = key(
         about="A formula of temporal logic over states, memory and buffers."
     )
     because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")
 
 
-_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "require"))
+_OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "let", "require"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
 
 
@@ -258,6 +268,9 @@ class SpecFile(
     agent: AgentDef | None = key(None, "An agent to reuse.")
     plant: PlantDef | None = key(None, "What stands behind the devices.", step="simulation")
     task: TaskDef | None = key(None, step="simulation")
+    let: dict[ReadableName, FormulaLetDef] = key(
+        {}, "Names for parts of the formulas of `require` and of disturbances.", defines="let"
+    )
     require: Annotated[list[RequirementDef], Listed(most=MAX_REQUIREMENTS)] = key(
         [], "What every run of the system is watched for."
     )

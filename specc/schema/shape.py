@@ -10,11 +10,10 @@ from typing import Any, Literal, TypeVar
 
 from specc.diagnostics import (
     Diagnostic,
-    Edit,
     Faults,
-    Fix,
     TooManyFaultsError,
     nearest,
+    renaming,
     surely_meant,
 )
 from specc.schema.files import SpecFile
@@ -211,7 +210,7 @@ class _Check:
             hint = f"known keys: {', '.join(f'`{one}`' for one in known[:_LISTED_KEYS])}{rest}"
         place = Place(self._file, (*route, name), "key")
         meant = surely_meant(name, close)
-        fix = Fix(f"write `{meant}`", (Edit(place, meant),)) if meant else None
+        fix = renaming(place, name, meant)
         words = f"unknown key `{name}`{_inside(route)}"
         self.findings.add(Diagnostic("E0101", words, place, help=hint, fix=fix))
 

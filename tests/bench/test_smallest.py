@@ -16,8 +16,13 @@ Main = Callable[[Sequence[str]], object]
     [
         (analysis.main, "--repeats 1 --states 4 --rows 2", "4"),
         (growth.main, "--sizes 3 --only enum", "enum"),
-        (many_agents.main, "--counts 2 --duration 1 --repeats 1", "rovers"),
-        (startup.main, "--repeats 1", "first step"),
+        pytest.param(
+            many_agents.main,
+            "--counts 2 --duration 1 --repeats 1",
+            "rovers",
+            marks=pytest.mark.long,
+        ),
+        pytest.param(startup.main, "--repeats 1", "first step", marks=pytest.mark.long),
     ],
     ids=["analysis", "growth", "many_agents", "startup"],
 )

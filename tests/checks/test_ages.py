@@ -14,6 +14,7 @@ from specc.analysis import Facts
 from specc.analysis.ages import Held, Trail
 from specc.analysis.dataflow import Node
 from specc.pipeline import read_spec
+from tests.seeds import Seeds, blocks
 
 RATES = (100, 50, 40, 30, 25, 20, 12, 10)
 TICKS_HZ = 600
@@ -107,8 +108,13 @@ def observed(stages: list[Stage], seed: int, gap: int = 0) -> Fraction | None:
     return None if greatest is None else Fraction(greatest, TICKS_HZ)
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(40), long=80, each=40))
+def test_the_greatest_age_is_met_and_never_exceeded(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        the_greatest_age_is_met_and_never_exceeded(seed, tmp_path)
+
+
+def the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -> None:
     stages = chain(seed)
     path = tmp_path / "chain.yaml"
     path.write_text(specification(stages))
@@ -128,8 +134,13 @@ def test_the_greatest_age_is_met_and_never_exceeded(seed: int, tmp_path: Path) -
                 assert met == found.age_s
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(40), long=80, each=40))
+def test_samples_of_a_sporadic_device_are_as_old_as_its_gap(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        samples_of_a_sporadic_device_are_as_old_as_its_gap(seed, tmp_path)
+
+
+def samples_of_a_sporadic_device_are_as_old_as_its_gap(seed: int, tmp_path: Path) -> None:
     stages = chain(seed)
     draw = random.Random(seed)
     stages[0].asks = draw.random() < 0.3

@@ -1,4 +1,4 @@
-"""Small specifications, each with the report that it gets as a comment at its head.
+"""Every specification of the tree keeps the laws; a case has its report as a comment at its head.
 
 A case is `tests/cases/FAMILY/CODE-what.yaml`, or `ok-what.yaml` for one without findings. With
 `SPECC_UPDATE_CASES=1` in the environment the heads are rewritten instead of compared.
@@ -14,10 +14,8 @@ import pytest
 from specc.diagnostics.code import all_codes
 from specc.diagnostics.render import text
 from specc.diagnostics.report import report, resolve
-from specc.pipeline import compile_spec
+from tests.corpus import CASES, LAWS, ROOT, SPECS, Subject
 
-CASES = Path(__file__).resolve().parents[1] / "cases"
-FILES = sorted(CASES.glob("*/*.yaml"))
 UPDATE = "SPECC_UPDATE_CASES" in os.environ
 
 NO_SPEC = {
@@ -48,10 +46,10 @@ NO_SPEC = {
 """Codes that no specification has, with the reason."""
 
 
-def found_in(case: Path) -> str:
-    """The report about a case, run from its own folder."""
-    result = compile_spec(case.name)
-    return text.render(report(resolve(result.diagnostics, result.sources), [case.name]))
+def told_of(subject: Subject) -> str:
+    """The report about a specification, as it is printed in its own folder."""
+    found = resolve(subject.result.diagnostics, subject.result.sources)
+    return text.render(report(found, [subject.name]))
 
 
 def head_and_body(content: bytes) -> tuple[str, bytes]:
@@ -73,20 +71,31 @@ def update(case: Path) -> None:
     """Rewrite the head until it is the report about the file that begins with it."""
     for _ in range(5):
         content = case.read_bytes()
-        renewed = with_head(content, found_in(case))
+        renewed = with_head(content, told_of(Subject(case.name)))
         if renewed == content:
             return
         case.write_bytes(renewed)
     raise AssertionError(f"the report about {case} does not settle")
 
 
-@pytest.mark.parametrize("case", FILES, ids=lambda case: f"{case.parent.name}/{case.stem}")
-def test_a_case_gets_the_report_at_its_head(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(case.parent)
-    if UPDATE:
-        update(case)
+@pytest.mark.parametrize(
+    "path", [*CASES, *SPECS], ids=lambda path: f"{path.parent.name}/{path.stem}"
+)
+def test_a_file_keeps_the_laws(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    is_case = path.is_relative_to(ROOT / "tests")
+    if UPDATE and is_case:
+        update(path)
+    subject = Subject(path.name)
+    if is_case:
+        the_report_is_at_the_head(path, subject)
+    for law in LAWS:
+        law(subject)
+
+
+def the_report_is_at_the_head(case: Path, subject: Subject) -> None:
     expected = head_and_body(case.read_bytes())[0]
-    found = found_in(case)
+    found = told_of(subject)
     assert found.splitlines() == expected.splitlines()
     wanted = case.stem.split("-")[0]
     # A small specification leaves much open that is not its subject.
@@ -101,16 +110,12 @@ EVERYWHERE = {"O0503"}
 """Most plants of cases have no task."""
 
 
-@pytest.mark.parametrize("code", all_codes())
-def test_every_code_has_a_case_or_a_reason(code: str) -> None:
-    has_case = any(case.name.startswith(f"{code}-") for case in FILES)
-    assert has_case != (code in NO_SPEC)
+def test_every_code_has_a_case_or_a_reason() -> None:
+    with_case = {case.stem.split("-")[0] for case in CASES} - {"ok"}
+    assert with_case | NO_SPEC.keys() == all_codes().keys()
+    assert not with_case & NO_SPEC.keys()
 
 
 def test_every_family_accepts_something() -> None:
-    families = {case.parent for case in FILES}
-    assert families == {case.parent for case in FILES if case.name.startswith("ok-")}
-
-
-def test_reasons_are_about_existing_codes() -> None:
-    assert NO_SPEC.keys() <= all_codes().keys()
+    families = {case.parent for case in CASES}
+    assert families == {case.parent for case in CASES if case.name.startswith("ok-")}

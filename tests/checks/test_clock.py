@@ -11,6 +11,7 @@ import pytest
 from specc.lang import Environment, evaluate
 from specc.proof import Decision, Prover
 from tests.checks.texts import condition, machine
+from tests.seeds import Seeds, blocks
 
 PERIODS = 700
 TERMS = (
@@ -52,8 +53,13 @@ def test_a_sum_is_decided_like_the_time_itself() -> None:
     assert decided(["elapsed + 0.1[s] <= 0.4[s]", "elapsed > 0.35[s]"], Fraction(10)).proved
 
 
-@pytest.mark.parametrize("seed", range(120))
-def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(30), long=120, each=40))
+def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seeds: Seeds) -> None:
+    for seed in seeds:
+        decided_as_counted(seed)
+
+
+def decided_as_counted(seed: int) -> None:
     rng = random.Random(seed)
     rate_hz = Fraction(rng.choice((10, 20, 30, Fraction(100, 3), 100)))
     a, b = (f"{rng.choice(TERMS)} {{}} {rng.choice(LIMITS)}" for _ in range(2))
@@ -63,9 +69,9 @@ def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seed: int) ->
          [f"{a.format(op)} and {b.format('<')}", f"not {a.format(op)}", b.format(">=")])
     )  # fmt: skip
     decision, held = decided(rows, rate_hz), counts(rows, rate_hz)
-    assert decision.proved == (held == {1}), rows
-    assert (decision.gap is not None) == (0 in held), rows
-    assert (decision.overlap is not None) == any(count > 1 for count in held), rows
+    assert decision.proved == (held == {1}), (seed, rows)
+    assert (decision.gap is not None) == (0 in held), (seed, rows)
+    assert (decision.overlap is not None) == any(count > 1 for count in held), (seed, rows)
 
 
 def test_time_that_rises_and_falls_is_decided_where_it_turns() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from specc.lang import Environment, evaluate
 from tests.checks.texts import condition, prove
+from tests.seeds import Seeds, blocks
 
 SUMS = (
     "d", "e", "d + e", "d - e", "e + d", "d * 2", "d + d", "d / 3", "d * 3", "d + 0.1",
@@ -82,8 +83,13 @@ def holding(texts: list[str], world: Environment) -> int | None:
         return None
 
 
-@pytest.mark.parametrize("seed", range(90))
-def test_what_is_proved_holds_of_floats(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(90), long=180, each=90))
+def test_what_is_proved_holds_of_floats(seeds: Seeds) -> None:
+    for seed in seeds:
+        what_is_proved_holds_of_floats(seed)
+
+
+def what_is_proved_holds_of_floats(seed: int) -> None:
     rng = random.Random(seed)
     texts = rows(rng)
     if not prove(*texts).proved:

@@ -67,7 +67,7 @@ def as_mujoco_reads(path: Path) -> Model:
 
 
 def sizes_in(path: Path) -> Model:
-    return replace(read_model(str(path)), parts={}, defaults=set(), compiler={}, files=(), name="")
+    return replace(read_model(str(path)), parts={}, files=(), name="")
 
 
 def test_the_time_step(tmp_path: Path) -> None:
@@ -122,15 +122,9 @@ def test_models_that_are_attached_bring_their_names(tmp_path: Path) -> None:
     assert read_model(str(path)).driven("al_push") == "al_slide"
 
 
-@pytest.mark.parametrize("attached", ["none.xml", "loop.xml", "twice.xml"])
+@pytest.mark.parametrize("attached", ["none.xml", "loop.xml"])
 def test_names_are_not_all_known_where_models_cannot_be_read(attached: str, tmp_path: Path) -> None:
     text = "<mujoco><asset>{}</asset><worldbody>{}</worldbody></mujoco>"
-    for number in range(30):  # each with twice the names of the next
-        models = f'<model name="m" file="{number + 1}.xml"/>'
-        pair = '<attach model="m" prefix="a"/><attach model="m" prefix="b"/><camera name="c"/>'
-        (tmp_path / f"{number}.xml").write_text(text.format(models, pair))
-    (tmp_path / "30.xml").write_text(WORLD)
-    (tmp_path / "twice.xml").write_bytes((tmp_path / "0.xml").read_bytes())
     path = tmp_path / "loop.xml"
     path.write_text(
         text.format(
@@ -145,12 +139,16 @@ def test_names_are_not_all_known_where_models_cannot_be_read(attached: str, tmp_
 
 SET_BY_CLASSES = """
 <mujoco>
-  <default><joint type="slide"/><motor gear="3"/>
-    <default class="one"><joint type="hinge"/><position gear="1"/></default></default>
+  <default><joint type="slide" range="-1 2"/><motor gear="3"/>
+    <default class="one"><joint type="hinge" range="-90 45"/><position gear="1"/>
+      <default class="two"><joint limited="false"/></default></default></default>
   <worldbody>
     <body><joint name="a"/><geom size="0.1"/></body>
     <body><joint name="b" class="one"/><geom size="0.1"/></body>
-    <body><joint name="c" type="hinge"/><geom size="0.1"/></body>
+    <body><joint name="c" type="hinge"/><geom size="0.1"/>
+      <body childclass="two"><joint name="d"/><geom size="0.1"/>
+        <body><joint name="e"/><joint name="f" axis="1 0 0" class="main"/><geom size="0.1"/></body>
+      </body></body>
   </worldbody>
   <actuator>
     <motor name="p" joint="a"/> <position name="q" joint="b" class="one"/>
@@ -158,25 +156,48 @@ SET_BY_CLASSES = """
   </actuator>
 </mujoco>
 """
+PLANTS = sorted(Path("specs/plants").glob("*.xml"))
 
 
-@pytest.mark.parametrize("text", [WORLD, SET_BY_CLASSES], ids=["plain", "classes"])
-def test_kinds_that_are_known_are_those_of_mujoco(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "world.xml"
-    path.write_text(text)
+@pytest.mark.parametrize("text", [WORLD, SET_BY_CLASSES, *PLANTS], ids=str)
+def test_what_is_known_of_joints_and_actuators_is_what_mujoco_makes_of_them(
+    text: str | Path, tmp_path: Path
+) -> None:
+    path = text if isinstance(text, Path) else tmp_path / "world.xml"
+    if isinstance(text, str):
+        path.write_text(text)
     ours, theirs = read_model(str(path)), mujoco.MjModel.from_xml_path(str(path))
     kinds = dict(enumerate(("free", "ball", "slide", "hinge")))
     for index, name in enumerate(names(theirs, mujoco.mjtObj.mjOBJ_JOINT, theirs.njnt)):
-        assert ours.joint_kind(name) in ("", kinds[int(theirs.jnt_type[index])])
+        if not name:
+            continue
+        kind = kinds[int(theirs.jnt_type[index])]
+        assert ours.joint_kind(name) == kind
+        limited = theirs.jnt_limited[index] and kind in ("hinge", "slide")
+        range = tuple(theirs.jnt_range[index]) if limited else None
+        assert ours.joint_range(name) == (range and pytest.approx(range))
     for index, name in enumerate(names(theirs, mujoco.mjtObj.mjOBJ_ACTUATOR, theirs.nu)):
-        joint = mujoco.mj_id2name(
-            theirs, mujoco.mjtObj.mjOBJ_JOINT, int(theirs.actuator_trnid[index][0])
-        )
+        which = int(theirs.actuator_trnid[index][0])
+        joint = mujoco.mj_id2name(theirs, mujoco.mjtObj.mjOBJ_JOINT, which)
+        if not name or theirs.actuator_trntype[index] != mujoco.mjtTrn.mjTRN_JOINT:
+            continue
         assert ours.driven(name) == joint
-        direct = ours.driven(name, direct=True)
-        assert direct in ("", joint if theirs.actuator_gear[index][0] == 1 else "")
-    assert ours.driven("p" if "p" in ours.actuators else "none", direct=True) == ""
-    assert ours.joint_kind("hinge" if text is WORLD else "c") == "hinge"
+        is_direct = theirs.actuator_gear[index][0] == 1
+        assert ours.driven(name, direct=True) == (joint if is_direct else "")
+
+
+def test_files_that_are_not_there_are_named(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(
+        '<mujoco><asset><mesh file="hand.obj"/></asset><worldbody/></mujoco>'
+    )
+    (tmp_path / "there.png").write_bytes(b"")
+    path = tmp_path / "cell.xml"
+    path.write_text(
+        '<mujoco><asset><model name="arm" file="arm.xml"/><hfield name="h" file="hills.png"/>'
+        '<texture name="t" type="2d" file="there.png"/></asset><worldbody>'
+        '<attach model="arm" prefix="a/"/></worldbody></mujoco>'
+    )
+    assert read_model(str(path)).missing == ("the height field hills.png", "the mesh hand.obj")
 
 
 def test_includes_stand_for_their_content(tmp_path: Path) -> None:
@@ -218,3 +239,93 @@ def test_generated_names_make_the_list_open(tmp_path: Path) -> None:
     path = tmp_path / "many.xml"
     path.write_text(WORLD.replace('<body name="b">', '<replicate count="2"/><body name="b">'))
     assert not read_model(str(path)).complete
+
+
+def _doubling(levels: int) -> dict[str, str]:
+    """Models of which each attaches the next one twice."""
+    pair = "<attach model='m' prefix='a'/><attach model='m' prefix='b'/>"
+    made = {
+        f"{i}.xml": f"<mujoco><asset><model name='m' file='{i + 1}.xml'/></asset>"
+        f"<worldbody>{pair}</worldbody></mujoco>"
+        for i in range(levels)
+    }
+    return {**made, f"{levels}.xml": PLAIN}
+
+
+PLAIN = "<mujoco><worldbody><body name='b'><geom size='1'/></body></worldbody></mujoco>"
+NESTED = "<replicate count='1000'>" * 3 + "<geom size='1'/>" + "</replicate>" * 3
+
+
+def _attaching(name: str, times: int) -> str:
+    """A model that attaches another one so many times."""
+    attached = "".join(f"<attach model='m' prefix='p{i}_'/>" for i in range(times))
+    asset = f"<asset><model name='m' file='{name}'/></asset>"
+    return f"<mujoco>{asset}<worldbody>{attached}</worldbody></mujoco>"
+
+
+def _with(*elements: str) -> str:
+    return f"<mujoco>{''.join(elements)}</mujoco>"
+
+
+HOSTILE: dict[str, tuple[str, dict[str, str]]] = {
+    "with the copies": (_with(f"<worldbody>{NESTED}</worldbody>"), {}),
+    "m.xml, line 1: with the copies": (
+        _with("<worldbody><replicate count='1e12'><site/></replicate></worldbody>"),
+        {},
+    ),
+    "with the copies of this": (
+        _with("<worldbody><composite count='9999 9999 9999'/></worldbody>"),
+        {},
+    ),
+    "more than 20,000 names": (
+        _attaching("a.xml", 150),
+        {"a.xml": _attaching("b.xml", 150), "b.xml": PLAIN},
+    ),
+    "20,000 names": (_attaching("0.xml", 1), _doubling(30)),
+    "more than 200,000 elements": (
+        _attaching("a.xml", 50),
+        {"a.xml": _with("<worldbody><replicate count='9000'><site/></replicate></worldbody>")},
+    ),
+    "a timestep of 1e-09 s": (_with("<option timestep='1e-9'/>"), {}),
+    "line 2: a timestep of 1e+09 s": (_with("\n<option timestep='1e9'/>"), {}),
+    "1e+18 `iterations`": (_with("<option iterations='1e30'/>"), {}),
+    "a <texture> of 10,000,000,000 numbers": (
+        _with("<asset><texture name='t' width='100000' height='100000'/></asset>"),
+        {},
+    ),
+    "more than 20,000 places": (
+        _with(
+            *(f"<compiler meshdir='d{i}'/>" for i in range(200)),
+            "<asset>",
+            *(f"<mesh file='{i}.stl'/>" for i in range(200)),
+            "</asset>",
+        ),
+        {},
+    ),
+    "a <hfield> of": (_with("<asset><hfield nrow='99999' ncol='99999'/></asset>"), {}),
+    "<size> reserves": (_with("<size memory='900G'/>"), {}),
+    "<size> reserves more": (_with("<size nuserdata='2000000000'/>"), {}),
+}
+"""What is said of a model -> the model, and others beside it."""
+
+
+def test_sizes_are_told_from_the_text(tmp_path: Path) -> None:
+    for number, (said, (text, others)) in enumerate(HOSTILE.items()):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        for name, content in {"m.xml": text, **others}.items():
+            (folder / name).write_text(content)
+        with pytest.raises(ModelError) as refused:
+            read_model(str(folder / "m.xml"))
+        assert said in str(refused.value)
+
+
+def test_meshes_are_weighed_and_not_read(tmp_path: Path) -> None:
+    (tmp_path / "m.xml").write_text(_with("<asset><mesh name='a' file='a.stl'/></asset>"))
+    with (tmp_path / "a.stl").open("wb") as mesh:
+        mesh.truncate(400_000_000)
+    assert read_model(str(tmp_path / "m.xml")).size == 2 + 1
+    with (tmp_path / "a.stl").open("wb") as mesh:
+        mesh.truncate(600_000_000)
+    with pytest.raises(ModelError, match=r"with a\.stl its files have more than 500,000,000 bytes"):
+        read_model(str(tmp_path / "m.xml"))

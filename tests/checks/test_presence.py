@@ -16,6 +16,7 @@ from specc.model.fsm import Transition
 from specc.model.system import Element, Port, Subsystem
 from specc.model.trace import Trace
 from tests.checks.conditions import BOOL, HERE, machine, named
+from tests.seeds import Seeds, blocks
 
 Names = frozenset[tuple[str, str]]
 INPUTS = [("c", name) for name in "abcd"]
@@ -74,8 +75,13 @@ def followed(steps: tuple[Step, ...], arrivals: Arrivals) -> dict[str, Names]:
     return {state: frozenset.intersection(*sets) for state, sets in ways.items()}
 
 
-@pytest.mark.parametrize("seed", range(200))
-def test_presence_is_what_all_ways_have_in_common(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(200), long=400, each=200))
+def test_presence_is_what_all_ways_have_in_common(seeds: Seeds) -> None:
+    for seed in seeds:
+        presence_is_what_all_ways_have_in_common(seed)
+
+
+def presence_is_what_all_ways_have_in_common(seed: int) -> None:
     machine_, steps, arrivals = random_flow(seed)
     expected = followed(steps, arrivals)
     found = Presence(machine_, steps, arrivals).in_functions
@@ -83,8 +89,13 @@ def test_presence_is_what_all_ways_have_in_common(seed: int) -> None:
     assert expected.keys() == reached_from("S0", steps)
 
 
-@pytest.mark.parametrize("seed", range(200))
-def test_a_way_without_an_element_is_one(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(200), long=400, each=200))
+def test_a_way_without_an_element_is_one(seeds: Seeds) -> None:
+    for seed in seeds:
+        a_way_without_an_element_is_one(seed)
+
+
+def a_way_without_an_element_is_one(seed: int) -> None:
     machine_, steps, arrivals = random_flow(seed)
     presence = Presence(machine_, steps, arrivals)
     for state in reached_from("S0", steps):

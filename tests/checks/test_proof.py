@@ -39,6 +39,7 @@ from tests.checks.conditions import (
     with_lets,
     worlds,
 )
+from tests.seeds import Seeds, blocks
 
 WORLDS = list(worlds())
 REAL = Real()
@@ -86,8 +87,13 @@ def possible(axiom: Expr, lets: dict[str, Expr]) -> bool:
     return bool(situations(TRUE, FALSE, (axiom,), lets))
 
 
-@pytest.mark.parametrize("seed", range(25))
-def test_verdicts_agree_with_trying_everything(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(25), long=50, each=25))
+def test_verdicts_agree_with_trying_everything(seeds: Seeds) -> None:
+    for seed in seeds:
+        verdicts_agree_with_trying_everything(seed)
+
+
+def verdicts_agree_with_trying_everything(seed: int) -> None:
     rng = random.Random(seed)
     lets: dict[str, Expr] = {}
     for name in ("l", "m"):
@@ -109,8 +115,13 @@ def test_verdicts_agree_with_trying_everything(seed: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(25))
-def test_every_situation_of_a_witness_is_a_fault(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(25), long=50, each=25))
+def test_every_situation_of_a_witness_is_a_fault(seeds: Seeds) -> None:
+    for seed in seeds:
+        every_situation_of_a_witness_is_a_fault(seed)
+
+
+def every_situation_of_a_witness_is_a_fault(seed: int) -> None:
     rng = random.Random(1000 + seed)
     rows = [condition(rng, 2, {}) for _ in range(2)]
     axiom = next(a for a in iter(lambda: condition(rng, 1, {}), None) if possible(a, {}))
@@ -143,8 +154,13 @@ def agrees(expr: Expr, world: Environment, answer: str) -> bool:
     return value in answer.split(" or ") if isinstance(value, str) else value == (answer == "true")
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_the_order_of_rows_does_not_matter(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(20), long=40, each=20))
+def test_the_order_of_rows_does_not_matter(seeds: Seeds) -> None:
+    for seed in seeds:
+        the_order_of_rows_does_not_matter(seed)
+
+
+def the_order_of_rows_does_not_matter(seed: int) -> None:
     rng = random.Random(2000 + seed)
     rows = [condition(rng, 2, {}) for _ in range(3)]
     terminal = condition(rng, 1, {})

@@ -23,6 +23,7 @@ from specc.resolve.machine import none_of
 from tests.checks.conditions import HERE, condition, machine, worlds
 from tests.checks.texts import condition as typed
 from tests.checks.texts import prove
+from tests.seeds import Seeds, blocks
 
 CASES = Path(__file__).resolve().parents[1] / "cases" / "machines"
 ROW = re.compile(r"the row `\[(\w+), (\w+), (\w+), \.\.\.\]`")
@@ -57,8 +58,13 @@ def otherwise(others: Sequence[Transition], row: Transition) -> Transition:
     return replace(row, condition=replace(NO_OTHER, when=when), remainder=True)
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_repairs_end_in_a_proof(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(40), long=80, each=40))
+def test_repairs_end_in_a_proof(seeds: Seeds) -> None:
+    for seed in seeds:
+        repairs_end_in_a_proof(seed)
+
+
+def repairs_end_in_a_proof(seed: int) -> None:
     rng = random.Random(seed)
     rows = [condition(rng, 2, {}) for _ in range(rng.randint(1, 3))]
     subsystem = machine(rows, terminal=condition(rng, 1, {}), axioms=(condition(rng, 1, {}),))
@@ -75,8 +81,13 @@ def told_of(rows: list[Expr], terminal: Expr, axiom: Expr) -> list[tuple[bool, .
     return [tuple(bool(evaluate(row, world)) for row in rows) for world in there]
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_repairs_of_overlaps_keep_rows_apart(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(24), long=48, each=24))
+def test_repairs_of_overlaps_keep_rows_apart(seeds: Seeds) -> None:
+    for seed in seeds:
+        repairs_of_overlaps_keep_rows_apart(seed)
+
+
+def repairs_of_overlaps_keep_rows_apart(seed: int) -> None:
     """No repair makes two rows ask the same, or leaves a gap, and in the end none overlap."""
     rng = random.Random(700 + seed)
     terminal, axiom = condition(rng, 1, {}), condition(rng, 1, {})
@@ -100,8 +111,13 @@ def test_repairs_of_overlaps_keep_rows_apart(seed: int) -> None:
     raise AssertionError("the repairs do not end")
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_what_is_told_are_all_situations(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(40), long=80, each=40))
+def test_what_is_told_are_all_situations(seeds: Seeds) -> None:
+    for seed in seeds:
+        what_is_told_are_all_situations(seed)
+
+
+def what_is_told_are_all_situations(seed: int) -> None:
     rng = random.Random(900 + seed)
     terminal, axiom = condition(rng, 1, {}), condition(rng, 1, {})
     rows = [condition(rng, 2, {}) for _ in range(rng.randint(1, 4))]
@@ -117,8 +133,13 @@ def test_what_is_told_are_all_situations(seed: int) -> None:
             assert told == is_wrong or (witness.some and is_wrong)
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_a_missing_row_is_missing_once(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(40), long=80, each=40))
+def test_a_missing_row_is_missing_once(seeds: Seeds) -> None:
+    for seed in seeds:
+        a_missing_row_is_missing_once(seed)
+
+
+def a_missing_row_is_missing_once(seed: int) -> None:
     rng = random.Random(100 + seed)
     subsystem = machine([condition(rng, 3, {})], terminal=condition(rng, 1, {}))
     if verdict_of(subsystem).decision.gap:

@@ -19,6 +19,7 @@ from specc.proof.solver import solve
 from tests.checks.conditions import condition, machine
 from tests.checks.texts import condition as typed
 from tests.checks.texts import prover
+from tests.seeds import Seeds, blocks
 
 ROOT = Path(__file__).resolve().parents[2]
 BOOL, INT = Bool(), Int()
@@ -53,8 +54,13 @@ def tree(rng: random.Random, depth: int) -> Expr:
     return Logic(rng.choice(("and", "or")), parts, type=BOOL)
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_verdicts_about_sums_agree_with_trying(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(60), long=120, each=60))
+def test_verdicts_about_sums_agree_with_trying(seeds: Seeds) -> None:
+    for seed in seeds:
+        verdicts_about_sums_agree_with_trying(seed)
+
+
+def verdicts_about_sums_agree_with_trying(seed: int) -> None:
     rng = random.Random(seed)
     rows = [tree(rng, 1) for _ in range(2)]
     rows.append(Unary("not", Logic("or", tuple(rows), type=BOOL), type=BOOL))
@@ -68,8 +74,13 @@ def test_verdicts_about_sums_agree_with_trying(seed: int) -> None:
     assert (decision.overlap is not None) == any(count > 1 for count in enabled)
 
 
-@pytest.mark.parametrize("seed", range(30))
-def test_what_is_said_to_be_impossible_is(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(30), long=60, each=30))
+def test_what_is_said_to_be_impossible_is(seeds: Seeds) -> None:
+    for seed in seeds:
+        what_is_said_to_be_impossible_is(seed)
+
+
+def what_is_said_to_be_impossible_is(seed: int) -> None:
     """No values give the answers that the solver holds against a combination of all answers."""
     rng = random.Random(500 + seed)
     prover = Prover(machine([sums(rng) for _ in range(4)]), {})
@@ -85,8 +96,13 @@ def test_what_is_said_to_be_impossible_is(seed: int) -> None:
         )
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_solver_and_tables_agree_on_facts(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks([*range(20), 44], long=40, each=20))
+def test_solver_and_tables_agree_on_facts(seeds: Seeds) -> None:
+    for seed in seeds:
+        solver_and_tables_agree_on_facts(seed)
+
+
+def solver_and_tables_agree_on_facts(seed: int) -> None:
     rng = random.Random(3000 + seed)
     rows = [condition(rng, 2, {}) for _ in range(2)]
     prover = Prover(machine(rows), {})
@@ -104,6 +120,15 @@ def test_many_facts_are_proved() -> None:
     both = Logic("and", tuple(facts), type=BOOL)
     some_missing = Logic("or", tuple(Unary("not", f, type=BOOL) for f in facts), type=BOOL)
     assert Prover(machine([both, some_missing]), {}).prove_rows("S", "terminal").proved
+
+
+def test_rows_that_apply_whatever_the_facts_are_overlap_in_all_situations() -> None:
+    facts = [MemoryRef(f"m{i}", type=BOOL) for i in range(24)]
+    both = Logic("and", tuple(facts), type=BOOL)
+    either = Logic("or", (both, Unary("not", both, type=BOOL)), type=BOOL)
+    overlap = Prover(machine([either, either]), {}).prove_rows("S", "terminal").decision.overlap
+    assert overlap is not None
+    assert (overlap.answers, overlap.some) == ((), False)
 
 
 def test_the_flagship_needs_no_solver() -> None:

@@ -205,7 +205,7 @@ READER = (
     '      conditions: {terminal: {far: "x.m.d > 1[m]"}}\n'
     "      transitions: [[S0, terminal, always, S0]]\n",
 )
-SILENT = ("{y.c.d: d_d}", "{d_d: d_d}")
+SILENT = ("{y.c.d: d_d}", "{d_d: 2 * d_d}")
 SENDERS = {
     "a value with an error is sent all the same": (
         (),

@@ -69,7 +69,7 @@ def test_what_rests_on_measurements_is_a_warning(capsys: pytest.CaptureFixture[s
 def test_a_small_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explore", CONVEYOR, "--budget", "5"]) == 0
     said = capsys.readouterr().out
-    assert "belt.c, gate.c: stopped after" in said
+    assert "belt.c, gate.c: ended at the bound after" in said
     assert said.endswith("not everything was explored in 5 steps: --budget allows for more\n")
     assert main(["explore", CONVEYOR]) == 0
     assert "--budget" not in capsys.readouterr().out

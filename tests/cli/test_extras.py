@@ -18,6 +18,14 @@ for name in sys.argv.pop(1).split(","):
 from specc.cli import main
 sys.exit(main())
 """
+EACH = """\
+import sys
+for name in sys.argv[1].split(","):
+    sys.modules[name] = None
+from specc.cli import main
+for line in sys.stdin:
+    print("ended", line.split()[0], main(line.split()), flush=True)
+"""
 
 
 def specc(
@@ -34,25 +42,32 @@ def specc(
     )
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["validate", "{specs}/irp_picking.yaml", "{specs}/conveyor_gate.yaml"],
-        ["build", "{specs}/irp_picking.yaml", "--out", "out"],
-        ["fmt", "--check", "{specs}"],
-        ["status", "{specs}/irp_picking.yaml"],
-        ["ages", "{specs}/irp_picking.yaml"],
-        ["diff", "{specs}/irp_picking.yaml", "{specs}/irp_picking.yaml"],
-        ["explain", "E0601"],
-        ["schema"],
-        ["init", "new"],
-    ],
-    ids=lambda arguments: arguments[0],
-)
-def test_the_compiler_alone(arguments: list[str], tmp_path: Path) -> None:
-    filled = [argument.format(specs=ROOT / "specs") for argument in arguments]
-    done = specc(*filled, without=RUN, folder=tmp_path)
+def test_the_compiler_alone(tmp_path: Path) -> None:
+    """One process runs all commands one after the other."""
+    specs, spec = ROOT / "specs", ROOT / "specs/irp_picking.yaml"
+    commands = [
+        f"validate {spec} {specs}/conveyor_gate.yaml",
+        f"build {spec} --out out",
+        f"fmt --check {specs}",
+        f"status {spec}",
+        f"ages {spec}",
+        f"diff {spec} {spec}",
+        "explain E0601",
+        "schema",
+        "init new",
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", EACH, ",".join(RUN)],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT}/runtime"},
+        input="\n".join(commands),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.returncode, done.stderr.count("Traceback")) == (0, 0), done.stderr
+    ended = [line for line in done.stdout.splitlines() if line.startswith("ended ")]
+    assert ended == [f"ended {command.split()[0]} 0" for command in commands]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from bench.harness.lists import MAIN, MODEL, Spec, small, written
+from specc import pipeline
 from specc.cli.main import main
 from tests.house.tree import modules
 
@@ -27,7 +28,7 @@ COMMANDS = (
     ["witness", "--out=scenarios"],
     ["fmt", "--diff"],
 )
-DIFFS = ("text", "markdown", "json")
+EVERY = (*COMMANDS, *(["diff", f"--format={f}", "old.yaml"] for f in ("text", "markdown", "json")))
 IMPORTS = {
     "chart.scxml": '<scxml initial="a"><state id="a{0}"><transition event="b{0}" cond="c{0}" '
     'target="a{0}"/></state><parallel id="p{0}"/><state id="p{0}"/><{1}/></scxml>',
@@ -73,6 +74,7 @@ def hostile(part: Any) -> Iterator[Any]:
 
 
 SPECS = [*hostile(spec())]
+FEW = 7
 
 
 def assert_harmless(text: str, form: str = "") -> None:
@@ -104,22 +106,21 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+@pytest.mark.parametrize("share", [FEW, pytest.param(1, marks=pytest.mark.long)])
 def test_commands_print_no_text_raw(
-    arguments: list[str], folder: Path, capsys: pytest.CaptureFixture[str]
+    share: int, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for system in SPECS:
+    """Each text is compiled once; commands, or a share of them in turn, get what came of it."""
+    compiled, old = pipeline.compile_spec, pipeline.read_spec("old.yaml")
+    for number, system in enumerate(SPECS):
         (folder / MAIN).write_text(written(system))
-        check([*arguments, MAIN], capsys)
-
-
-@pytest.mark.parametrize("form", DIFFS)
-def test_differences_print_no_text_raw(
-    form: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for system in SPECS:
-        (folder / MAIN).write_text(written(system))
-        check(["diff", f"--format={form}", "old.yaml", MAIN], capsys)
+        result = compiled(MAIN)
+        for name in ("check_spec", "compile_spec"):
+            monkeypatch.setattr(pipeline, name, lambda _path, result=result: result)
+        read = {"old.yaml": old, MAIN: result}
+        monkeypatch.setattr(pipeline, "read_spec", read.__getitem__)
+        for arguments in EVERY[number % share :: share]:
+            check([*arguments, MAIN], capsys)
 
 
 @pytest.mark.parametrize("form", ["text", "json", "github", "junit"])

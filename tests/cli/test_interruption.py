@@ -163,6 +163,7 @@ def test_formatted_files_stay_whole(tmp_path: Path, delay_ms: float) -> None:
     assert texts == [new] * done + [odd] * (len(files) - done)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="nothing runs side by side")
 def test_what_was_found_side_by_side_is_told(tmp_path: Path) -> None:
     count = 1000

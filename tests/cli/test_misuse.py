@@ -1,17 +1,16 @@
-"""Misuse through the real command: clear words, the right exit code, never a traceback."""
+"""Misuse of the command: clear words, the right exit code, never a traceback."""
 
 import os
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from tests import commands
+
 ROOT = Path(__file__).parents[2]
 SPEC = (ROOT / "specs/conveyor_gate.yaml").read_text(encoding="utf-8")
 MODEL = (ROOT / "specs/plants/conveyor_gate.xml").read_text(encoding="utf-8")
-LIMIT_S = 30.0
 
 REFUSED, UNUSABLE = 1, 2
 """Exit codes: the specification or the run is wrong; usage is, or a file cannot be used."""
@@ -60,18 +59,10 @@ def folder(tmp_path: Path) -> Path:
 
 def specc(folder: Path, *arguments: str) -> tuple[int, str]:
     """Exit code of the command in a folder, and all that it printed, on one line."""
-    paths = os.pathsep.join((str(ROOT), str(ROOT / "runtime"), str(folder)))
-    done = subprocess.run(
-        [sys.executable, "-m", "specc", *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
+    done = commands.specc(
+        *arguments, cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)}, together=True
     )
-    return done.returncode, " ".join((done.stdout + done.stderr).split())
+    return done.returncode, " ".join(done.stdout.split())
 
 
 def assert_said(outcome: tuple[int, str], code: int, words: tuple[str, ...]) -> None:
@@ -194,10 +185,10 @@ def test_text_that_is_no_specification(name: str, folder: Path) -> None:
     assert_said(specc(folder, "validate", "gate.yaml"), case.code, (*case.words, "gate.yaml"))
 
 
-@pytest.mark.parametrize("command", ["build", "run"])
-def test_specification_with_errors_is_neither_built_nor_run(command: str, folder: Path) -> None:
+@pytest.mark.parametrize("what", ["build", "run"])
+def test_specification_with_errors_is_neither_built_nor_run(what: str, folder: Path) -> None:
     (folder / "gate.yaml").write_text(edit(SPEC, "y.E.v_s: v_n", "y.E.v_s: v_m"), encoding="utf-8")
-    assert_said(specc(folder, command, "gate.yaml"), REFUSED, ("E0201", "gate.yaml:29:", "1 error"))
+    assert_said(specc(folder, what, "gate.yaml"), REFUSED, ("E0201", "gate.yaml:29:", "1 error"))
     assert not (folder / "generated").exists()
 
 

@@ -9,6 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from tests.commands import specc as in_process
 from tests.docs.test_your_robot import pattern
 from tests.docs.tutorial import pieces
 
@@ -48,10 +51,32 @@ def specc(command: str, folder: Path) -> str:
     ).stdout
 
 
-def test_the_changes_fit_and_the_commands_answer_as_shown(tmp_path: Path) -> None:
-    spec = tmp_path / "specs" / "my_gate.yaml"
+def written(folder: Path) -> Path:
+    """The tutorial's specification, in a folder with its plant."""
+    spec = folder / "specs" / "my_gate.yaml"
     shutil.copytree(ROOT / "specs" / "plants", spec.parent / "plants")
     spec.write_text("".join(pieces("yaml")), encoding="utf-8")
+    return spec
+
+
+def test_the_changes_fit_and_exploring_answers_as_shown(tmp_path: Path) -> None:
+    spec = written(tmp_path)
+    explored = 0
+    for kind, block in BLOCK.findall(TEXT):
+        if kind == "diff":
+            spec.write_text(changed(spec.read_text(encoding="utf-8"), block), encoding="utf-8")
+        for step in block.split("$ ")[1:]:
+            command, _, shown = step.partition("\n")
+            if command.startswith("specc explore "):
+                said = in_process(*command.split()[1:], cwd=tmp_path, together=True).stdout
+                assert re.fullmatch(pattern(shown), said), f"$ {command}\n{said}"
+                explored += 1
+    assert explored > 1
+
+
+@pytest.mark.long
+def test_the_changes_fit_and_the_commands_answer_as_shown(tmp_path: Path) -> None:
+    spec = written(tmp_path)
     for kind, block in BLOCK.findall(TEXT):
         if kind == "diff":
             spec.write_text(changed(spec.read_text(encoding="utf-8"), block), encoding="utf-8")

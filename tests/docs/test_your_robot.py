@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
+import runpy
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import specc_runtime
+
+from tests.commands import modules_of, specc
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "your_robot.md"
 TEXT = DOCUMENT.read_text(encoding="utf-8")
@@ -41,23 +47,37 @@ def test_every_block_is_a_file_or_a_command() -> None:
 
 
 def test_the_commands_answer_as_shown(folder: Path) -> None:
+    """Those of `specc` and scripts run in this process, others in a shell."""
+    for step in STEPS:
+        command, _, shown = step.partition("\n")
+        said = answer(command, folder)
+        assert re.fullmatch(pattern(shown), said), f"$ {command}\n{said}"
+
+
+def answer(command: str, folder: Path) -> str:
+    program, *arguments = shlex.split(command.removeprefix("PYTHONPATH=. "))
+    if program == "specc":
+        environment = {**os.environ, "PYTHONPATH": str(folder)}
+        return specc(*arguments, cwd=folder, env=environment, together=True).stdout
+    if program == "python":
+        printed = io.StringIO()
+        with modules_of(folder), contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+            runpy.run_path(arguments[0], run_name="__main__")
+        return printed.getvalue()
     scripts = str(Path(sys.executable).parent)
     environment = {**os.environ, "PATH": os.pathsep.join((scripts, os.environ["PATH"]))}
     environment.pop("PYTHONPATH", None)
-    for step in STEPS:
-        command, _, shown = step.partition("\n")
-        done = subprocess.run(
-            command,
-            shell=True,
-            cwd=folder,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-        assert re.fullmatch(pattern(shown), done.stdout), f"$ {command}\n{done.stdout}"
+    return subprocess.run(
+        command,
+        shell=True,
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=120,
+        check=False,
+    ).stdout
 
 
 def test_a_plant_of_ones_own_takes_forty_lines(folder: Path) -> None:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -159,12 +160,16 @@ def unlike(values: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
-@given(st.tuples(*[texts] * TEXTS), st.booleans())
-@example(('"""\nimport os\n',) * TEXTS, True)
-@example(("\\",) * TEXTS, False)
-def test_no_text_changes_the_structure(found: tuple[str, ...], proved: bool) -> None:
-    assert shapes(unlike(found), proved) == plain_shapes(proved)
+@pytest.mark.parametrize("count", [30, pytest.param(300, marks=pytest.mark.long)])
+def test_no_text_changes_the_structure(count: int) -> None:
+    @settings(max_examples=count, deadline=None)
+    @given(st.tuples(*[texts] * TEXTS), st.booleans())
+    @example(('"""\nimport os\n',) * TEXTS, True)
+    @example(("\\",) * TEXTS, False)
+    def holds(found: tuple[str, ...], proved: bool) -> None:
+        assert shapes(unlike(found), proved) == plain_shapes(proved)
+
+    holds()
 
 
 def test_nasty_texts_survive_the_formatter() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from random import Random
@@ -25,11 +26,14 @@ from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
 from specc.tools.explore.required import groups
 from tests.explore.verdicts import misjudged
 from tests.scenarios.runs import SPECS
+from tests.seeds import blocks
 from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
 
 CASES = sorted(Path(__file__).parent.glob("cases/required-*.yaml"))
 TICKS = 60
+FAILING = (5060, 5065, 5106, 5125)
+"""Seeds of systems in which what is required fails with a step, or after one has failed."""
 ORDER = {False: 0, None: 1, True: 2}
 
 
@@ -127,7 +131,7 @@ def test_steady_ticks_are_stepped_at_once() -> None:
 def test_many_steady_ticks_at_once_are_those_one_by_one() -> None:
     rng = Random(11)
     waited = 0
-    for _ in range(600):
+    for _ in range(250):
         formula, _ = Formulas(rng).any(3)
         monitor = Monitor(r.Requirement("", "", formula, True, (), Place("")), Fraction(1, 9))
         state = monitor.begin
@@ -141,7 +145,7 @@ def test_many_steady_ticks_at_once_are_those_one_by_one() -> None:
             assert monitor.step(state, atoms, ticks) == (singly, said)
             waited += ticks > 1 and singly.left not in (state.left, monitor.begin.left)
             state = singly
-    assert waited > 100
+    assert waited > 40
 
 
 def test_waiting_for_long_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -206,9 +210,10 @@ def required(seed: int, folder: Path) -> Result | None:
     return compiled(tree, folder)
 
 
-def test_what_is_said_of_random_requirements_holds(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", blocks((*range(1000, 1002), *FAILING), long=120, each=30))
+def test_what_is_said_of_random_requirements_holds(seeds: Sequence[int], tmp_path: Path) -> None:
     said = dict.fromkeys(["proved", "violated", "may be violated", "open", "not explored"], 0)
-    for seed in range(1000, 1030):
+    for seed in seeds:
         result = required(seed, tmp_path)
         if result is None or not result.ok:
             continue
@@ -216,8 +221,8 @@ def test_what_is_said_of_random_requirements_holds(tmp_path: Path) -> None:
         assert misjudged(result, found, range(2), TICKS) == [], seed
         for judged in found.requirements:
             said[judged.verdict] += 1
-    assert said["proved"] > 20
-    assert said["violated"] + said["may be violated"] > 10
+    assert said["proved"]
+    assert said["violated"] + said["may be violated"]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
@@ -336,7 +341,7 @@ def test_violations_on_the_last_steps_of_the_budget_are_kept(budget: int) -> Non
     (group,) = groups(facts)
     abstraction = Abstraction(facts, group.requirements)
     watched = group.requirements
-    graph = Graph(Composition(group.names, abstraction, exact=False, watched=watched), budget)
+    graph = Graph(Composition(group.names, abstraction, watched=watched), budget)
     assert graph.violated == {0}
     number, (edge,) = graph.violation(0)
     assert number == len(graph.edges) < len(graph.configurations)
@@ -412,3 +417,35 @@ def test_what_holds_at_any_time_is_proved_beside_what_needs_times(tmp_path: Path
     small, there = "always(a.c.n < 94906268)", "always(state(a.c) == S0)"
     assert _verdicts([small], tmp_path) == ["proved"]
     assert _verdicts([small, there], tmp_path) == ["proved", "may be violated"]
+
+
+def test_what_is_never_asked_is_told(tmp_path: Path) -> None:
+    agents, _, _ = WAITING.partition("require:")
+    spec = tmp_path / "spec.yaml"
+    never = "state(a.c) == S1 and not present(a.eye.y.c.near_by)"
+    spec.write_text(
+        f"{agents}require:\n"
+        f"  - {{that: 'always({never} implies state(a.eye) == S0)', because: a}}\n"
+        "  - {that: 'always(state(a.c) == S1 implies state(a.eye) == S0)', because: b}\n"
+        f"  - {{that: 'always(not ({never}))', because: c}}\n",
+        encoding="utf-8",
+    )
+    found = explore(compile_spec(str(spec)).proofs, 2_000)
+    said = [each.words() for each in found.requirements]
+    assert said == ["proved, but never asked", "proved", "proved"]
+
+
+def test_what_looks_ahead_from_the_past_is_decided_or_said_to_do_so(tmp_path: Path) -> None:
+    """What always was so always is so."""
+    agents, _, _ = WAITING.partition("require:")
+    spec = tmp_path / "spec.yaml"
+    ahead = "within(0.2[s], state(a.eye) == S0)"
+    spec.write_text(
+        f"{agents}require:\n"
+        f"  - {{that: 'always(historically(1[s], {ahead}))', because: a}}\n"
+        f"  - {{that: 'always(once(1[s], {ahead}))', because: b}}\n",
+        encoding="utf-8",
+    )
+    found = explore(compile_spec(str(spec)).proofs, 2_000)
+    said = [each.words() for each in found.requirements]
+    assert said == ["proved", "not decided, since it looks ahead from the past"]

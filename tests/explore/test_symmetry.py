@@ -82,7 +82,7 @@ def composed(result: Result, *, symmetric: bool) -> tuple[Graph, Abstraction]:
     """The largest slice."""
     abstraction = Abstraction(result.proofs)
     names = max(abstraction.slices(), key=len)
-    composition = Composition(names, abstraction, exact=False, symmetric=symmetric)
+    composition = Composition(names, abstraction, symmetric=symmetric)
     return Graph(composition, 300_000), abstraction
 
 
@@ -110,7 +110,7 @@ def compiled(text: str, folder: Path) -> Result:
     return compile_spec(str(folder / "spec.yaml"))
 
 
-@pytest.mark.parametrize("faulty", [False, True])
+@pytest.mark.parametrize("faulty", [pytest.param(False, marks=pytest.mark.long), True])
 def test_rovers(faulty: bool, tmp_path: Path) -> None:
     """With the same result; the faulty dispatcher waits for a number that never comes."""
     text = ROVERS.replace("1..4", "1..3")

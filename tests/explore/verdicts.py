@@ -52,7 +52,7 @@ def belied(result: Result, there: Exploration, seeds: range, ticks: int) -> tupl
 
 
 def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], float]:
-    """The verdicts of a run on the requirements, and how long it was."""
+    """The verdicts of a run on the requirements, and how long it went before a step failed."""
     assert result.system is not None
     script = Script(result.system, str(seed), marks_of(result.system), NASTY)
     with package(filled(lower(result.system, NothingProved()))) as modules:
@@ -69,7 +69,8 @@ def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], float]:
                 required.advance(executor.tick)
             executor.finish()
         required.finish(executor.tick)
-        return [item["verdict"] for item in required.as_data()], executor.time_s
+        lasted_s = min((fault.time_s for fault in executor.faults), default=executor.time_s)
+        return [item["verdict"] for item in required.as_data()], lasted_s
 
 
 def misjudged(result: Result, found: Exploration, seeds: range, ticks: int) -> list[str]:

@@ -10,11 +10,6 @@ from importlinter import cli
 from tests.house.tree import ROOT, modules
 
 HEAVY = {"numpy", "networkx", "mujoco", "pinocchio", "cv2", "jinja2"}
-KNOWN_CIRCLES = (
-    {"specc.lower.finite", "specc.lower.terms"},
-    {"specc_runtime.safety", "specc_runtime.sampling", "specc_runtime.system"},
-)
-"""Still to be opened; no new one comes in beside them."""
 
 
 def test_import_contracts_hold(
@@ -56,5 +51,5 @@ def test_modules_do_not_import_each_other_in_circles(root: str, package: str) ->
         for module in modules(root, package)
         for name in module.imports_of(names - {module.name})
     )
-    found = (set(c) for c in networkx.strongly_connected_components(graph) if len(c) > 1)
-    assert [sorted(c) for c in found if not any(c <= known for known in KNOWN_CIRCLES)] == []
+    found = networkx.strongly_connected_components(graph)
+    assert [sorted(circle) for circle in found if len(circle) > 1] == []

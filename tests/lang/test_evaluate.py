@@ -13,7 +13,7 @@ from specc.model import expr as m
 from specc.model.types import Bool, Pose
 from tests.strategies import NAMES, SCOPE, Reading, conditions, environments, expressions, values
 
-LAWS = settings(derandomize=True, max_examples=150, deadline=None)
+LAWS = settings(max_examples=40, deadline=None)
 ARITHMETIC_FAULTS = (ZeroDivisionError, OverflowError, ValueError)
 
 

@@ -10,7 +10,7 @@ from specc.lang import ExprErrors, expression, parse_signature, parse_type, show
 from specc.model.types import Bool
 from tests.strategies import NAMES, SCOPE, expressions
 
-FUZZ = settings(derandomize=True, max_examples=400, deadline=None)
+FUZZ = settings(max_examples=150, deadline=None)
 
 
 def words(text: str) -> list[str]:

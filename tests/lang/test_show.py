@@ -9,7 +9,7 @@ from specc.model.types import Bool, Int, Real
 from tests.strategies import SCOPE, expressions
 
 
-@settings(derandomize=True, max_examples=500, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(expressions())
 def test_shown_expressions_read_back_as_themselves(tree: m.Expr) -> None:
     assert expression(show(tree), SCOPE, tree.type) == tree

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang import ExprError, TypeNames, parse_signature, parse_type
-from specc.lang.mismatch import has_variables, substitute, unify
+from specc.lang.mismatch import fits, has_variables, substitute, unify
 from specc.model.types import (
     Bool,
     Enum,
@@ -62,7 +62,7 @@ types = st.recursive(
     lambda inner: inner.map(ListOf),
     max_leaves=3,
 )
-LAWS = settings(derandomize=True, max_examples=200, deadline=None)
+LAWS = settings(max_examples=200, deadline=None)
 
 
 @LAWS
@@ -276,9 +276,10 @@ def test_what_a_pattern_was_made_from_unifies_with_it(type: Type, opened: set[st
 
 @LAWS
 @given(types, types)
-def test_types_without_variables_unify_only_with_themselves(a: Type, b: Type) -> None:
+def test_types_without_variables_unify_only_with_what_fits(a: Type, b: Type) -> None:
     assert not has_variables(a)
-    assert unify(a, b, {}) == (a == b)
+    assert unify(a, a, {})
+    assert fits(b, a) or not unify(a, b, {})
 
 
 def test_a_variable_stands_for_one_frame() -> None:

@@ -21,7 +21,7 @@ from specc.model.units import (
     parse_unit,
 )
 
-LAWS = settings(derandomize=True, max_examples=200, deadline=None)
+LAWS = settings(max_examples=200, deadline=None)
 COHERENT = [unit for unit in UNITS.values() if unit.is_coherent]
 
 

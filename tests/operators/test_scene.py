@@ -133,7 +133,7 @@ def test_what_is_seen_outranks_what_is_only_remembered():
 def test_labels_in_a_scene_are_unique_in_a_long_history():
     rng = np.random.default_rng(1)
     scene = ()
-    for _ in range(200):
+    for _ in range(60):
         count = int(rng.integers(4))
         seen = tuple(
             thing(f"sen_{n}", rng.uniform(0.6, 0.9), rng.uniform(-0.5, 0), confidence=0.02)

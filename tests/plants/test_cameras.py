@@ -55,6 +55,21 @@ def scene(renderer, seed=3):
     return plant
 
 
+@pytest.fixture(autouse=True)
+def closed(monkeypatch):
+    """Every plant is closed: a renderer holds hundreds of megabytes."""
+    made, make = [], MujocoPlant.__init__
+
+    def noted(self, *given, **options):
+        make(self, *given, **options)
+        made.append(self)
+
+    monkeypatch.setattr(MujocoPlant, "__init__", noted)
+    yield
+    for plant in made:
+        plant.close()
+
+
 @pytest.mark.parametrize("renderer", RENDERERS)
 def test_points_of_a_depth_image_lie_on_what_was_seen(renderer):
     """X = (u - cx) / fx Z, in the optical frame at the published pose, falls on the table."""

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from specc.cli import main
 from specc.diagnostics import Diagnostic, Edit, Fix, surely_meant
+from specc.diagnostics.renaming import reworded
 from specc.diagnostics.report import Change, Repair, resolve
 from specc.repair import repaired
 from specc.source import Place, SourceFile, Sources, Span
@@ -54,6 +55,82 @@ def test_typing_errors_are_mended_and_nothing_else_is_touched(
     assert "repaired a.yaml:" in capsys.readouterr().err
     assert mended(spec) == (0, wanted)
     assert "repaired" not in capsys.readouterr().err
+
+
+INDEXED = """\
+specc: 1.1
+system: demo
+agents:
+  y:
+    control:
+      rate: 10 Hz
+      y:
+        sequencers_{i}: {for: {i: 1..3}, goal: int}
+      memory:
+        rail_{i}: {for: {i: 1..3}, type: int, init: 0}
+      let:
+        beacon_{k}: {for: {k: 1..3}, type: int, is: "rail_{k} + 1"}
+      functions:
+        send:
+          y.sequencers_{i}.goal: {for: {i: 1..3}, is: "rail_{i} + beacon_{i}"}
+        step:
+          rail_{i}: {for: {i: 1..3}, is: "beacon_{i % 3 + 1}"}
+      behaviours: {work: {functions: [send, step], terminal: never}}
+      states: {S0: work}
+      initial_state: S0
+  sequencers:
+    for: {i: 1..3}
+    control:
+      rate: 10 Hz
+      x: {y: {goal: {type: int, init: 0}}}
+      memory: {seen: {type: int, init: 0}}
+      functions: {look: {seen: x.y.goal}}
+      behaviours: {work: {functions: [look], terminal: never}}
+      states: {S0: work}
+      initial_state: S0
+"""
+
+
+INDEXED_SLIPS = [
+    ("rail_{k}", "raill_{k}"),
+    ("rail_{i} + beacon_{i}", "rial_{i} + becon_{i}"),
+    ("+ beacon_{i}", "+ beacom_{i}"),
+    ("beacon_{i % 3 + 1}", "Beacon_{i % 3 + 1}"),
+    ("  rail_{i}: {for: {i: 1..3}, is", "  railk_{i}: {for: {i: 1..3}, is"),
+    ("y.sequencers_{i}.goal", "y.sequencers_{i}.goaL"),
+    ("y.sequencers_{i}.goal", "y.sequencer_{i}.goal"),
+    ("y.sequencers_{i}.goal", "y.Sequencers_{i}.goal"),
+    ("rail_{i}: {for: {i: 1..3}, type", "raill_{i}: {for: {i: 1..3}, type"),
+    ("beacon_{k}: ", "beacn_{k}: "),
+    ("sequencers_{i}: {for", "sequenceers_{i}: {for"),
+]
+
+
+def test_repairs_keep_indices(spec: Path) -> None:
+    for right, wrong in INDEXED_SLIPS:
+        spec.write_text(INDEXED.replace(right, wrong))
+        assert INDEXED.count(right) == 1, right
+        assert mended(spec) == (0, INDEXED), wrong
+
+
+REWORDED: list[tuple[str, str, str, tuple[str, str] | None]] = [
+    ("raill_{i} + 1", "raill_1", "rail_1", ("raill_{i}", "rail_{i}")),
+    ("raill_{i % 5 + 10} + 1", "raill_12", "rail_12", ("raill_{i % 5 + 10}", "rail_{i % 5 + 10}")),
+    ("{i}_raill", "3_raill", "3_rail", ("{i}_raill", "{i}_rail")),
+    ("a{i}b{k}c", "a1b2c", "A1B2C", ("a{i}b{k}c", "A{i}B{k}C")),
+    ("y.Left_{i}.d_{k}", "y.Left_1.d_2", "y.left_1.d_2", ("y.Left_{i}.d_{k}", "y.left_{i}.d_{k}")),
+    ("rail_{i}", "rail_1", "rail_2", None),
+    ("rail_{i}", "rail_1", "rails", None),
+    ("rail_{i}0", "rail_1", "rial_1", None),
+    ("rail_{i}s", "rail_1", "rial_1", None),
+    ("rail_", "rail_1", "rial_1", None),
+    ("other", "rail", "rial", None),
+]
+
+
+def test_letters_change_and_indices_stay() -> None:
+    for raw, old, new, expected in REWORDED:
+        assert reworded(raw, old, new) == expected, raw
 
 
 def test_several_rounds_bring_up_what_was_hidden(spec: Path) -> None:
@@ -172,13 +249,15 @@ def repair(*changes: tuple[int, int, str]) -> Repair:
 
 
 def test_repairs_that_touch_are_not_made_together() -> None:
-    result = repaired("abcdef", [repair((2, 4, "X")), repair((0, 2, "Y"))], lambda _: True)
+    result = repaired("abcdef", [repair((2, 4, "X")), repair((0, 2, "Y"))], lambda *_: True)
     assert result.text == "Ycdef"
     assert len(result.refused) == 1
 
 
 def test_a_repair_that_breaks_the_file_is_refused() -> None:
-    result = repaired("abcdef", [repair((0, 1, "!")), repair((3, 4, "D"))], lambda t: "!" not in t)
+    result = repaired(
+        "abcdef", [repair((0, 1, "!")), repair((3, 4, "D"))], lambda t, _: "!" not in t
+    )
     assert result.text == "abcDef"
 
 
@@ -193,7 +272,7 @@ def test_only_the_stretches_of_repairs_change(
     text: str, wanted: list[tuple[int, int, str]]
 ) -> None:
     repairs = [repair((start, min(start + size, 8), new)) for start, size, new in wanted]
-    result = repaired(text, repairs, lambda _: True)
+    result = repaired(text, repairs, lambda *_: True)
     changes = sorted((c.start, c.end, c.text) for made in result.made for c in made.changes)
     expected, at = "", 0
     for start, end, new in changes:

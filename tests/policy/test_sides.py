@@ -111,6 +111,30 @@ def test_of_one_use_and_a_definition_the_one_whose_words_the_file_has_is_right(s
     assert mended(spec, titled.replace("[send", "[sned")) == titled
 
 
+@pytest.mark.parametrize("text", ["{S0: work, S1: wrok}", "{S0: work, S1: work, S2: wrok}"])
+def test_of_one_use_of_a_name_that_others_see_and_its_definition_nobody_knows(
+    text: str, spec: Path
+) -> None:
+    """Written either way the function does the same, but not the memory."""
+    once = SPEC.replace("count > 3", "True").replace("count <= 3", "False")
+    once = once.replace("step: {count: count + 1}", "step: {conut: 2}").replace(
+        "{S0: work, S1: work}", text
+    )
+    assert mended(spec, once) == once.replace("wrok", "work")
+
+
+def test_a_repair_that_would_change_what_else_is_known_is_not_made(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The targets ask for memory `count`, but a condition knows a constant of that name."""
+    both = SPEC.replace("constants: {", "constants: {count: 2, ").replace(
+        "memory: {count", "memory: {conut"
+    )
+    both = both.replace("{send: {y", "{send: {count: 1, y").replace("count: count + 1", "count: 2")
+    assert mended(spec, both) == both
+    assert "did you mean `conut`" in capsys.readouterr().err
+
+
 def test_a_library_that_others_may_use_keeps_its_names(spec: Path, tmp_path: Path) -> None:
     """Who is right, the library or all who use it, nobody here can tell."""
     library = tmp_path / "lib.yaml"
@@ -146,7 +170,7 @@ def test_a_slip_of_case_is_mended_however_short_the_name(one: str, other: str, s
 
 def test_names_that_differ_by_case_only_are_not_guessed(spec: Path) -> None:
     two = SPEC.replace("memory: {count", "memory: {t_c: {type: int, init: 0}, count")
-    two = two.replace("step: {count: count", "step: {count: T_C")
+    two = two.replace("step: {count: count", "step: {t_c: t_c, count: T_C")
     both = two.replace("memory: {", "memory: {T_c: {type: int, init: 0}, ")
     assert mended(spec, both) == both
     assert mended(spec, two) == two.replace("T_C", "t_c")

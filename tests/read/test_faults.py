@@ -143,7 +143,7 @@ def test_encodings(tmp_path: Path) -> None:
 YAMLISH = st.text(alphabet="ab1-:,[]{}&*!|>'\"%@`#?\\~<. \n\t\r", max_size=60)
 
 
-@settings(max_examples=600, derandomize=True, deadline=None)
+@settings(max_examples=600, deadline=None)
 @given(st.one_of(YAMLISH, st.text(max_size=60)))
 @example("&a [*a, &b {*b : *a}]")
 @example("? - : - ? -")
@@ -160,7 +160,7 @@ def test_any_text_is_read_or_refused_with_known_codes_and_places_in_it(text: str
         assert document.source.spans is not None
 
 
-@settings(max_examples=300, derandomize=True, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=80))
 def test_any_file_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, raw: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.yaml"

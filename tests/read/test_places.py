@@ -1,7 +1,7 @@
 """From places to lines and columns, down to single characters of a scalar."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from specc.read import read_text
@@ -83,7 +83,6 @@ def test_characters_inside_a_scalar(yaml: str, value: str, word: str) -> None:
 WORDS = st.lists(st.text("abcxyz'\"\\\tęł(+", min_size=1, max_size=6), min_size=1, max_size=6)
 
 
-@settings(derandomize=True)
 @given(WORDS, st.sampled_from(["'", '"', "|", ">"]))
 def test_every_visible_character_maps_to_itself(words: list[str], style: str) -> None:
     value = "x" + " ".join(words)

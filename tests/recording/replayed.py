@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -15,25 +12,25 @@ from specc_runtime.recording.replay import replay
 
 from specc import output, pipeline
 from specc.cli.recorded import placed
-from tests.recording.runs import ROOT
+from tests.commands import ROOT, modules_of
 
-UNTIL_S = 20.0
+UNTIL_S = 5.0
 """Of simulated time; longer runs are compared as far as that."""
 _SCRATCH = TemporaryDirectory(prefix="specc-replayed-")
 LEFT_OUT = "an image, without --record-exact", "a value of "
 """What a recording need not have that is not exact."""
 
 
-def differences(file: Path, folder: Path) -> list[str]:
+def differences(file: Path, folder: Path, until_s: float = UNTIL_S) -> list[str]:
     """Why a recording, of a run in this folder or in the repository, is not what its replay is."""
     told, texts = recorded(file)
     name = next(iter(texts), "")
     places = (ROOT / name, *sorted(folder.rglob(Path(name).name)))
     spec = next((place for place in places if place.is_file()), folder / name)
     begin_s = next((time_s for _, time_s, _ in steps_of(file, Shelved())), 0.0)
-    with _modules_of(spec.parent):
+    with modules_of(spec.parent):
         package = _built(str(spec), told["set"], tuple(texts.items()))
-        outcomes, _ = replay(package, spec.parent, file, until_s=begin_s + UNTIL_S)
+        outcomes, _ = replay(package, spec.parent, file, until_s=begin_s + until_s)
     is_exact = told["exact"] == "true"
     found = [str(outcome.difference) for outcome in outcomes if outcome.difference]
     for outcome in outcomes:
@@ -52,19 +49,3 @@ def _built(spec: str, settings: str, texts: tuple[tuple[str, str], ...]) -> Path
     package = Path(mkdtemp(dir=_SCRATCH.name), built.system)
     assert not [*output.write(package, built.files)]
     return package
-
-
-@contextmanager
-def _modules_of(folder: Path) -> Iterator[None]:
-    """With the modules that stand beside a specification, and all as it was afterwards."""
-    before = dict(sys.modules)
-    sys.path.insert(0, str(folder))
-    try:
-        yield
-    finally:
-        sys.path.remove(str(folder))
-        for name, module in list(sys.modules.items()):
-            file = getattr(module, "__file__", None) or ""
-            if name.startswith("generated_") or Path(file).is_relative_to(folder):
-                del sys.modules[name]
-        sys.modules.update(before)

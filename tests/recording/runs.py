@@ -1,4 +1,4 @@
-"""Runs that are recorded, in processes of their own, and their files as the library reads them."""
+"""Runs that are recorded, and their files as the library reads them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from typing import Any
 
 from mcap.reader import make_reader
 
-ROOT = Path(__file__).parents[2]
+from tests.commands import ROOT as ROOT
+from tests.commands import specc as specc
+
 CONVEYOR = ROOT / "specs" / "conveyor_gate.yaml"
 
 
-def specc(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end."""
-    command = [sys.executable, "-m", "specc", *map(str, arguments)]
-    return subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False, **options
-    )
-
-
 def begun(*arguments: object) -> subprocess.Popen[str]:
-    """Start a command."""
+    """Start a command in a process of its own."""
     command = [sys.executable, "-m", "specc", *map(str, arguments)]
     return subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from specc_runtime.recording import snapshots
+from specc_runtime.recording import budget, snapshots
 
 from tests.recording.runs import messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
@@ -386,7 +386,7 @@ def test_of_what_is_aside_only_that_of_the_last_snapshot_is_kept(
     env = {**os.environ, "PYTHONPATH": str(tmp_path)}
     done = specc("run", spec, "--duration", 6, "--record", file, env=env)
     assert done.returncode == 0, done.stderr
-    monkeypatch.setattr(snapshots, "_MOST_ASIDE", 2500)
+    monkeypatch.setattr(budget, "_HELD_BYTES", -8 * file.stat().st_size + 40_000)
     kept = snapshots.last_before(file, 5.5)
     memory = kept.saved["subsystems"]["a.c"]["memory"]
     for name, number in (("first", 0), ("last", 49)):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,13 +15,13 @@ from mcap.records import Attachment, Channel, Message
 from mcap.writer import Writer
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.cells import digest_of
-from specc_runtime.recording.messages import unpacked
-from specc_runtime.recording.pictures import read_raw
+from specc_runtime.recording.messages import image_of, unpacked
 from specc_runtime.recording.reading import Reading, Recovered
 
 from specc.cli.main import main
 from tests.recording.replayed import differences
 from tests.recording.runs import CONVEYOR, ROOT, messages, specc
+from tests.seeds import short
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
 """`specc run specs/conveyor_gate.yaml --duration 6 --record-exact --record …`"""
@@ -28,7 +30,7 @@ FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
 
 
 def test_the_recording_that_is_kept_replays() -> None:
-    done = specc("replay", KEPT, "--check")
+    done = specc("replay", KEPT, "--spec", CONVEYOR, "--check")
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout == (
         "belt.c: 120 steps are the same\n"
@@ -43,17 +45,19 @@ def test_the_recording_that_is_kept_replays() -> None:
 
 
 def test_part_of_a_recording_replays() -> None:
-    done = specc("replay", KEPT, "--subsystem", "gate.eye", "--until", "0.1")
+    done = specc("replay", KEPT, "--spec", CONVEYOR, "--subsystem", "gate.eye", "--until", "0.1")
     assert (done.returncode, done.stdout) == (0, "gate.eye: 6 steps are the same\n")
 
 
-@pytest.mark.parametrize(("exact", "code"), [(True, 0), (False, 1)])
+@pytest.mark.parametrize(
+    ("exact", "code"), [(True, 0), pytest.param(False, 1, marks=pytest.mark.long)]
+)
 def test_the_flagship_replays_with_its_images(exact: bool, code: int, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     more = ["--record-exact"] * exact
     assert specc("run", FLAGSHIP, "--duration", 1.2, "--record", file, *more).returncode == 0
     assert not exact or list(_named_too_early(file)) == []
-    done = specc("replay", file, "--check")
+    done = specc("replay", file, "--spec", FLAGSHIP, "--check")
     assert done.returncode == code, done.stdout
     assert "differs" not in done.stdout
     assert ("irp.m: 600 steps are the same\n" in done.stdout) == exact
@@ -73,7 +77,8 @@ def _named_too_early(file: Path) -> Iterator[str]:
             if topic == "/values":
                 written.add(digest_of(unpacked(json.loads(record.data))))
             elif "/x/" in topic:
-                written.add(digest_of(read_raw(json.loads(record.data)).tobytes()))
+                schema = "specc.DepthImage" if topic.endswith("/I_d") else "foxglove.RawImage"
+                written.add(digest_of(image_of(record.data, schema).tobytes()))
             else:
                 named = re.findall(r'"(?:digest|image)":"(\w+)"', record.data.decode())
                 yield from (digest for digest in named if digest not in written)
@@ -142,7 +147,10 @@ def _parting(one: Path, other: Path) -> tuple[float, str, int]:
     return min(found)
 
 
-@pytest.mark.parametrize(("old", "new"), CHANGES)
+@pytest.mark.parametrize(
+    ("old", "new"),
+    short(CHANGES, 1, 6, 11, 16),
+)
 def test_the_first_step_after_a_change_is_found(
     old: str, new: str, recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -196,19 +204,32 @@ def test_a_recording_of_a_specification_that_is_elsewhere(tmp_path: Path) -> Non
     assert specc("run", spec, "--duration", 1, "--record", tmp_path / "x.mcap").returncode == 0
     done = specc("replay", tmp_path / "x.mcap")
     assert done.returncode == 2
-    assert f"specc: the recording is of {spec.name}, which is not here; say --spec" in done.stderr
+    assert f"x.mcap is of {spec.name}, which is not here; say --spec" in done.stderr
     assert str(tmp_path).encode() not in b"".join(
         item.data if isinstance(item, Attachment) else repr(item).encode()
         for item in Reading(tmp_path / "x.mcap")
     )
 
 
-def test_a_cut_recording_replays_as_far_as_it_goes(tmp_path: Path) -> None:
-    data = KEPT.read_bytes()
-    file = tmp_path / "cut.mcap"
-    file.write_bytes(data[: len(data) * 2 // 3])
-    done = specc("replay", file)
-    assert done.returncode == 0 and "differs" not in done.stdout
+@pytest.mark.no_replay("forged")
+def test_no_file_decides_which_specification_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever it names, be it a specification of the folder whose operators are no longer good."""
+    monkeypatch.chdir(tmp_path)
+    _forged(tmp_path / "kept.mcap", "/belt.c", HALF.encode(), spec="specs/a b.yaml")
+    assert main(["replay", "kept.mcap"]) == 2
+    told = capsys.readouterr().err
+    assert told == "specc: kept.mcap is of specs/a b.yaml, which is not here; say --spec\n"
+    (tmp_path / "specs").mkdir()
+    (tmp_path / "specs" / "a b.yaml").write_text(CONVEYOR.read_text())
+    assert main(["replay", "kept.mcap"]) == 2
+    out, told = capsys.readouterr()
+    assert not out
+    assert told == (
+        "specc: kept.mcap is of specs/a b.yaml; no recording decides which specification runs, "
+        "so name it: specc replay kept.mcap '--spec=specs/a b.yaml'\n"
+    )
 
 
 def _forged(file: Path, topic: str, text: bytes, **told: str) -> None:
@@ -267,13 +288,30 @@ def test_a_seed_that_no_run_has(tmp_path: Path) -> None:
 @pytest.mark.no_replay("with another specification inside")
 def test_recordings_of_tests_that_are_not_the_same_are_found(tmp_path: Path) -> None:
     class Changed(Recovered):
-        def _copy(self, record: Any, writer: Any) -> None:
+        def _copy(self, record: Any, *to: Any) -> None:
             if isinstance(record, Attachment):
-                record.data = record.data.replace(b"elapsed > 2.5[s]", b"elapsed > 2.4[s]")
-            super()._copy(record, writer)
+                record.data = record.data.replace(b"elapsed > 2.5[s]", b"elapsed > 2.1[s]")
+            super()._copy(record, *to)
 
     file = tmp_path / "x.mcap"
     Recovered(KEPT, file)
     assert not differences(file, tmp_path)
     Changed(KEPT, file)
-    assert "what='row'" in " ".join(differences(file, tmp_path))
+    assert "what='row'" in " ".join(differences(file, tmp_path, until_s=6))
+
+
+@pytest.mark.no_replay("its specification has a name that is no UTF-8")
+def test_a_specification_whose_name_is_no_utf_8_is_recorded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    specs = Path(__file__).resolve().parents[2] / "specs"
+    (tmp_path / "plants").mkdir()
+    shutil.copy(specs / "plants/conveyor_gate.xml", tmp_path / "plants")
+    name = os.fsdecode(b"gate\xff.yaml")
+    shutil.copy(specs / "conveyor_gate.yaml", tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    recording = ("--record", "r.mcap", "--record-exact", "--renderer", "raycast")
+    assert main(["run", name, "--duration", "0.1", *recording]) == 0
+    capsys.readouterr()
+    assert main(["replay", "r.mcap", "--spec", name]) == 0
+    assert "steps are the same" in capsys.readouterr().out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from specc_runtime.temporal import (
 
 from tests.recording.runs import ROOT, messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
+from tests.seeds import blocks
 
 HAPPENS = (
     'because: a push, at: ["0.4[s]", "1.6[s]"], lasts: "0.9[s]", push: {cart: ["30[N]", 0, 0]}',
@@ -56,8 +58,9 @@ def spec_in(folder: Path) -> Path:
     return spec
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_disturbed_run_goes_on_as_it_did(seed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", blocks([0], long=12, each=1))
+def test_a_disturbed_run_goes_on_as_it_did(seeds: Sequence[int], tmp_path: Path) -> None:
+    (seed,) = seeds
     spec, file = spec_in(tmp_path), tmp_path / "run.mcap"
     whole = ("run", spec, "--duration", 5, "--report")
     first = specc(*whole, tmp_path / "a.json", "--seed", seed, "--record", file)
@@ -76,7 +79,11 @@ def test_a_disturbed_run_goes_on_as_it_did(seed: int, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "duration_s"),
-    [("rovers", 6), ("architectures/services", 4), ("architectures/sense_plan_act", 6)],
+    [
+        ("rovers", 6),
+        pytest.param("architectures/services", 4, marks=pytest.mark.long),
+        pytest.param("architectures/sense_plan_act", 6, marks=pytest.mark.long),
+    ],
 )
 def test_other_systems_go_on_as_they_did(name: str, duration_s: int, tmp_path: Path) -> None:
     spec, file = ROOT / "specs" / f"{name}.yaml", tmp_path / "run.mcap"
@@ -187,7 +194,14 @@ def _same_otherwise(one: Path, other: Path) -> bool:
     return first | {"records_sha256": "", "set": 0} == second | {"records_sha256": "", "set": 0}
 
 
-@pytest.mark.parametrize("at", [0.93, 1.617, 1.62, 2.0, 3.999, 4.505])
+@pytest.mark.parametrize(
+    "at",
+    [
+        1.617,
+        4.505,
+        *(pytest.param(at, marks=pytest.mark.long) for at in (0.93, 1.62, 2.0, 3.999)),
+    ],
+)
 def test_a_run_that_another_one_goes_on_from_between_two_steps(at: float, tmp_path: Path) -> None:
     """Whatever is under way then is seen when it would have been: nothing differs."""
     spec, file = spec_in(tmp_path), tmp_path / "run.mcap"
@@ -245,8 +259,14 @@ class Limited:
         return [judgement for judgement in found if judgement is not None]
 
 
-@pytest.mark.parametrize("seed", range(72))
-def test_what_is_open_is_judged_as_the_other_one_says(seed: int) -> None:
+@pytest.mark.parametrize("seeds", blocks(range(72), long=2160, each=720))
+def test_what_is_open_is_judged_as_the_other_one_says(seeds: Sequence[int]) -> None:
+    for seed in seeds:
+        is_judged_as_the_other_one_says(seed)
+
+
+def is_judged_as_the_other_one_says(seed: int) -> None:
+    """What a random requirement makes of the past of another one."""
     rng = random.Random(seed)
     run = [{"x": float(rng.randint(0, 9))} for _ in range(50)]
     at, limits = rng.randint(0, 49), rng.sample(range(2, 12), 2)
@@ -292,6 +312,29 @@ def test_what_was_judged_stays_judged_in_runs_that_go_on_again(is_other: bool) -
         each.follow(run[115:])
         each.requirement.finish(0)
     assert new.requirement.verdict == again.requirement.verdict == "met"
+
+
+@pytest.mark.parametrize("is_other", [False, True])
+def test_what_was_asked_stays_asked(is_other: bool) -> None:
+    for asked_at, at in ((20, 40), (60, 40), (99, 40), (40, 40)):
+        now = {"holds": False}
+        told = []
+        for _ in range(2):
+            atom = Atom(partial(lambda now: judged(**now), now), "x")
+            answer = Or(Not(atom), Within(3, Not(atom)))
+            told.append(Requirement("", "", answer, {}, asked=Once(2, atom)))
+        first, again = told
+        for tick in range(80):
+            each = first if tick < at else again
+            if tick == at and is_other:
+                again.judge_anew(at, loaded(dumped(first.saved(dict))), dict, lambda _: None)
+            elif tick == at:
+                again.restore(loaded(dumped(first.saved(dict))), dict)
+            now["holds"] = tick == asked_at
+            for condition in each.formula.atoms():
+                condition.update()
+            each.step({})
+        assert again.as_data(1.0)["asked"] == (asked_at < 80)
 
 
 def test_of_what_is_decided_nothing_is_kept_and_nothing_missed() -> None:

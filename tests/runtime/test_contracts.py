@@ -394,3 +394,16 @@ def test_arithmetic_that_overflows_is_no_number() -> None:
             finite(value)
         with pytest.raises(OverflowError, match="not finite"):
             finite(np.array([0.0, value]))
+
+
+def test_nobody_makes_what_crosses_writable_again() -> None:
+    """A receiver that did would change what the sender has, and what is recorded of it."""
+    image = np.zeros((2, 3, 3), np.uint8)
+    for crossed in (
+        c.as_vector(3)(np.ones(3)),
+        c.as_vector(3)(np.ones(3, np.float32)),
+        c.as_pose(EYE),
+        c.as_rgb(2, 3)(image),
+    ):
+        with pytest.raises(ValueError, match="cannot set WRITEABLE"):
+            crossed.setflags(write=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from specc_runtime.interruption import Interruption
 from specc_runtime.plants.errors import PlantError
 
 from tests.runtime.hinge import SPEC, hinge, run
+from tests.seeds import short
 
 ROOT = Path(__file__).parents[2]
 ENDLESS = ["--duration", "10000"]
@@ -84,7 +87,7 @@ def until(process: subprocess.Popen[str], text: str) -> None:
         assert line
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM], 1))
 def test_a_signal_ends_a_run(tmp_path: Path, number: signal.Signals) -> None:
     package = hinge(tmp_path, drive=SLOW)
     with begun(package, *ENDLESS) as process:
@@ -95,6 +98,72 @@ def test_a_signal_ends_a_run(tmp_path: Path, number: signal.Signals) -> None:
     data = report(package)
     assert (data["ended"], data["interrupted"], data["faults"]) == ("interrupted", True, [])
     assert data["last_outputs"]["arm.E.j.tau"]["by"] == "safe"
+
+
+DEAF = (
+    "import ctypes\n"
+    "from specc_runtime import application\n"
+    "def _plant(*_):\n"
+    "    print('loading', file=sys.stderr, flush=True)\n"
+    "    lock, library = ctypes.create_string_buffer(256), ctypes.CDLL(None)\n"
+    "    library.pthread_mutex_lock(lock)\n"
+    "    library.pthread_mutex_lock(lock)\n"
+    "application._plant = _plant\n"
+)
+"""Loading a model never comes back from C, as with one that has absurdly many parts."""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_whose_model_does_not_load(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    start = SHORT.replace("from specc_runtime.main", f"{DEAF}from specc_runtime.main")
+    package = hinge(tmp_path)
+    with begun(package, start=start) as process:
+        until(process, "loading")
+        process.send_signal(number)
+        process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert report(package)["interrupted"]
+
+
+BEHIND = """def drive(e):
+    if not globals().get("begun"):
+        import os, subprocess, threading
+        globals()["begun"] = True
+        os.mkdir("else")
+        os.chdir("else")
+        threading.Thread(target=time.sleep, args=(1000,), name="mine").start()
+        subprocess.Popen(["sleep", "1000"])
+    return 0.1 * e"""
+
+
+@pytest.mark.no_replay("its operator leaves things behind")
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="the system tells of no children")
+def test_what_operators_leave_behind_is_named_and_ended(tmp_path: Path) -> None:
+    """The process ends, and its files are where they were asked for."""
+    package = hinge(tmp_path, drive=BEHIND)
+    arguments = ["--duration", "0.5", "--record", "r.mcap"]
+    with begun(package, *arguments, command=("hinge", "--base", "."), start=LEAVING) as process:
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 0, told
+    assert "the run has left the thread 'mine' behind" in told
+    assert re.search(r"the run has left the process \d+ \(sleep\) behind", told)
+    assert report(package)["ended"] == "completed"
+    assert (tmp_path / "r.mcap").stat().st_size > 1000
+
+
+LEAVING = "import runpy\nrunpy.run_module('specc_runtime', run_name='__main__')"
+
+
+def test_an_operator_that_changes_the_limits_of_python_is_a_fault(tmp_path: Path) -> None:
+    before = sys.getrecursionlimit()
+    changes = "def drive(e):\n    import sys\n    sys.setrecursionlimit({})\n    return 0.1 * e"
+    for limit in (200, 10**6):
+        package = hinge(tmp_path, drive=changes.format(limit))
+        (fault,) = run(package, "--duration", "1")["faults"]
+        assert "operator drive has changed how deep Python may call" in fault["message"]
+        assert sys.getrecursionlimit() == before
 
 
 def test_signals_after_the_first_change_nothing(tmp_path: Path) -> None:
@@ -166,8 +235,9 @@ SLEEPS = "say('busy'); time.sleep({})"
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("method", ["init", "reset", "close"])
+@pytest.mark.parametrize(
+    ("method", "number"), short(product(["init", "reset", "close"], SIGNALS), 0, 4, 8)
+)
 def test_a_signal_before_or_after_the_ticks_ends_a_run(
     tmp_path: Path, method: str, number: signal.Signals
 ) -> None:
@@ -191,8 +261,10 @@ CATCHES = """say('busy')
                 pass"""
 
 
-@pytest.mark.parametrize("hangs", [SLEEPS.format(1000), CATCHES])
-@pytest.mark.parametrize("method", ["init", "reset", "close"])
+@pytest.mark.parametrize(
+    ("method", "hangs"),
+    short(product(["init", "reset", "close"], [SLEEPS.format(1000), CATCHES]), 0, 3, 5),
+)
 def test_a_plant_that_hangs_is_named_and_one_signal_is_enough(
     tmp_path: Path, method: str, hangs: str
 ) -> None:
@@ -238,8 +310,10 @@ def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> No
     assert "safe: Abandoned: still computing 0.5 s after it began" in last["problem"]
 
 
-@pytest.mark.parametrize("drive", [HANGS.format("True"), IN_C, SWALLOWS])
-@pytest.mark.parametrize("rate", ["100 Hz", "10 Hz"])
+@pytest.mark.parametrize(
+    ("drive", "rate"),
+    short(product([HANGS.format("True"), IN_C, SWALLOWS], ["100 Hz", "10 Hz"]), 0, 3),
+)
 def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
     tmp_path: Path, drive: str, rate: str
 ) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from specc.cli import main
+from specc.tools.sweep.running import figures_of
 
 SPEC = """
 specc: 1.1
@@ -78,7 +79,9 @@ def watched(folder: Path, text: str, code: int, duration: str = "2") -> dict[str
 )
 def test_what_holds_is_met(tmp_path: Path, text: str, margin: float | None) -> None:
     found = watched(tmp_path, text, code=0)
-    assert found == {"verdict": "met", "margin": margin, "time_s": None, "values": {}}
+    asked = True if "implies" in text else None
+    told = {"verdict": "met", "margin": margin, "time_s": None, "values": {}, "asked": asked}
+    assert found == told
 
 
 @pytest.mark.parametrize(
@@ -115,6 +118,39 @@ def test_what_fails_is_violated(
     assert found["margin"] == margin
     assert found["time_s"] == pytest.approx(time_s)
     assert found["values"] == values
+
+
+def test_what_is_never_asked_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = {
+        "always(counter.c.n > 9 implies counter.c.v < 0)": False,
+        "always(counter.c.n > 7 implies counter.c.v > 0)": True,
+        "always(counter.c.n > 7 implies (counter.c.v < 0 implies counter.c.n < 0))": False,
+        "always(counter.c.n > 0 and (counter.c.n > 9 implies counter.c.v < 0))": None,
+        "always((counter.c.n > 9 implies False) and (counter.c.n == 3 implies True))": True,
+        "always(throughout(1[s], counter.c.n > 9 implies counter.c.v < 0))": False,
+        "within(1[s], counter.c.n == 5 implies state(counter.c) == counting)": True,
+        "within(200[ms], counter.c.n == 5 implies state(counter.c) == counting)": False,
+        "always(counter.c.n == 8 implies within(9[s], counter.c.n > 9))": True,
+        "counter.c.n == 2 implies counter.c.v < 0": False,
+        "always(1[s] / ((counter.c.n - 1) * 1[s]) > 9 implies counter.c.v < 0)": False,
+    }
+    for text, told in asked.items():
+        found = watched(tmp_path, text, code=0)
+        assert found["asked"] is told, text
+        out = capsys.readouterr().out
+        assert ("never asked" in out) == (told is False and found["verdict"] == "met"), text
+
+
+def test_names_and_reasons_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec, report = tmp_path / "pair.yaml", tmp_path / "report.json"
+    item = '{name: slow, that: "always(counter.c.v < 1[m/s])", because: it is calm}'
+    spec.write_text(f"{SPEC}require: [{item}]\n")
+    assert main(["run", str(spec), "--duration", "2", "--report", str(report)]) == 1
+    assert "violated slow: always(counter.c.v < 1[m/s])" in (out := capsys.readouterr().out)
+    assert "because: it is calm" in out
+    data = json.loads(report.read_text())
+    assert data["requirements"][0]["name"] == "slow"
+    assert {"verdict of slow", "margin of slow"} <= figures_of(data, 1).keys()
 
 
 @pytest.mark.parametrize(

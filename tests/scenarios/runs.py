@@ -1,16 +1,15 @@
-"""Runs of specifications as a user starts them, each in a process of its own."""
+"""Runs of specifications as a user starts them."""
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+from tests.commands import specc
 
 ROOT = Path(__file__).parents[2]
 SPECS = ROOT / "specs"
@@ -25,11 +24,7 @@ def run(spec: Path, *options: str) -> tuple[int, dict[str, Any]]:
     """Exit code and report of `specc run`; the same run is made once in a test session."""
     with TemporaryDirectory(prefix="specc-run-") as scratch:
         report = Path(scratch) / "report.json"
-        command = [sys.executable, "-m", "specc", "run", str(spec), "--report", str(report)]
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-        done = subprocess.run(
-            [*command, *options], capture_output=True, text=True, env=environment, timeout=600
-        )
+        done = specc("run", spec, "--report", report, *options)
         assert report.exists(), done.stderr
         return done.returncode, json.loads(report.read_text())
 

@@ -13,10 +13,17 @@ import pytest
 from specc.cli.main import main
 from tests.scenarios.architectures import ARCHITECTURES, FOLDER, Architecture
 from tests.scenarios.runs import FLAGSHIP, ROOT, SPECS, Change, copy_companions, run
+from tests.seeds import short
 from tests.sweep.runs import swept, table
 
 PAGE = (ROOT / "docs/architectures.md").read_text(encoding="utf-8")
 EACH = pytest.mark.parametrize("each", ARCHITECTURES, ids=lambda each: each.name)
+ONE_FIRST = pytest.mark.parametrize(
+    "each",
+    short(ARCHITECTURES, [each.name for each in ARCHITECTURES].index("sense_plan_act")),
+    ids=lambda each: each.name,
+)
+"""A cheap one in `make test`, all others in the long tests."""
 
 
 def explored(
@@ -94,7 +101,7 @@ def test_the_page_says_what_is_so(each: Architecture) -> None:
     assert f"({each.finds})" in said
 
 
-@EACH
+@ONE_FIRST
 def test_nothing_is_found_in_it(each: Architecture, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate", "--strict", str(each.path)]) == 0
     told = explored(each.path, each.budget, capsys)
@@ -106,7 +113,7 @@ def test_nothing_is_found_in_it(each: Architecture, capsys: pytest.CaptureFixtur
     assert slices and all(part["complete"] for part in slices) is not each.is_short
 
 
-@EACH
+@ONE_FIRST
 def test_a_run_meets_its_requirements(each: Architecture) -> None:
     code, report = run(each.path, "--duration", str(each.duration_s), "--check-operators")
     assert not report["faults"], report["faults"]
@@ -136,7 +143,7 @@ def test_nine_of_ten_runs_meet_them(each: Architecture, tmp_path: Path) -> None:
     assert met >= 9 and f"all requirements met in {met} of 10" in section(each)
 
 
-@EACH
+@ONE_FIRST
 def test_its_requirements_see_where_the_task_goes_wrong(
     each: Architecture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -151,6 +158,7 @@ def test_its_requirements_see_where_the_task_goes_wrong(
     assert (code, verdicts) == (1, ["violated"] * len(each.violates))
 
 
+@pytest.mark.long
 @EACH
 def test_a_seeded_fault_is_found_with_a_run_that_replays(
     each: Architecture,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.scenarios.runs import Change, run, variant
 
 LOW_HAND: Change = (
@@ -20,6 +22,7 @@ FORCE_ALONE: Change = (
 ONE_CYCLE = ("--seed", "0", "--cycles", "1")
 
 
+@pytest.mark.long
 def test_a_gentle_contact_ends_the_approach(tmp_path: Path) -> None:
     """It is the force that ends it: nothing changes when the pose no longer can."""
     _, report = run(variant(tmp_path / "low", LOW_HAND), *ONE_CYCLE)

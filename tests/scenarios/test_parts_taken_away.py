@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from specc.diagnostics import Diagnostic
 from specc.pipeline import compile_spec
 from specc.read import read_file
 from tests.scenarios.runs import FLAGSHIP, copy_companions
+from tests.seeds import short
 
 Route = tuple[str | int, ...]
 AGENT: Route = ("agents", "irp")
@@ -123,12 +124,19 @@ def without(route: Route, folder: Path) -> tuple[Diagnostic, ...]:
     return compile_spec(str(path)).diagnostics
 
 
-@pytest.mark.parametrize(("route", "name"), PARTS, ids=["/".join(map(str, r)) for r, _ in PARTS])
+def some(pairs: Sequence[tuple[Route, str]], every: int) -> list[Any]:
+    """Parameters in blocks: every so many for `make test`, the others for the long tests."""
+    blocks = [[p for i, p in enumerate(pairs) if i % every == k] for k in range(every)]
+    return short(blocks, 0)
+
+
+@pytest.mark.parametrize("cases", some(PARTS, 40))
 def test_an_open_point_names_a_part_that_is_taken_away(
-    route: Route, name: str, folder: Path
+    cases: list[tuple[Route, str]], folder: Path
 ) -> None:
-    found = [item for item in without(route, folder) if item.severity == "open"]
-    assert any(_says(item, name) for item in found), [item.message for item in found]
+    for route, name in cases:
+        found = [item for item in without(route, folder) if item.severity == "open"]
+        assert any(_says(item, name) for item in found), (route, [item.message for item in found])
 
 
 def _says(found: Diagnostic, name: str) -> bool:
@@ -138,14 +146,19 @@ def _says(found: Diagnostic, name: str) -> bool:
     return f" {name} " in f" {words} " or name in ends
 
 
-@pytest.mark.parametrize(("route", "name"), ALIKE.items())
+@pytest.mark.parametrize("cases", some([*ALIKE.items()], 4))
 def test_a_part_that_is_one_letter_from_another_may_be_a_slip(
-    route: Route, name: str, folder: Path
+    cases: list[tuple[Route, str]], folder: Path
 ) -> None:
-    wrong = [item for item in without(route, folder) if item.severity == "error"]
-    assert any(name in item.message for item in wrong)
+    for route, name in cases:
+        wrong = [item for item in without(route, folder) if item.severity == "error"]
+        assert any(name in item.message for item in wrong), route
 
 
-@pytest.mark.parametrize(("route", "name"), ELEMENTS)
-def test_an_element_at_one_end_contradicts_the_other(route: Route, name: str, folder: Path) -> None:
-    assert any(_says(item, name) for item in without(route, folder) if item.code == "E0404")
+@pytest.mark.parametrize("cases", some(ELEMENTS, 10))
+def test_an_element_at_one_end_contradicts_the_other(
+    cases: list[tuple[Route, str]], folder: Path
+) -> None:
+    for route, name in cases:
+        found = [item for item in without(route, folder) if item.code == "E0404"]
+        assert any(_says(item, name) for item in found), route

@@ -11,6 +11,17 @@ from tests.scenarios.runs import FLAGSHIP, run
 from tests.sweep.runs import swept, table
 
 
+def test_a_beginning_without_faults_is_the_same_with_worker_and_with_operators_examined() -> None:
+    """The short form of the tests below, in which the objects are seen and the arm moves."""
+    code, threaded = run(FLAGSHIP, "--seed", "0", "--duration", "0.6")
+    _, inline = run(FLAGSHIP, "--seed", "0", "--duration", "0.6", "--inline", "--check-operators")
+    assert (code, threaded["faults"], inline["faults"]) == (0, [], [])
+    assert threaded["records_sha256"] == inline["records_sha256"]
+    assert {"S1", "S2"} <= set(threaded["subsystems"]["irp.c"]["states_visited"])
+    assert len(threaded["equations_executed"]) > 30
+
+
+@pytest.mark.long
 def test_a_cycle_picks_an_object() -> None:
     code, report = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
     (cycle,) = report["cycles"]
@@ -39,6 +50,7 @@ def test_nine_of_ten_picks_succeed(tmp_path: Path) -> None:
         assert float(row["cycle.rotation_error_deg"]) <= 3.0
 
 
+@pytest.mark.long
 def test_a_dropped_object_is_found_and_picked_again() -> None:
     """The second cycle begins with the objects as the first one left them."""
     _, single = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
@@ -53,6 +65,7 @@ def test_a_dropped_object_is_found_and_picked_again() -> None:
     assert set(taken.values()) == {2}
 
 
+@pytest.mark.long
 def test_same_seed_same_records_with_worker_and_with_operators_examined_without() -> None:
     _, threaded = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
     _, inline = run(FLAGSHIP, "--seed", "0", "--cycles", "1", "--inline", "--check-operators")
@@ -61,11 +74,13 @@ def test_same_seed_same_records_with_worker_and_with_operators_examined_without(
     assert threaded["cycles"] == inline["cycles"]
 
 
+@pytest.mark.long
 def test_every_equation_of_the_paper_is_executed() -> None:
     _, report = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
     assert set(range(4, 89)) - set(report["equations_executed"]) == set()
 
 
+@pytest.mark.long
 def test_every_state_is_visited() -> None:
     _, report = run(FLAGSHIP, "--seed", "0", "--cycles", "1")
     visited = {name: set(entry["states_visited"]) for name, entry in report["subsystems"].items()}
@@ -75,6 +90,7 @@ def test_every_state_is_visited() -> None:
         assert visited[subsystem.qualified_name] == {s.name for s in subsystem.states}
 
 
+@pytest.mark.long
 def test_without_a_graphics_stack() -> None:
     code, report = run(FLAGSHIP, "--seed", "2", "--cycles", "1", "--renderer", "raycast")
     assert code == 0

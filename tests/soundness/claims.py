@@ -1,6 +1,6 @@
 """What findings claim of expressions and conditions, held against runs of the interpreter.
 
-A claim is that a part of a condition has one truth value (W0617), that a condition comes too late
+A claim is that a part of an expression has one truth value (W0617), that a condition comes too late
 for its state (W0618), that two things are the same (W0333), or that a limited number is always one
 limit (W0332).
 """
@@ -59,7 +59,9 @@ def _claims(machine: analysis.Machine) -> Claims:
         parts = [] if machine.settled(condition) is not None else constancy.parts(condition)
         for part in parts:
             about = found.in_conditions if part.text.expr is condition.when else found.anywhere
-            about[f"{part.holds} {part.expr}"] = _always(part.expr, part.holds)
+            about[f"{part.claim}"] = _always(part.claim)
+    for part in constancy.parts_elsewhere():
+        found.anywhere[f"{part.claim}"] = _always(part.claim)
     for misfit in machine.misfits.found:
         one, other = misfit.because[0], misfit.because[-1]
         if misfit.kind == "itself":
@@ -76,8 +78,8 @@ def _claims(machine: analysis.Machine) -> Claims:
     return found
 
 
-def _always(expr: Expr, holds: bool) -> Asked:
-    return lambda at: value(expr, at) is holds
+def _always(claim: Expr) -> Asked:
+    return lambda at: value(claim, at) is True
 
 
 def _same(one: Expr, other: Expr) -> Asked:

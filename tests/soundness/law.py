@@ -50,6 +50,7 @@ def compare(
     *,
     odd: tuple[float, ...] = (),
     interpreter: type[Interpreter] = Interpreter,
+    tolerance: float = 0.0,
 ) -> Verdict:
     """Compile a specification and run it three times: interpreted, checked and as proved."""
     result = compiled(tree, folder)
@@ -65,7 +66,7 @@ def compare(
         verdict.unsound = [*_forbidden(result, expected), *expected.empty]
     for found in _runs(result, system, script, ticks):
         verdict.steps += sum(map(len, found.steps.values()))
-        verdict.differences += differences(expected, found)
+        verdict.differences += differences(expected, found, tolerance=tolerance)
     return verdict
 
 

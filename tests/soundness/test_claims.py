@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+import pytest
+
 from specc.pipeline import compile_spec
+from tests.seeds import blocks
 from tests.soundness.claims import claims_of, held_against_runs
 
 CASES = Path(__file__).parents[1] / "cases"
 CLAIMING = ("W0332", "W0333", "W0617", "W0618")
 
 
-def test_no_claim_about_a_random_system_is_refuted(tmp_path: Path) -> None:
-    tally = held_against_runs(15, "claims", tmp_path, 60)
-    assert tally.refuted == []
-    assert tally.claims > 5
+@pytest.mark.parametrize("seeds", blocks([0], long=6, each=2))
+def test_no_claim_about_a_random_system_is_refuted(seeds: Sequence[int], tmp_path: Path) -> None:
+    for seed in seeds:
+        tally = held_against_runs(8, f"claims {seed}", tmp_path, 60)
+        assert tally.refuted == []
+        assert tally.claims
 
 
 def test_findings_of_cases_are_claims_that_runs_can_refute() -> None:
+    """Those about formulas of requirements are claims about no machine."""
     for case in sorted(CASES.glob("*/*.yaml")):
-        if case.name.startswith(CLAIMING):
+        if case.name.startswith(CLAIMING) and case.parent.name != "requirements":
             system = compile_spec(str(case)).system
             assert system is not None
             assert sum(found.count for found in claims_of(system).values()) > 0, case.name

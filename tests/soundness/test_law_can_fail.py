@@ -25,7 +25,8 @@ from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
 from tests.soundness.test_accepted import small
 
-SEEDS = range(60)
+SEEDS = (19, 5, *range(60))
+"""First those at which the rare ones show."""
 TICKS = 40
 
 
@@ -185,9 +186,11 @@ def test_proofs_that_take_operators_for_constant(
     assert found.faults
 
 
-@pytest.mark.parametrize(("code", "times"), [("E0701", 1), ("E0702", 1), ("E0705", 3)])
+@pytest.mark.parametrize(
+    ("code", "times", "first"), [("E0701", 1, 70), ("E0702", 1, 134), ("E0705", 2, 70)]
+)
 def test_a_check_that_finds_nothing(
-    code: str, times: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    code: str, times: int, first: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     right = presence.CHECKS
 
@@ -199,6 +202,6 @@ def test_a_check_that_finds_nothing(
     monkeypatch.setattr(checks, "CHECKS", (*kept, careless_check))
     careless, trusting = (0, 60) if code == "E0705" else (50, 0)
     # An E0702 that is an error in a run is rare: these seeds come to one soon.
-    trees = (specification(Random(s), careless, trusting) for s in range(70, 200))
+    trees = (specification(Random(s), careless, trusting) for s in range(first, 200))
     found = (tree for tree in trees if compare(tree, tmp_path, "1", TICKS).unsound)
     assert len(list(islice(found, times))) == times

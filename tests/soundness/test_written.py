@@ -24,7 +24,7 @@ SPECS = (
 TICKS = 200
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.long)])
 @pytest.mark.parametrize("name", SPECS)
 def test_same_records(name: str, seed: int) -> None:
     result = compile_spec(str(ROOT / name))

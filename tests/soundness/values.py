@@ -170,13 +170,19 @@ PRODUCTS = 1e-12
 """How far products of poses may be apart: libraries add up in any order."""
 
 
+def is_pose(value: Any) -> bool:
+    """Whether a plain value is a matrix of 4 by 4."""
+    rows = value if isinstance(value, tuple) and len(value) == 4 else ()
+    return bool(rows) and all(isinstance(row, tuple) and len(row) == 4 for row in rows)
+
+
 def same(a: Any, b: Any, tolerance: float = 0.0) -> bool:
     """Whether two plain values are equal but for the sign of zero; NaN is NaN.
 
     `tolerance` is relative, absolute below 1; for poses it is at least `PRODUCTS`.
     """
     if isinstance(a, tuple) and isinstance(b, tuple):
-        if len(a) == 4 and all(isinstance(row, tuple) and len(row) == 4 for row in a):
+        if is_pose(a):
             tolerance = max(tolerance, PRODUCTS)
         return len(a) == len(b) and all(same(p, q, tolerance) for p, q in zip(a, b, strict=True))
     if isinstance(a, float) and isinstance(b, float):

@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tests.commands import specc
+
 ROOT = Path(__file__).parents[2]
 GATE = ROOT / "specs/conveyor_gate.yaml"
 
@@ -77,15 +79,7 @@ def environment(folder: Path) -> dict[str, str]:
 
 def swept(folder: Path, spec: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """A sweep into `out` below the folder."""
-    return subprocess.run(
-        command(spec, "--out", "out", *options),
-        cwd=folder,
-        env=environment(folder),
-        capture_output=True,
-        text=True,
-        timeout=1200,
-        check=False,
-    )
+    return specc("sweep", spec, "--out", "out", *options, cwd=folder, env=environment(folder))
 
 
 def table(folder: Path) -> list[dict[str, Any]]:

@@ -56,6 +56,7 @@ def cluster(tmp_path: Path, scheduler: subprocess.Popen[str]) -> Iterator[str]:
         process.communicate(timeout=60)
 
 
+@pytest.mark.long
 def test_a_cluster_makes_the_same_table_although_a_worker_dies(
     cluster: str, tmp_path: Path
 ) -> None:
@@ -92,6 +93,7 @@ def left_in(folder: Path) -> list[Path]:
     return list(folder.glob("*/dask-scratch-space/*/specc-*"))
 
 
+@pytest.mark.long
 def test_what_is_left_on_workers_and_who_is_gone(
     cluster: str, scheduler: subprocess.Popen[str], tmp_path: Path
 ) -> None:

@@ -9,7 +9,15 @@ from pathlib import Path
 import pytest
 
 from specc.tools.sweep.plots import plot
-from specc.tools.sweep.summary import as_rows, as_text, cells_of, median, rate, reasons
+from specc.tools.sweep.summary import (
+    as_rows,
+    as_text,
+    cells_of,
+    median,
+    rate,
+    reasons,
+    seldom_asked,
+)
 
 
 def covering(count: int, share: float) -> float:
@@ -96,6 +104,19 @@ def test_cells() -> None:
     assert reasons(ROWS) == [("not successful: too hard", 1)]
     undecided = [{"success": None, "reason": "undecided: p"}] * 2
     assert reasons(undecided) == [("undecided: p", 2)]
+
+
+def test_what_was_seldom_asked_is_told() -> None:
+    rows = [
+        {"verdict of p": "met", "asked of p": seed < 3, "verdict of q": "met", "asked of q": True}
+        | {"verdict of r": "unknown", "asked of r": False, "success": True}
+        for seed in range(20)
+    ]
+    assert list(seldom_asked(rows)) == [
+        "p: met in 20 of 20, asked in 3",
+        "r: met in 0 of 20, asked in none",
+    ]
+    assert cells_of(rows, [])[0].estimates["asked of p"] == rate(3, 20)
 
 
 def test_what_is_not_decided_is_no_success() -> None:

@@ -18,9 +18,11 @@ import pytest
 
 from specc.tools.sweep.settings import SweepError
 from specc.tools.sweep.table import Folder
+from tests.commands import specc
+from tests.seeds import short
 from tests.sweep.runs import GATE, ROOT, command, environment, hazards, swept, table
 
-SHORT = ("--set", "cruise=0.4,0.5", "--seeds", "0:3", "--duration", "6")
+SHORT = ("--set", "cruise=0.4,0.5", "--seeds", "0:2", "--duration", "6")
 
 
 def lines(folder: Path) -> list[str]:
@@ -29,27 +31,28 @@ def lines(folder: Path) -> list[str]:
     return whole
 
 
-def test_rows_are_what_single_runs_report_whoever_makes_them(tmp_path: Path) -> None:
+@pytest.mark.parametrize("counts", short(["2", "13"], 0))
+def test_rows_are_what_single_runs_report_whoever_makes_them(counts: str, tmp_path: Path) -> None:
+    """However many processes make them."""
     tables = []
-    for workers in ("1", "3"):
+    for workers in counts:
         folder = tmp_path / workers
         folder.mkdir()
         done = swept(folder, GATE, *SHORT, "--workers", workers)
         assert done.returncode == 0, done.stderr
         tables.append(table(folder))
-    assert tables[0] == tables[1]
+    assert tables[0] == tables[-1]
     rows = tables[0]
     order = [(row["cruise [rad/s]"], row["seed"]) for row in rows]
-    assert order == [(c, s) for c in ("0.4", "0.5") for s in "012"]
+    assert order == [(c, s) for c in ("0.4", "0.5") for s in "01"]
     report = tmp_path / "run.json"
-    single = [*command(GATE)[:3], "run", str(GATE), "--seed", "2", "--duration", "6"]
-    single += ["--set", "cruise=0.4[rad/s]", "--report", str(report)]
-    subprocess.run(single, check=True, capture_output=True, cwd=tmp_path)
+    setting = ("--set", "cruise=0.4[rad/s]", "--report", report)
+    assert specc("run", GATE, "--seed", 1, "--duration", 6, *setting).returncode == 0
     told = json.loads(report.read_text(encoding="utf-8"))
-    assert rows[2]["records_sha256"] == told["records_sha256"]
-    assert rows[2]["cycle.simulated_s"] == json.dumps(told["cycles"][0]["simulated_s"])
+    assert rows[1]["records_sha256"] == told["records_sha256"]
+    assert rows[1]["cycle.simulated_s"] == json.dumps(told["cycles"][0]["simulated_s"])
     margins = {f"margin of {r['that']}": r["margin"] for r in told["requirements"]}
-    assert {n: rows[2][n] for n in margins} == {
+    assert {n: rows[1][n] for n in margins} == {
         n: "" if m is None else json.dumps(m) for n, m in margins.items()
     }
 
@@ -79,6 +82,18 @@ def test_operators_keep_nothing_from_one_run_to_the_next(tmp_path: Path) -> None
     assert [row["reason"] for row in table(tmp_path)] == ["", "", ""]
 
 
+def test_what_is_done_is_kept_and_what_is_torn_made_again(tmp_path: Path) -> None:
+    """The short form of the next test: the log ends as that of a killed sweep may."""
+    options = (hazards(tmp_path), "--seeds", "0:3", "--duration", "1", "--workers", "1")
+    assert swept(tmp_path, *options).returncode == 0
+    whole, (first, *others) = table(tmp_path), lines(tmp_path)
+    (tmp_path / "out/runs.jsonl").write_text(f"{first}\n{others[0][:20]}", encoding="utf-8")
+    assert "1 of 3 runs are done already" in swept(tmp_path, *options).stderr
+    assert table(tmp_path) == whole
+    assert (lines(tmp_path)[0], len(lines(tmp_path))) == (first, 3)
+
+
+@pytest.mark.long
 def test_nothing_is_lost_or_done_twice_however_often_a_sweep_is_ended(tmp_path: Path) -> None:
     chance = random.Random(20)
     whole, broken = tmp_path / "whole", tmp_path / "broken"
@@ -113,7 +128,7 @@ def test_nothing_is_lost_or_done_twice_however_often_a_sweep_is_ended(tmp_path: 
             log.write('{"set": {"cru' * (number % 2))  # as if it were torn there
         alive = f"{broken}/out"
         while any(alive in _arguments(p) for p in Path("/proc").iterdir() if p.name.isdigit()):
-            time.sleep(0.01)
+            time.sleep(0.2)
     assert swept(broken, GATE, *options).returncode == 0
     assert swept(whole, GATE, *options).returncode == 0
     runs = [(json.loads(line)["set"]["cruise"], json.loads(line)["seed"]) for line in lines(broken)]
@@ -319,7 +334,7 @@ def test_the_flagship_is_found_with_all_its_files() -> None:
 def test_nothing_outlives_a_sweep_that_is_killed_while_code_is_generated(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     options = ("--set", "level=1:400:400", "--seeds", "0:1", "--workers", "2")
-    for sign, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 130)):
+    for sign, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 143)):
         sweep = subprocess.Popen(
             command(spec, "--out", "out", *options),
             cwd=tmp_path,

@@ -54,7 +54,6 @@ def fault_of(text: str, system: System) -> Exception | None:
 @settings(
     max_examples=EXAMPLES,
     deadline=None,
-    derandomize=True,
     phases=(Phase.generate,),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )

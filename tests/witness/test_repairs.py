@@ -18,7 +18,6 @@ from specc.pipeline import compile_spec
 from tests.witness.runs import ADDED, ASKED, ROOT, others_of, run, written
 
 SPECS = ROOT / "specs"
-NAMES = ("conveyor_gate.yaml", "irp_picking.yaml")
 MOST = 2
 STATE = re.compile(r"of states? `(\w+)`")
 CAUSE = re.compile(r"by its (\w+) condition")
@@ -52,7 +51,9 @@ def mended(sheet: Sheet, finding: Diagnostic) -> str | None:
     return Seed(tuple(edits), ()).text(sheet)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", ["conveyor_gate.yaml", pytest.param("irp_picking.yaml", marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("code", ["E0601", "E0602"])
 def test_a_suggested_repair_makes_the_scenario_pass(name: str, code: str, tmp_path: Path) -> None:
     specs = tmp_path / "specs"

@@ -84,11 +84,16 @@ _COLOURS = {"met": "green", "violated": "red", "unknown": "yellow"}
 def _required(requirement: dict[str, Any]) -> str:
     """What became of a requirement, with the values that decided it."""
     verdict, margin, time_s = (requirement[key] for key in ("verdict", "margin", "time_s"))
-    text = f"[{_COLOURS[verdict]}]{verdict}[/] {_safe(requirement['that'])}"
+    called = f"{requirement['name']}: " if "name" in requirement else ""
+    text = f"[{_COLOURS[verdict]}]{verdict}[/] {_safe(called + requirement['that'])}"
+    if verdict == "met" and requirement["asked"] is False:
+        text += ", [yellow]never asked[/]"
     if margin is not None:
         text += f", margin {margin:.3g}"
     if missing := requirement.get("missing"):
         text += f"; not in the recording: {_safe(', '.join(missing))}"
+    if verdict == "violated" and requirement["because"]:
+        text += f"\n      because: {_safe(requirement['because'])}"
     if time_s is None:
         return text
     values = (

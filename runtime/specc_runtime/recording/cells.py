@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from hashlib import sha256
 from itertools import repeat
+from math import inf
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from specc_runtime.forms import Element, object_schema
+from specc_runtime.forms import Element, Schema, object_schema
+from specc_runtime.recording.container import CHUNK_S
+from specc_runtime.recording.depth import DEPTH, ENCODING, DepthCoder
 from specc_runtime.recording.log import Channel, Log
-from specc_runtime.recording.pictures import compressed, raw
+from specc_runtime.recording.pictures import Look, Make, compressed, raw
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.records import digest
 
@@ -24,12 +26,16 @@ VALUE = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
 SMALL_BYTES = 512
 """A codec's bytes up to this size stand in the message itself."""
 WINDOW = 32
-"""What is aside is written again unless it is among so many that were written last."""
+"""An image, or a value, that is aside is written again unless it is among so many of its kind that
+were written last."""
+AGAIN_S = CHUNK_S
+"""What is aside is written twice, so much later if it is still there: one may be damaged."""
 Held = tuple[tuple[str, ...], Any]
 """Attributes and their values."""
 Times = tuple[Sequence[float], Sequence[int]]
 """Simulated times in s and dates in ns."""
 _NONE = object()
+_ROUNDING_S = 1e-6
 
 
 class Shelf:
@@ -37,16 +43,24 @@ class Shelf:
 
     Opaque values are written in an exact recording only.
 
-    Each goes by the digest of its bytes. An image has a topic of its own, where it is compressed
-    for viewing unless the recording is exact.
+    Each goes by the digest of its bytes. An image has a topic of its own; unless the recording is
+    exact, it is there for looking, as a `Look` says, or not at all, and has no name.
     """
 
-    def __init__(self, log: Log | None, exact: bool) -> None:
+    _window: float = WINDOW
+
+    def __init__(self, log: Log | None, exact: bool, look: Look | None = None) -> None:
         """Without a log nothing is written."""
         self.log = log
+        self._look = look
+        self._shown: dict[str, float] = {}
+        """When a picture of a topic is due, in s."""
+        self._coders: dict[str, DepthCoder] = {}
         self.exact = exact
         self.is_brief = False
-        self._written: deque[str] = deque(maxlen=WINDOW)
+        self._images: dict[str, float] = {}
+        self._opaque: dict[str, float] = {}
+        """When to write what was written once more, in s; images come and go, values stay."""
         self._topic = ""
         self._time_s, self._date_ns = 0.0, 0
 
@@ -58,13 +72,34 @@ class Shelf:
 
     def image(self, value: Any) -> Any:
         """See `Aside`."""
+        if self.log is not None and not self.exact:
+            self._look_at(self.log, value)
+            return {"image": ""}
         name = digest_of(value.tobytes())
-        if self.log is not None and self._is_new(name):
-            kind, schema, make = (raw if self.exact else compressed)(value)
-            channel = self.log.channel(self._topic, kind, schema)
-            make = partial(make, value, self._time_s, self._topic)
-            self._precede(self.log, channel, make, value.nbytes)
+        if self.log is not None and self._is_new(name, self._images):
+            self._keep(self.log, value)
         return {"image": name}
+
+    def _look_at(self, log: Log, value: Any) -> None:
+        """Write a picture, if one is due."""
+        if self._look and self._time_s >= self._shown.get(self._topic, -inf) - _ROUNDING_S:
+            self._shown[self._topic] = self._time_s + self._look.period_s
+            self._draw(log, compressed(value, self._look), value)
+
+    def _keep(self, log: Log, value: Any) -> None:
+        """Write an image as it is."""
+        if value.ndim == 3:
+            self._draw(log, raw(value), value)
+            return
+        coder = self._coders.setdefault(self._topic, DepthCoder())
+        self._draw(log, (DEPTH, {}, coder.message), value, ENCODING)
+
+    def _draw(
+        self, log: Log, how: tuple[str, Schema, Make], value: Any, encoding: str = "json"
+    ) -> None:
+        kind, schema, make = how
+        channel = log.channel(self._topic, kind, schema, encoding=encoding)
+        self._precede(log, channel, partial(make, value, self._time_s, self._topic), value.nbytes)
 
     def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
         """See `Aside`."""
@@ -72,7 +107,7 @@ class Shelf:
         if size <= SMALL_BYTES:
             return {"type": kind, "bytes": _base64(data)}
         name = digest_of(data)
-        if self.log is not None and self._is_new(name):
+        if self.log is not None and self._is_new(name, self._opaque):
             self._put(self.log, partial(_value, kind, data), size)
         return {"type": kind, "digest": name}
 
@@ -86,11 +121,15 @@ class Shelf:
     def _precede(self, log: Log, channel: Channel, make: Callable[[], bytes], size: int) -> None:
         log.precede((channel.number, round(self._time_s * 1e9), self._date_ns, make), size)
 
-    def _is_new(self, digest: str) -> bool:
-        if digest in self._written:
-            return False
-        self._written.append(digest)
-        return True
+    def _is_new(self, digest: str, written: dict[str, float]) -> bool:
+        """Whether what goes by it is to be written now."""
+        again_s = written.get(digest)
+        if again_s is None and len(written) >= self._window:
+            del written[next(iter(written))]
+        if again_s is None or self._time_s > again_s:
+            written[digest] = self._time_s + AGAIN_S if again_s is None else inf
+            return True
+        return False
 
 
 def digest_of(data: bytes | np.ndarray[Any, Any]) -> str:

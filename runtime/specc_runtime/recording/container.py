@@ -1,5 +1,8 @@
 """An MCAP file that grows: chunks of messages, each readable once it is written, and an index.
 
+What is written once is in it twice: schemas and channels in the first two chunks with messages of
+them, all else where it was written and at the end.
+
 The records are the library's. Its own writer takes 7 us for a message, as much as all else that is
 done for one; here messages and their places are packed at once.
 """
@@ -8,7 +11,7 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import chain, repeat
 from struct import Struct, pack
 from typing import IO
@@ -18,7 +21,13 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
-MAGIC = b"\x89MCAP0\r\n"
+from specc_runtime.recording.spans import COPIES, FRAME, MAGIC, headed
+
+CHUNK_S = 0.5
+"""Simulated time from the first to the last message of a chunk, at most."""
+_CHUNK_NS = CHUNK_S * 1e9
+CHUNK_BYTES = 1 << 20
+"""With so much a chunk is written: it need not wait for more, nor readers unpack more."""
 _MESSAGE = Struct("<BQHIQQ")
 _INDEX = Struct("<BQHI")
 _OPCODE = int(Opcode.MESSAGE)
@@ -28,8 +37,12 @@ _MESSAGE_BYTES = _MESSAGE.size - 9
 _LEVEL = 1
 """Digits of numbers become smaller than at higher levels, in two thirds of the time."""
 
-Message = tuple[int, int, int, bytes]
-"""Channel, times of log and publication in ns, data."""
+_COPIES = 2
+"""Of what is written once."""
+NOTHING: Mapping[str, str] = {}
+
+Message = tuple[int, int, int, bytes] | tuple[int, int, int, bytes, int]
+"""Channel, times of log and publication in ns, data; a number in its sequence, where it has one."""
 
 
 class Container:
@@ -37,86 +50,109 @@ class Container:
 
     def __init__(self, file: IO[bytes], library: str) -> None:
         self._file = file
+        self._spans = 0
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
+        self._told: Counter[int] = Counter()
+        """How often each channel is in the file."""
+        self._once: list[bytes] = []
         self._indexes: list[records.ChunkIndex] = []
         self._others: list[records.MetadataIndex | records.AttachmentIndex] = []
         self._counts: Counter[int] = Counter()
         self._compressor = zstandard.ZstdCompressor(_LEVEL, write_checksum=True)
-        file.write(MAGIC)
-        self._write(records.Header("", library))
+        file.write(MAGIC + _written(records.Header("", library)))
 
-    def schema(self, name: str, text: bytes) -> int:
-        """The number of a new schema, in JSON Schema."""
+    def schema(self, name: str, text: bytes, encoding: str = "jsonschema") -> int:
+        """The number of a new schema."""
         number = len(self._schemas) + 1
-        self._schemas.append(records.Schema(number, text, "jsonschema", name))
-        self._write(self._schemas[-1])
+        self._schemas.append(records.Schema(number, text, encoding, name))
         return number
 
-    def channel(self, topic: str, schema: int) -> int:
-        """The number of a new channel, of messages in JSON."""
+    def channel(
+        self, topic: str, schema: int, encoding: str = "json", told: Mapping[str, str] = NOTHING
+    ) -> int:
+        """The number of a new channel; schema 0 is none."""
         number = len(self._channels) + 1
-        self._channels.append(records.Channel(number, topic, "json", {}, schema))
-        self._write(self._channels[-1])
+        self._channels.append(records.Channel(number, topic, encoding, dict(told), schema))
         return number
 
     def metadata(self, name: str, data: Mapping[str, str]) -> None:
         """Names and texts."""
-        begin = self._file.tell()
-        length = self._write(records.Metadata(name, dict(data)))
+        begin, length = self._write_once(records.Metadata(name, dict(data)))
         self._others.append(records.MetadataIndex(begin, length, name))
 
-    def attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """A file."""
-        begin = self._file.tell()
-        length = self._write(records.Attachment(0, 0, name, media_type, data))
+    def attachment(
+        self, name: str, media_type: str, data: bytes, times: tuple[int, int] = (0, 0)
+    ) -> None:
+        """A file, of which times of creation and log in ns are told."""
+        begin, length = self._write_once(records.Attachment(*times, name, media_type, data))
         self._others.append(
-            records.AttachmentIndex(begin, length, 0, 0, len(data), name, media_type)
+            records.AttachmentIndex(begin, length, *times, len(data), name, media_type)
         )
 
     def chunk(self, messages: Sequence[Message]) -> None:
         """Messages, compressed together, and where they are."""
         if not messages:
             return
-        channels, times, dates, texts = zip(*messages, strict=True)
+        channels, times, dates, texts, *rest = zip(*messages, strict=True)
         sizes = list(map(len, texts))
         inside = [size + _MESSAGE_BYTES for size in sizes]
-        heads = map(_MESSAGE.pack, repeat(_OPCODE), inside, channels, repeat(0), times, dates)
-        plain = b"".join(chain.from_iterable(zip(heads, texts, strict=False)))
+        numbers = rest[0] if rest else repeat(0)
+        heads = map(_MESSAGE.pack, repeat(_OPCODE), inside, channels, numbers, times, dates)
+        forms = self._forms(set(channels))
+        plain = forms + b"".join(chain.from_iterable(zip(heads, texts, strict=False)))
         places: defaultdict[int, list[int]] = defaultdict(list)
-        offset = 0
+        offset = len(forms)
         for channel, time_ns, size in zip(channels, times, sizes, strict=True):
             places[channel] += (time_ns, offset)
             offset += size + _MESSAGE.size
         packed = self._compressor.compress(plain)
         first, last = min(times), max(times)
-        begin = self._file.tell()
         # No CRC: the compressor's own checksum takes a tenth of its time.
-        length = self._write(records.Chunk("zstd", packed, last, first, 0, len(plain)))
-        offsets = {}
+        chunk = _written(records.Chunk("zstd", packed, last, first, 0, len(plain)))
+        span, starts = [chunk], list[int]()
         for channel, within in places.items():
-            offsets[channel] = self._file.tell()
             data = pack(f"<{len(within)}Q", *within)
-            size = len(data) + _INDEX.size - 9
-            self._file.write(_INDEX.pack(Opcode.MESSAGE_INDEX, size, channel, len(data)) + data)
+            starts.append(sum(map(len, span)))
+            span.append(
+                _INDEX.pack(Opcode.MESSAGE_INDEX, len(data) + _INDEX.size - 9, channel, len(data))
+                + data
+            )
             self._counts[channel] += len(within) // 2
+        begin = self._write_span(b"".join(span))
+        offsets = {channel: begin + at for channel, at in zip(places, starts, strict=True)}
         self._indexes.append(
             records.ChunkIndex(
-                chunk_length=length,
+                chunk_length=len(chunk),
                 chunk_start_offset=begin,
                 compression="zstd",
                 compressed_size=len(packed),
                 message_end_time=last,
-                message_index_length=self._file.tell() - begin - length,
+                message_index_length=sum(map(len, span[1:])),
                 message_index_offsets=offsets,
                 message_start_time=first,
                 uncompressed_size=len(plain),
             )
         )
 
+    def _forms(self, channels: Iterable[int]) -> bytes:
+        """Those of these channels that are not often enough in the file, with their schemas."""
+        builder = RecordBuilder()
+        for number in sorted(channels):
+            if self._told[number] == _COPIES:
+                continue
+            self._told[number] += 1
+            channel = self._channels[number - 1]
+            if channel.schema_id:
+                self._schemas[channel.schema_id - 1].write(builder)
+            channel.write(builder)
+        return bytes(builder.end())
+
     def finish(self) -> None:
-        """End the file with its index."""
-        self._write(records.DataEnd(0))
+        """End the file with copies of what was written once, and its index."""
+        copies = b"".join(self._once)
+        self._write_span(FRAME.pack(COPIES, len(copies)) + copies)
+        self._file.write(_written(records.DataEnd(0)))
         begin = self._file.tell()
         builder = RecordBuilder()
         for record in (*self._schemas, *self._channels, self._statistics(), *self._indexes):
@@ -128,8 +164,7 @@ class Container:
         records.Footer(begin, 0, 0).write(builder)
         footer = builder.end()
         crc = zlib.crc32(footer[:-4], zlib.crc32(summary))
-        self._write(records.Footer(begin, 0, crc))
-        self._file.write(MAGIC)
+        self._file.write(_written(records.Footer(begin, 0, crc)) + MAGIC)
 
     def _statistics(self) -> records.Statistics:
         kinds = Counter(type(other) for other in self._others)
@@ -145,10 +180,54 @@ class Container:
             schema_count=len(self._schemas),
         )
 
-    def _write(self, record: records.McapRecord) -> int:
-        """Write a record; its length."""
-        builder = RecordBuilder()
-        record.write(builder)
-        data = builder.end()
-        self._file.write(data)
-        return len(data)
+    def _write_once(self, record: records.McapRecord) -> tuple[int, int]:
+        """Where it is, and its length; a copy comes at the end."""
+        self._once.append(_written(record))
+        return self._write_span(self._once[-1]), len(self._once[-1])
+
+    def _write_span(self, span: bytes) -> int:
+        """Write what is verified by itself; where it is."""
+        self._file.write(headed(self._spans, self._file.tell(), span))
+        self._spans += 1
+        return self._file.tell() - len(span)
+
+
+class Chunks:
+    """Gathers messages into chunks of little simulated time and size.
+
+    Those of channels that are `apart` have chunks of their own, so that they are found without the
+    rest.
+    """
+
+    def __init__(self, container: Container, apart: Collection[int] = ()) -> None:
+        self._container = container
+        self._apart = apart
+        self._messages: list[Message] = []
+        self._aside: list[Message] = []
+        self._size = 0
+        self._first_ns = self._last_ns = 0
+
+    def add(self, message: Message) -> None:
+        """Take a message; it is written with others, or by `write`."""
+        time_ns, is_empty = message[1], not self._size
+        if time_ns > self._last_ns or is_empty:
+            self._last_ns = time_ns
+        if time_ns < self._first_ns or is_empty:
+            self._first_ns = time_ns
+        if self._last_ns - self._first_ns > _CHUNK_NS or self._size > CHUNK_BYTES:
+            self.write()
+            self._first_ns = self._last_ns = time_ns
+        (self._aside if message[0] in self._apart else self._messages).append(message)
+        self._size += len(message[3]) + 1
+
+    def write(self) -> None:
+        """Write all that there is."""
+        self._container.chunk(self._messages)
+        self._container.chunk(self._aside)
+        self._messages, self._aside, self._size = [], [], 0
+
+
+def _written(record: records.McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())

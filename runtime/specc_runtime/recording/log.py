@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fcntl import LOCK_EX, LOCK_NB, flock
 from itertools import repeat
 from operator import itemgetter
 from pathlib import Path
 from threading import Event, RLock, Thread
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -16,7 +18,7 @@ from specc_runtime.companion import OutputLost
 from specc_runtime.faults import said
 from specc_runtime.forms import Schema
 from specc_runtime.options import UsageError
-from specc_runtime.recording.container import Container, Message
+from specc_runtime.recording.container import CHUNK_BYTES, Chunks, Container
 from specc_runtime.recording.text import dumped
 
 LIBRARY = "specc"
@@ -26,8 +28,6 @@ INTERVAL_S = 0.4
 """Wall time between two moments at which all that there is goes to the file."""
 MOST_BYTES = 1 << 26
 """Of what waits to be written; with more, the run waits."""
-_CHUNK_BYTES = 1 << 20
-"""With so much a chunk is written: it need not wait for more, nor readers unpack more."""
 _BATCH, _LATE = 128, 8
 """Messages of a channel whose texts are made together, if they are not large; so many times that
 where a chunk is just written."""
@@ -39,6 +39,31 @@ Texts = Callable[[Sequence[Any], Sequence[float], Sequence[int]], Iterable[bytes
 _date = itemgetter(2)
 
 
+def own(path: Path) -> IO[bytes]:
+    """The file, empty, which nobody else gets until it is closed or the process is gone.
+
+    Raises UsageError.
+    """
+    try:
+        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
+        check_unowned(file, path)
+        file.truncate()
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
+    return file
+
+
+def check_unowned(file: IO[bytes], path: Path) -> None:
+    """Own an open file; raises UsageError while somebody else does."""
+    try:
+        flock(file, LOCK_EX | LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise UsageError(f"cannot write {path}: another run is being recorded there") from None
+    except OSError:
+        pass  # a file system without locks
+
+
 class Log:
     """An MCAP file with messages in JSON; a thread compresses and writes them.
 
@@ -46,11 +71,8 @@ class Log:
     """
 
     def __init__(self, path: Path, clock: WallClock) -> None:
-        """Raises UsageError if there cannot be such a file."""
-        try:
-            self._file = path.open("wb")
-        except OSError as error:
-            raise UsageError(f"cannot write {path}: {error.strerror}") from error
+        """Raises UsageError if there cannot be such a file, or another run writes it."""
+        self._file = own(path)
         self.path = path
         self._clock = clock
         self._batch: list[tuple[int, int, int, Content]] = []
@@ -87,6 +109,7 @@ class Log:
         *,
         is_preceded: bool = False,
         is_apart: bool = False,
+        encoding: str = "json",
     ) -> Channel:
         """The channel of a topic, whose messages have a schema of that name.
 
@@ -95,16 +118,23 @@ class Log:
         """
         if topic not in self._channels:
             channel = self._channels[topic] = Channel(self, texts, self._clock, is_preceded)
-            self._guarded(lambda: self._register(channel, topic, schema, form))
+            self._guarded(lambda: self._register(channel, topic, (schema, form), encoding))
             if is_apart:
                 self._apart.add(channel.number)
         return self._channels[topic]
 
-    def _register(self, channel: Channel, topic: str, schema: str, form: Schema) -> None:
+    def _register(
+        self, channel: Channel, topic: str, named: tuple[str, Schema], encoding: str
+    ) -> None:
+        schema, form = named
         if schema not in self._schemas:
-            text = dumped({"title": schema} | form)
-            self._schemas[schema] = self._container.schema(schema, text)
-        channel.number = self._container.channel(topic, self._schemas[schema])
+            if encoding == "json":
+                text = dumped({"title": schema} | form)
+                self._schemas[schema] = self._container.schema(schema, text)
+            else:
+                self._schemas[schema] = self._container.schema(schema, b"", encoding)
+        number = self._schemas[schema]
+        channel.number = self._container.channel(topic, number, encoding)
 
     def precede(self, message: tuple[int, int, int, Content], size: int) -> None:
         """Write a message of about so many bytes before the one whose text is being made."""
@@ -138,7 +168,7 @@ class Log:
         self._size += sum([len(text) for *_, text in messages])
         for each in group if messages else ():
             each.adapt((self._size - before) // len(messages))
-        if self._size > _CHUNK_BYTES:
+        if self._size > CHUNK_BYTES:
             self._wake.set()
 
     def flush(self) -> None:
@@ -169,19 +199,11 @@ class Log:
         for channel in list(self._channels.values()):
             self._take(channel)
         self._batch.sort(key=_date)
-        messages, apart, size = list[Message](), list[Message](), 0
+        chunks = Chunks(self._container, self._apart)
         for channel_, time_ns, date_ns, content in self._batch:
             data = content if isinstance(content, bytes) else content()
-            if channel_ in self._apart:
-                apart.append((channel_, time_ns, date_ns, data))
-                continue
-            messages.append((channel_, time_ns, date_ns, data))
-            size += len(data)
-            if size > _CHUNK_BYTES:
-                self._container.chunk(messages)
-                messages, size = [], 0
-        self._container.chunk(messages)
-        self._container.chunk(apart)
+            chunks.add((channel_, time_ns, date_ns, data))
+        chunks.write()
         self._batch.clear()
         self._size = 0
         self._file.flush()
@@ -223,7 +245,7 @@ class Channel:
 
     def adapt(self, size: int) -> None:
         """Let so many messages wait as are not too large, if each has so many bytes."""
-        self._most = max(1, min(_BATCH, _CHUNK_BYTES // (size + 1)))
+        self._most = max(1, min(_BATCH, CHUNK_BYTES // (size + 1)))
 
     def taken(self) -> tuple[Sequence[int], Iterator[tuple[int, int, int, bytes]]]:
         """What was added: its dates, and its messages, whose texts are made in turn."""

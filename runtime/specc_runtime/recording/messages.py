@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from specc_runtime.forms import Element, Fetch, Misshapen, NotRecorded
+from specc_runtime.recording.budget import Budget
 from specc_runtime.recording.cells import VALUE_SCHEMA, WINDOW, digest_of
+from specc_runtime.recording.depth import DEPTH, read_depth
 from specc_runtime.recording.log import FORMAT
 from specc_runtime.recording.pictures import RAW, read_raw
 from specc_runtime.recording.reading import (
@@ -36,25 +38,21 @@ class Shelved(Fetch):
     """What stands aside in the file, as it was read last; see `Fetch`."""
 
     def __init__(self, most: float = 2 * WINDOW, most_bytes: float = inf) -> None:
-        """Keeps so many values, of so many bytes, the last ones."""
+        """Keeps so many images and as many values, each kind of so many bytes, the last ones."""
         self.report: Mapping[str, str] = {}
         """What the file says of the run as a whole, if it is whole."""
-        self._most, self._most_bytes = most, most_bytes
-        self._bytes = 0
-        self._kept: OrderedDict[str, Any] = OrderedDict()
+        self.is_whole = True
+        """Whether all that is wanted was there, where that is known."""
+        self._images = _Last(most, most_bytes)
+        self._values = _Last(most, most_bytes)
 
     def put(self, digest: str, value: Any) -> None:
-        """Keep a value."""
-        self._bytes += memoryview(value).nbytes
-        if digest in self._kept:
-            self._bytes -= memoryview(self._kept.pop(digest)).nbytes
-        self._kept[digest] = value
-        while len(self._kept) > self._most or self._bytes > self._most_bytes:
-            self._bytes -= memoryview(self._kept.popitem(last=False)[1]).nbytes
+        """Keep an image, which is an array, or the bytes of a value."""
+        (self._values if isinstance(value, bytes) else self._images).put(digest, value)
 
     def image(self, data: Any) -> Any:
         """See `Fetch`."""
-        return self._found(_part(data, "image"), "an image, without --record-exact")
+        return self._images.found(_part(data, "image"), "an image, without --record-exact")
 
     def packed(self, kind: str, data: Any) -> bytes:
         """See `Fetch`."""
@@ -62,9 +60,27 @@ class Shelved(Fetch):
             raise NotRecorded(f"a value of {kind}, without a codec or --record-exact")
         if isinstance(data, dict) and "bytes" in data:
             return unpacked(data)
-        return bytes(self._found(_part(data, "digest"), f"a value of {kind}"))
+        return bytes(self._values.found(_part(data, "digest"), f"a value of {kind}"))
 
-    def _found(self, digest: str, what: str) -> Any:
+
+class _Last:
+    """The last things that were put, by their digests."""
+
+    def __init__(self, most: float, most_bytes: float) -> None:
+        self._most, self._most_bytes = most, most_bytes
+        self._bytes = 0
+        self._kept: OrderedDict[str, Any] = OrderedDict()
+
+    def put(self, digest: str, value: Any) -> None:
+        self._bytes += memoryview(value).nbytes
+        if digest in self._kept:
+            self._bytes -= memoryview(self._kept.pop(digest)).nbytes
+        self._kept[digest] = value
+        while len(self._kept) > self._most or self._bytes > self._most_bytes:
+            self._bytes -= memoryview(self._kept.popitem(last=False)[1]).nbytes
+
+    def found(self, digest: str, what: str) -> Any:
+        """Raises NotRecorded."""
         if digest not in self._kept:
             raise NotRecorded(what)
         return self._kept[digest]
@@ -125,30 +141,31 @@ def within(data: Any, element: Element) -> Any:
 
 def about(file: Path) -> Mapping[str, str]:
     """What a recording says of the run: spec, seed, set, exact. Raises Unusable."""
-    for record in Reading(file):
-        if isinstance(record, Metadata) and record.name == "specc":
-            told: Mapping[str, str] = record.metadata
-            if told.get("format") != FORMAT:
-                raise Unusable(f"{file} was recorded by another version of specc")
-            return told
-        if isinstance(record, Message):
-            break
-    raise Unusable(f"{file} is no recording of specc")
+    return recorded(file)[0]
 
 
-def recorded(file: Path) -> tuple[Mapping[str, str], dict[str, str]]:
+def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str], dict[str, str]]:
     """What `about` says, and the specification with the files that it uses. Raises Unusable."""
-    texts = {}
-    for record in Reading(file):
+    told: Mapping[str, str] = {}
+    texts: dict[str, str] = {}
+    reading = Reading(file, budget=budget)
+    for record in reading:
         if isinstance(record, Attachment):
+            texts.pop(record.name, None)  # of all that come once more the order is right
             texts[record.name] = record.data.decode(errors="replace")
-        elif isinstance(record, Message):
-            break
-    return about(file), texts
+        elif isinstance(record, Metadata) and record.name == "specc":
+            told = record.metadata
+        elif isinstance(record, Message) and not reading.damaged:
+            break  # else what is damaged comes once more at the end
+    if not told:
+        raise Unusable(f"{file} is no recording of specc")
+    if told.get("format") != FORMAT:
+        raise Unusable(f"{file} was recorded by another version of specc")
+    return told, texts
 
 
 def steps_of(
-    file: Path, shelf: Shelved, *, images: bool = True
+    file: Path | Reading, shelf: Shelved, *, images: bool = True
 ) -> Iterator[tuple[str, float, bytes]]:
     """Topic, time and text of every step, in the order of the file; `shelf` gets what is aside.
 
@@ -158,7 +175,8 @@ def steps_of(
     """
     schemas: dict[int, str] = {}
     channels: dict[int, tuple[str, str]] = {}
-    for record in Reading(file):
+    reading = Reading(file) if isinstance(file, Path) else file
+    for record in reading:
         if isinstance(record, Schema):
             schemas[record.id] = record.name
         elif isinstance(record, Channel):
@@ -169,17 +187,23 @@ def steps_of(
             topic, schema = channels.get(record.channel_id, ("", ""))
             if schema.startswith(STEP_SCHEMA) or schema == TRUTH_SCHEMA:
                 yield topic, record.log_time / 1e9, record.data
-            elif schema == VALUE_SCHEMA or (schema == RAW and images):
+            elif schema == VALUE_SCHEMA or (schema in (RAW, DEPTH) and images):
+                reading.budget.aside(len(record.data))
                 try:
-                    _shelve(loaded(record.data), schema, shelf)
+                    _shelve(record.data, schema, shelf)
                 except Misshapen as error:
-                    raise Unusable(f"{file}: {topic}: {error}") from None
+                    raise Unusable(f"{reading.path}: {topic}: {error}") from None
 
 
-def _shelve(message: Any, schema: str, shelf: Shelved) -> None:
-    if schema == RAW:
-        image = read_raw(message)
-        shelf.put(digest_of(image.tobytes()), image)
-    else:
-        data = unpacked(message)
+def _shelve(message: bytes, schema: str, shelf: Shelved) -> None:
+    if schema == VALUE_SCHEMA:
+        data = unpacked(loaded(message))
         shelf.put(digest_of(data), data)
+    else:
+        image = image_of(message, schema)
+        shelf.put(digest_of(image.tobytes()), image)
+
+
+def image_of(message: bytes, schema: str) -> Any:
+    """The image of a message of an exact recording, read-only; raises Misshapen."""
+    return read_depth(message) if schema == DEPTH else read_raw(loaded(message))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from base64 import b64decode, b64encode
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +30,6 @@ _RAW = object_schema(
 )
 RAW = "foxglove.RawImage"
 _ENCODINGS = {"rgb8": (np.uint8, 3), "32FC1": (np.float32, 1)}
-_QUALITY = 85
 _MM_PER_M = 1000.0
 
 Image = np.ndarray[Any, Any]
@@ -36,21 +37,48 @@ Make = Callable[[Image, float, str], bytes]
 """Makes the message of an image, a time and a frame."""
 
 
-def compressed(image: Image) -> tuple[str, Schema, Make]:
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is kept of images that are for looking: how often, how large, how well."""
+
+    period_s: float
+    """Simulated time between two pictures of an element, at least."""
+    widths: tuple[float, float]
+    """Of colours and of depth maps in pixels, at most."""
+    quality: int
+    """Of JPEG, in percent."""
+    is_calm: bool
+    """Whether depth is without its noise: the median of 5 by 5 pixels."""
+
+
+LOOKS = {
+    "small": Look(0.4, (640, 320), 85, is_calm=True),
+    "full": Look(0.0, (np.inf, np.inf), 95, is_calm=False),
+}
+
+
+def compressed(image: Image, look: Look) -> tuple[str, Schema, Make]:
     """JPEG of colours, PNG of whole millimetres of a depth map: schema and what makes a message."""
     import cv2  # noqa: F401  # what is missing is told before the first message
 
-    return "foxglove.CompressedImage", _COMPRESSED, _compressed
+    return "foxglove.CompressedImage", _COMPRESSED, partial(_compressed, look)
 
 
-def _compressed(image: Image, time_s: float, frame: str) -> bytes:
+def _compressed(look: Look, image: Image, time_s: float, frame: str) -> bytes:
     import cv2
 
+    every = int(np.ceil(image.shape[1] / look.widths[image.ndim == 2])) or 1
     if image.ndim == 3:
-        form, shown, options = "jpeg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
+        shown = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+        if every > 1:
+            size = image.shape[1] // every, image.shape[0] // every
+            shown = cv2.resize(shown, size, interpolation=cv2.INTER_AREA)
+        form, options = "jpeg", [cv2.IMWRITE_JPEG_QUALITY, look.quality]
     else:
-        in_mm = np.clip(np.rint(image * _MM_PER_M), 0, np.iinfo(np.uint16).max)
-        form, shown, options = "png", in_mm.astype(np.uint16), []
+        in_mm = np.nan_to_num(image[::every, ::every] * np.float32(_MM_PER_M), nan=0.0)
+        shown = np.clip(np.rint(in_mm), 0, np.iinfo(np.uint16).max).astype(np.uint16)
+        shown = cv2.medianBlur(shown, 5) if look.is_calm else shown
+        form, options = "png", []
     suffix = ".jpg" if form == "jpeg" else ".png"
     _, data = cv2.imencode(suffix, np.ascontiguousarray(shown), options)
     told = {"format": form, "data": b64encode(data.tobytes()).decode()}

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Iterator
+from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from struct import Struct
 from typing import IO
 
-import zstandard
-from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
@@ -22,11 +20,14 @@ from mcap.records import (
     Metadata,
     Schema,
 )
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
-from mcap.writer import Writer
+from mcap.stream_reader import StreamReader
 
-from specc_runtime.recording.container import MAGIC
-from specc_runtime.recording.log import LIBRARY
+from specc_runtime.aside import replacing
+from specc_runtime.recording.budget import Budget, Unusable
+from specc_runtime.recording.container import Chunks, Container
+from specc_runtime.recording.log import LIBRARY, check_unowned
+from specc_runtime.recording.spans import FRAME, LARGEST_BYTES, MAGIC, Spans, is_copies
+from specc_runtime.recording.unpacking import unpacked_chunk
 from specc_runtime.report import RECORDING, check_writable
 
 __all__ = [
@@ -40,41 +41,39 @@ __all__ = [
     "Unusable",
 ]
 
-LARGEST_BYTES = 1 << 28
-"""Of one record, packed or unpacked."""
-_FRAME = Struct("<BQ")
-"""What every record begins with: what it is, and how long the rest is."""
-
-
-class Unusable(Exception):
-    """The file is no recording, or cannot be read; the message says why."""
+_OWN_KINDS = 0x80
+"""The first one of the records that MCAP leaves to whoever writes a file."""
 
 
 class Reading:
     """The records of a file in their order, as far as they can be read.
 
-    `cut` says that the file has no proper end, `damaged` counts records that were passed over,
+    `cut` says that the file has no proper end, `damaged` counts parts that were passed over,
     `last_s` is the last simulated time. With `topics`, parts without messages of these are passed
-    over as far as the file tells.
+    over as far as the file tells. What is in the file twice comes twice. With a `budget` this is
+    one of several passes over the file. Raises Unusable if there is no such file.
     """
 
-    def __init__(self, path: Path, topics: Collection[str] = ()) -> None:
+    def __init__(
+        self, path: Path, topics: Collection[str] = (), budget: Budget | None = None
+    ) -> None:
         self.cut = False
         self.damaged = 0
         self.last_s = 0.0
-        self._path = path
+        self.path = path
         self._topics = topics
+        self.budget = budget or Budget(path)
         self._unwanted: set[int] = set()
 
     def __iter__(self) -> Iterator[McapRecord]:
         """Schemas, channels, messages, metadata and attachments. Raises Unusable."""
         try:
-            file = self._path.open("rb")
+            file = self.path.open("rb")
         except OSError as error:
-            raise Unusable(f"cannot read {self._path}: {error.strerror}") from error
+            raise Unusable(f"cannot read {self.path}: {error.strerror}") from error
         with file:
-            if file.read(len(MAGIC)) != MAGIC:
-                raise Unusable(f"{self._path} is no MCAP file")
+            if not _is_magic(file.read(len(MAGIC))):
+                raise Unusable(f"{self.path} is no MCAP file")
             for record in self._wanted(self._records(file)):
                 for found in self._inside(record):
                     if isinstance(found, Channel) and found.topic not in self._topics:
@@ -82,26 +81,50 @@ class Reading:
                     yield found
 
     def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
-        """The records before the index, which is made from them, each read by itself."""
+        """The records before the index, which is made from them."""
+        spans = Spans(file)
+        for span in spans:
+            yield from self._within(span, FRAME.size if is_copies(span) else 0)
+            self.damaged, spans.damaged = self.damaged + spans.damaged, 0
+        self.damaged, self.cut = self.damaged + spans.damaged, spans.cut
+        if not spans.found:
+            yield from self._each(file)
+
+    def _within(self, span: bytes, place: int) -> Iterator[McapRecord]:
+        """The records of a span, which is as it was written, from a place in it on."""
+        while place + FRAME.size <= len(span):
+            end = place + FRAME.size + FRAME.unpack_from(span, place)[1]
+            yield from self._record(span[place:end])
+            place = end
+
+    def _record(self, text: bytes) -> Iterator[McapRecord]:
+        """The record, if it is one, and none of a kind that others may add."""
+        self.budget.record(text[0], len(text))
+        if text[0] >= _OWN_KINDS:
+            return
+        packed = BytesIO(text)
+        try:
+            found = next(StreamReader(packed, skip_magic=True, emit_chunks=True).records)
+        except Exception:  # noqa: BLE001  # the library reads what is no record as it may
+            self.damaged += 1
+        else:
+            yield found
+
+    def _each(self, file: IO[bytes]) -> Iterator[McapRecord]:
+        """The records of a file that is not written in spans, each read by itself."""
         end, begin = os.fstat(file.fileno()).st_size, len(MAGIC)
-        while begin + _FRAME.size <= end:
+        while begin + FRAME.size <= end:
             file.seek(begin)
-            kind, length = _FRAME.unpack(head := file.read(_FRAME.size))
+            kind, length = FRAME.unpack(head := file.read(FRAME.size))
             if length > LARGEST_BYTES:
                 self.damaged += 1  # where the next one begins is not known
                 return
             if kind == Opcode.DATA_END:
                 return
-            begin += _FRAME.size + length
+            begin += FRAME.size + length
             if begin > end:
                 break
-            packed = BytesIO(head + file.read(length))
-            try:
-                found = next(StreamReader(packed, skip_magic=True, emit_chunks=True).records)
-            except Exception:  # noqa: BLE001  # the library reads what is no record as it may
-                self.damaged += 1
-            else:
-                yield found
+            yield from self._record(head + file.read(length))
         # A file with a proper end was not cut: one of its lengths is wrong.
         file.seek(-len(MAGIC), os.SEEK_END)
         self.cut = file.read() != MAGIC
@@ -135,23 +158,16 @@ class Reading:
                 yield record
             return
         try:
-            if record.compression == "zstd":
-                size = zstandard.frame_content_size(record.data)
-                if size != record.uncompressed_size or size > LARGEST_BYTES:
-                    raise ValueError("the chunk is not as large as it says")
-            elif record.compression:
-                raise ValueError("another compression")
-            stream, length = get_chunk_data_stream(record, validate_crc=True)
-            reader = StreamReader(BytesIO(stream.read(length)), skip_magic=True, emit_chunks=True)
-            for count, found in enumerate(reader.records):
-                if count == len(record.data):  # a few bytes may stand for millions of messages
-                    raise ValueError("more records than bytes")
-                if not isinstance(found, Chunk):
-                    yield found
-        except EndOfFile:
-            return
+            yield from unpacked_chunk(record, self.budget)
+        except Unusable:
+            raise
         except Exception:  # noqa: BLE001  # as above
             self.damaged += 1
+
+
+def _is_magic(found: bytes) -> bool:
+    """Whether it is what a file begins with, but for one byte."""
+    return sum(map(int.__eq__, found, MAGIC)) >= len(MAGIC) - 1
 
 
 class Recovered:
@@ -167,44 +183,51 @@ class Recovered:
         self.last_s = 0.0
         self._schemas: dict[int, int] = {}
         self._channels: dict[int, int] = {}
+        self._once: set[bytes] = set()
         reading = Reading(path)
         if out != path:
             check_writable(out, RECORDING)
-        aside = out.with_name(f".{out.name}.{os.getpid()}")
-        try:
+        if out.exists():
+            with out.open("rb") as file:
+                check_unowned(file, out)
+        with replacing(out) as aside:
             with aside.open("wb") as file:
-                writer = Writer(file)
-                writer.start(library=LIBRARY)
+                container = Container(file, LIBRARY)
+                chunks = Chunks(container)
                 for record in reading:
-                    self._copy(record, writer)
-                writer.finish()
+                    self._copy(record, container, chunks)
+                chunks.write()
+                container.finish()
             if not self.messages and (reading.cut or reading.damaged):
                 raise Unusable(f"{path}: nothing is left in it that can be read")
             if reading.damaged and out.exists() and out.samefile(path):
                 raise Unusable(f"{path} stays as it is, for parts of it are damaged; name --out")
-            aside.replace(out)
-        finally:
-            aside.unlink(missing_ok=True)
         self.cut, self.damaged = reading.cut, reading.damaged
 
-    def _copy(self, record: McapRecord, writer: Writer) -> None:
+    def _copy(self, record: McapRecord, to: Container, chunks: Chunks) -> None:
         match record:
             case Schema(id=id, name=name, encoding=encoding, data=data):
                 if id not in self._schemas:
-                    self._schemas[id] = writer.register_schema(name, encoding, data)
+                    self._schemas[id] = to.schema(name, data, encoding)
             case Channel(id=id, topic=topic, message_encoding=encoding, schema_id=schema):
                 if id not in self._channels:
                     number = self._schemas.get(schema, 0)
-                    told = record.metadata
-                    self._channels[id] = writer.register_channel(topic, encoding, number, told)
+                    self._channels[id] = to.channel(topic, number, encoding, record.metadata)
             case Message(channel_id=id, log_time=log, publish_time=publish, data=data):
                 if id in self._channels:
-                    number = self._channels[id]
-                    writer.add_message(number, log, data, publish, record.sequence)
+                    chunks.add((self._channels[id], log, publish, data, record.sequence))
                     self.messages += 1
                     self.last_s = max(self.last_s, log / 1e9)
             case Metadata(name=name, metadata=told):
-                writer.add_metadata(name, told)
+                if self._is_new(f"{name} {sorted(told.items())}".encode()):
+                    to.metadata(name, told)
             case Attachment(name=name, media_type=kind, data=data):
-                times = record.create_time, record.log_time
-                writer.add_attachment(*times, name, kind, data)
+                if self._is_new(f"{name} ".encode() + data):
+                    to.attachment(name, kind, data, (record.create_time, record.log_time))
+
+    def _is_new(self, content: bytes) -> bool:
+        """Whether it is no copy."""
+        digest = sha256(content).digest()
+        is_new = digest not in self._once
+        self._once.add(digest)
+        return is_new

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from importlib.util import find_spec
 from math import ceil
@@ -15,6 +16,7 @@ from specc_runtime.options import Options
 from specc_runtime.plant import Posed
 from specc_runtime.recording.cells import Shelf
 from specc_runtime.recording.log import FORMAT, Log
+from specc_runtime.recording.pictures import LOOKS
 from specc_runtime.recording.scene import PERIOD_S, Scene
 from specc_runtime.recording.snapshots import Snapshots
 from specc_runtime.recording.steps import Steps, Truth
@@ -49,7 +51,8 @@ class Recorder:
         self.log.note("specc", _about(options, system, begin_s))
         for name, text in options.texts.items():
             self.log.attach(name, "application/yaml", text.encode())
-        shelf = Shelf(self.log, options.record_exact or not _has_pictures())
+        look = LOOKS.get(options.record_images or "small")
+        shelf = Shelf(self.log, options.record_exact or not _has_pictures(), look)
         self._steps = {
             s.subsystem.name: Steps(s.subsystem, layouts[s.subsystem.name], shelf, self.log)
             for s in system.subsystems
@@ -85,7 +88,10 @@ class Recorder:
                 if fault["subsystem"] in self._steps:
                     told = fault["stamp"], fault["time_s"], fault["message"]
                     self._steps[fault["subsystem"]].failed(*told)
-            self.log.note("report", {"report": dumped(report).decode()})
+            text = json.dumps(report, ensure_ascii=False, allow_nan=False)
+            # What a file name has that is no UTF-8 is written out.
+            shown = text.encode("utf-8", "backslashreplace").decode()
+            self.log.note("report", {"report": shown})
         self.log.close()
 
 

@@ -7,7 +7,7 @@ layouts of the generated package say.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -26,8 +26,9 @@ from specc_runtime.recording.messages import (
     steps_of,
     within,
 )
-from specc_runtime.recording.reading import Unusable
+from specc_runtime.recording.reading import Reading, Unusable
 from specc_runtime.recording.required import Watch
+from specc_runtime.recording.resuming import Resumption, Resumptions
 from specc_runtime.recording.snapshots import WRONG, snapshot_of
 from specc_runtime.recording.steps import passage_of, remembered, topic_of
 from specc_runtime.recording.text import dumped, loaded
@@ -73,13 +74,24 @@ class Outcome:
     """Why it cannot be compared any further."""
     left_out: set[str] = field(default_factory=set)
     """Outputs and memory of which the file has no more than the type, so that none can differ."""
+    gaps: list[tuple[float, float]] = field(default_factory=list)
+    """From where until where in s steps could not be compared, since parts of the file are lost."""
 
 
 class _Replayed:
     """A subsystem that is given the recorded inputs, until it does something else."""
 
-    def __init__(self, subsystem: Subsystem, layout: Layout, exact: bool, shelf: Shelved) -> None:
+    def __init__(
+        self,
+        subsystem: Subsystem,
+        layout: Layout,
+        exact: bool,
+        shelf: Shelved,
+        resumed: Callable[[str, int], Resumption | None],
+    ) -> None:
+        """`resumed` gives what it can go on from with a step of this stamp, or a later one."""
         self.outcome = Outcome(subsystem.name)
+        self._resumed = resumed
         self._subsystem = subsystem
         self._stepper = Stepper(subsystem)
         self._layout = layout
@@ -110,8 +122,11 @@ class _Replayed:
     def step(self, text: bytes) -> None:
         """Make the next step and compare; raises Misshapen for what is no message of a step."""
         told = step_of(text)
-        if told["stamp"] != self._stamp:
+        stamp = told["stamp"]
+        is_behind = stamp < self._stamp and bool(self.outcome.gaps)
+        if stamp != self._stamp and not is_behind and not self._resume(stamp):
             self.outcome.unknown = f"the steps from stamp {self._stamp} on are missing"
+        if stamp != self._stamp or self.is_over:
             return
         if self._gone:
             here = self.outcome.subsystem, told["stamp"], float(told["time"]), self._gone
@@ -120,7 +135,8 @@ class _Replayed:
         try:
             self._feed(told)
         except NotRecorded as missing:
-            self.outcome.unknown = f"stamp {told['stamp']} reads {missing}"
+            if not self._resume(stamp + 1):
+                self.outcome.unknown = f"stamp {stamp} reads {missing}"
             return
         before = self._subsystem.state
         outcome = outcome_of(self._subsystem, ())
@@ -128,6 +144,21 @@ class _Replayed:
         if self.outcome.difference is None:
             self.outcome.steps += 1
             self._stamp += 1
+
+    def _resume(self, stamp: int) -> bool:
+        """Go on behind what is lost, with the step of this stamp or a later one, if possible."""
+        first = self._stamp
+        try:
+            found = self._resumed(self.outcome.subsystem, stamp)
+            if found is None:
+                return False
+            self.begin(found.values, found.saved, found.stamp)
+        except WRONG:  # a snapshot that is none
+            return False
+        period_s = self._subsystem.period_s
+        self.outcome.gaps.append((first * period_s, self._stamp * period_s))
+        self._fed.clear()
+        return True
 
     def _feed(self, told: Mapping[str, Any]) -> None:
         fresh = told["fresh"]
@@ -191,6 +222,8 @@ class _Replayed:
         return None
 
 
+_MOST_GONE = 100
+"""Subsystems that there are no longer, which are told."""
 _LEFT_OUT = re.compile(rb'\{(?:"type":"[^"]*")?\}')
 """What stands for an opaque value or an image that is not in the file."""
 
@@ -235,21 +268,35 @@ def _begin_later(
 
 
 def replay(
-    package: Path, base: Path, file: Path, only: str = "", until_s: float = inf
+    package: Path,
+    base: Path,
+    file: Path,
+    only: str = "",
+    until_s: float = inf,
+    reading: Reading | None = None,
 ) -> tuple[list[Outcome], Watch | None]:
     """What comes of giving the inputs of a recording to a generated package, by subsystem.
 
     What becomes of its requirements follows, unless it has none, or there is one subsystem `only`.
+    `reading`, of the file, says afterwards what of it could not be read.
 
     Raises Unusable for the file, and what `load_system` and `load_layouts` raise.
     """
     told = about(file)
     system = load_system(package, base)
     layouts = load_layouts(system)
-    shelf = Shelved()
     exact = told.get("exact") == "true"
+    reading = Reading(file) if reading is None else reading
+    shelf = Shelved(most_bytes=reading.budget.most_bytes)
+    resumptions = Resumptions(file, system, layouts)
+
+    def resumed(subsystem: str, stamp: int) -> Resumption | None:
+        return resumptions.next(subsystem, stamp) if reading.damaged else None
+
     replayed = {
-        topic_of(s.subsystem.name): _Replayed(s.subsystem, layouts[s.subsystem.name], exact, shelf)
+        topic_of(s.subsystem.name): _Replayed(
+            s.subsystem, layouts[s.subsystem.name], exact, shelf, resumed
+        )
         for s in system.subsystems
         if only in ("", s.subsystem.name)
     }
@@ -258,14 +305,15 @@ def replay(
     if tick := told.get("from"):
         _begin_later(file, tick, system, replayed, watch)
     gone: set[str] = set()
-    for topic, time_s, text in steps_of(file, shelf):
+    for topic, time_s, text in steps_of(reading, shelf):
         one = replayed.get(topic)
         if watch is not None and time_s <= until_s:
             try:
                 watch.take(topic, text)
             except Misshapen as error:
                 raise Unusable(f"{file}: {topic} at {time_s:g} s: {error}") from None
-        if one is None and not only and topic not in (*gone, topic_of(PLANT)):
+        is_gone = one is None and not only and topic != topic_of(PLANT)
+        if is_gone and topic not in gone and len(gone) < _MOST_GONE:
             gone.add(topic)
             outcomes.append(Outcome(topic[1:], unknown="the specification does not have it"))
         if one is not None and not one.is_over and time_s <= until_s:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from itertools import chain
 from typing import Any
 
 from specc_runtime.forms import Schema, object_schema
-from specc_runtime.plant import Posed, Shape
+from specc_runtime.plant import Mesh, Posed, Shape
+from specc_runtime.recording.container import CHUNK_S
 from specc_runtime.recording.log import Log
+from specc_runtime.recording.models import MOST_OF_ALL, MOST_TRIANGLES, glb
 from specc_runtime.recording.text import dumped, dumped_each
 from specc_runtime.recording.times import TIME, stamped
 
@@ -39,6 +42,17 @@ _SIZED = object_schema({"pose": _POSE, "size": _numbers("x", "y", "z"), "color":
 _CYLINDER = object_schema(
     _SIZED["properties"] | _numbers("bottom_scale", "top_scale")["properties"]
 )
+_MODEL = object_schema(
+    {
+        "pose": _POSE,
+        "scale": _numbers("x", "y", "z"),
+        "color": _COLOUR,
+        "override_color": {"type": "boolean"},
+        "url": _TEXT,
+        "media_type": _TEXT,
+        "data": {"type": "string", "contentEncoding": "base64"},
+    }
+)
 _DELETION = object_schema({"timestamp": TIME, "type": {"type": "integer"}, "id": _TEXT})
 _ENTITY = object_schema(
     {
@@ -49,6 +63,7 @@ _ENTITY = object_schema(
         "frame_locked": {"type": "boolean"},
         **{kind: {"type": "array", "items": _SIZED} for kind in ("cubes", "spheres")},
         "cylinders": {"type": "array", "items": _CYLINDER},
+        "models": {"type": "array", "items": _MODEL},
     }
 )
 
@@ -71,11 +86,18 @@ class Scene:
                 "entities": {"type": "array", "items": _ENTITY},
             }
         )
-        shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
-        shapes.add(0.0, dumped({"deletions": [], "entities": self._entities()}))
+        self._shapes = log.channel("/scene", "foxglove.SceneUpdate", entities)
+        self._once_more = dumped({"deletions": [], "entities": self._entities()})
+        self._shapes.add(0.0, self._once_more)
+        self._begun_s: float | None = None
 
     def note(self, time_s: float) -> None:
-        """Write where all bodies are."""
+        """Write where all bodies are; somewhat later their shapes a second time."""
+        if self._begun_s is None:
+            self._begun_s = time_s
+        if self._once_more and time_s - self._begun_s > CHUNK_S:
+            self._shapes.add(time_s, self._once_more)
+            self._once_more = b""
         self._poses.add(time_s, self._plant.body_poses().round(_DECIMALS))
 
     def _texts(
@@ -89,7 +111,10 @@ class Scene:
 
     def _entities(self) -> list[dict[str, Any]]:
         found: dict[str, dict[str, Any]] = {}
-        for shape in self._plant.shapes():
+        shapes = self._plant.shapes()
+        meshes = sum(isinstance(shape, Mesh) for shape in shapes)
+        most = min(MOST_TRIANGLES, MOST_OF_ALL // max(meshes, 1))
+        for shape in shapes:
             entity = found.setdefault(
                 shape.body,
                 stamped(0.0)
@@ -100,18 +125,34 @@ class Scene:
                     "frame_locked": True,
                 },
             )
-            entity.setdefault(f"{shape.kind}s", []).append(_primitive(shape))
+            if isinstance(shape, Mesh):
+                entity.setdefault("models", []).append(_model(shape, most))
+            else:
+                entity.setdefault(f"{shape.kind}s", []).append(_primitive(shape))
         return list(found.values())
 
 
-def _primitive(shape: Shape) -> dict[str, Any]:
+def _placed(shape: Shape | Mesh) -> dict[str, Any]:
     x, y, z, w, i, j, k = shape.pose
-    told: dict[str, Any] = {
+    return {
         "pose": {
             "position": {"x": x, "y": y, "z": z},
             "orientation": {"x": i, "y": j, "z": k, "w": w},
         },
-        "size": dict(zip("xyz", shape.size, strict=True)),
         "color": dict(zip("rgba", shape.colour, strict=True)),
     }
+
+
+def _model(mesh: Mesh, most: int) -> dict[str, Any]:
+    return _placed(mesh) | {
+        "scale": {"x": 1.0, "y": 1.0, "z": 1.0},
+        "override_color": False,
+        "url": "",
+        "media_type": "model/gltf-binary",
+        "data": b64encode(glb(mesh, most)).decode(),
+    }
+
+
+def _primitive(shape: Shape) -> dict[str, Any]:
+    told = _placed(shape) | {"size": dict(zip("xyz", shape.size, strict=True))}
     return told | ({"bottom_scale": 1.0, "top_scale": 1.0} if shape.kind == "cylinder" else {})

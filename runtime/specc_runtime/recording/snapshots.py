@@ -1,7 +1,6 @@
 """Snapshots in a recording: all that a run goes on from, about once in a simulated second.
 
-Each is a message of JSON. What is large of opaque values stands aside, each array once in a file;
-camera images are in none.
+Each is a message of JSON. What is large of opaque values stands aside; camera images are in none.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from specc_runtime.forms import Aside, Layout, Misshapen, NotRecorded, object_sc
 from specc_runtime.loading import load_layouts
 from specc_runtime.options import Options, UsageError
 from specc_runtime.plants.errors import PlantError
+from specc_runtime.recording.budget import Budget
 from specc_runtime.recording.cells import VALUE, VALUE_SCHEMA, Shelf, digest_of
 from specc_runtime.recording.log import Log
 from specc_runtime.recording.messages import Shelved, recorded, simulated_s, unpacked
@@ -43,8 +43,10 @@ _SCHEMA = object_schema(
 )
 _LATEST = 1000
 """Snapshots that are looked through for the last one that is whole."""
-_MOST_BYTES, _MOST_ASIDE = 2**28, 2**31
-"""Of these snapshots, and of what is aside: a file may unpack to far more than it is."""
+_MOST_TRIES = 10
+"""Snapshots that are looked at for one of which nothing that stands aside is lost."""
+_MOST_LOST = 200
+"""Of what a run that goes on does not take over, which is told."""
 _BYTES_A_SECOND = 10_000
 """Of simulated time, that snapshots take at most in the long run: the next one waits for it."""
 _EARLIER_S = 1e-6
@@ -57,11 +59,12 @@ WRONG = (
 
 
 class Snapshots(Shelf):
-    """Writes snapshots, and what of them stands aside."""
+    """Writes snapshots, and what of them stands aside, which is in the file twice at most."""
+
+    _window = inf
 
     def __init__(self, log: Log, system: System, layouts: Mapping[str, Layout]) -> None:
         super().__init__(log, exact=True)
-        self._known: set[str] = set()
         self._next_s = 0.0
         self._values = Values(system, layouts, self)
         self._messages = log.channel(SNAPSHOTS, "specc.Snapshot", _SCHEMA, is_apart=True)
@@ -88,12 +91,6 @@ class Snapshots(Shelf):
         """See `Aside`."""
         raise NotRecorded(f"a value of {kind}, which has no `codec`")
 
-    def _is_new(self, digest: str) -> bool:
-        """Whether it is not yet in the file."""
-        is_new = digest not in self._known
-        self._known.add(digest)
-        return is_new
-
     def _put(self, log: Log, make: Callable[[], bytes], size: int) -> None:
         self._pieces.add(self._time_s, make())
 
@@ -106,7 +103,7 @@ class Kept:
     """
 
     saved: Any = None
-    shelf: Shelved = field(default_factory=lambda: Shelved(inf, _MOST_ASIDE))
+    shelf: Shelved = field(default_factory=Shelved)
     missing: str = "it has no snapshots"
     until_s: float = 0.0
     seed: int = 0
@@ -151,7 +148,8 @@ class Kept:
                 "--cycles and --duration count from the beginning of the recorded run, ask for more"
             )
             raise UsageError(f"the run is over before {self.until_s:g} s, {over}: {more}")
-        return lost
+        others = [f"and {len(lost) - _MOST_LOST} others"] if len(lost) > _MOST_LOST else []
+        return lost[:_MOST_LOST] + others
 
     def _restored(self, session: Session, system: System) -> list[str]:
         if not 0.0 < self.time_s <= self.until_s + _EARLIER_S:
@@ -233,22 +231,26 @@ def last_before(file: Path, until_s: float) -> Kept:
 
 
 def _last_before(file: Path, until_s: float) -> Kept:
-    about, texts = recorded(file)
+    budget = Budget(file)
+    about, texts = recorded(file, budget)
     seed = about.get("seed", "")
     if not seed.isdecimal() or len(seed) > _MOST_DIGITS:
         raise UsageError(f"{file} does not say with which seed it was recorded")
     kept = Kept(until_s=until_s, seed=int(seed), set=_set(about), texts=texts)
-    reading = Reading(file, {SNAPSHOTS})
+    reading = Reading(file, {SNAPSHOTS}, budget)
     report: dict[str, str] = {}
-    latest = _last(_texts(reading, until_s, report))
+    latest = _last(_texts(reading, until_s, report), budget.most_bytes)
     end_s = max(reading.last_s, simulated_s(report) or 0.0)
     if until_s > end_s + _EARLIER_S:
         raise UsageError(f"{file} ends at {end_s:g} s, before {until_s:g} s")
+    tries = _MOST_TRIES
     for text in reversed(latest):
         told = _told(text)
         if "tick" in told and type(told.get("time")) is float:
-            kept.saved, kept.shelf = told, _aside_of(file, told)
-            break
+            kept.saved, kept.shelf = told, _aside_of(file, told, budget)
+            tries -= 1
+            if kept.shelf.is_whole or not tries:
+                break
         kept.missing = str(told.get("missing"))
     return kept
 
@@ -262,26 +264,35 @@ def _set(about: Mapping[str, str]) -> Mapping[str, Any] | None:
     return told if type(told) is dict else None
 
 
-def _last(texts: Iterable[bytes]) -> deque[bytes]:
+def _last(texts: Iterable[bytes], most_bytes: int) -> deque[bytes]:
     """The last of them, at least one."""
     latest: deque[bytes] = deque()
     size = 0
     for text in texts:
         latest.append(text)
         size += len(text)
-        while len(latest) > _LATEST or (size > _MOST_BYTES and len(latest) > 1):
+        while len(latest) > _LATEST or (size > most_bytes and len(latest) > 1):
             size -= len(latest.popleft())
     return latest
 
 
-def snapshot_of(file: Path, tick: str) -> tuple[Any, Shelved]:
+def snapshot_of(file: Path, tick: str, budget: Budget | None = None) -> tuple[Any, Shelved]:
     """The snapshot of this tick, None if there is none that is whole, and what is aside.
 
     Raises Unusable, Misshapen.
     """
-    every = map(_told, _texts(Reading(file, {SNAPSHOTS}), inf, {}))
-    found = next((told for told in every if str(told.get("tick")) == tick), None)
-    return found, _aside_of(file, found)
+    budget = budget or Budget(file)
+    every = every_snapshot(file, budget)
+    found = next((told for told in every if str(told["tick"]) == tick), None)
+    return found, _aside_of(file, found, budget)
+
+
+def every_snapshot(file: Path, budget: Budget | None = None) -> Iterator[dict[str, Any]]:
+    """All snapshots in a file. Raises Unusable, Misshapen."""
+    for text in _texts(Reading(file, {SNAPSHOTS}, budget), inf, {}):
+        told = _told(text)
+        if "tick" in told and type(told.get("stamps")) is dict:
+            yield told
 
 
 def _texts(reading: Reading, until_s: float, report: dict[str, str]) -> Iterator[bytes]:
@@ -293,17 +304,20 @@ def _texts(reading: Reading, until_s: float, report: dict[str, str]) -> Iterator
             yield record.data
 
 
-def _aside_of(file: Path, saved: Any) -> Shelved:
+def _aside_of(file: Path, saved: Any, budget: Budget) -> Shelved:
     """What of a snapshot is aside in the file, where it may stand long before; no more of it.
 
     Raises Unusable, Misshapen.
     """
-    shelf, wanted = Shelved(inf, _MOST_ASIDE), set(_digests(saved))
-    for record in _of_topic(Reading(file, {PIECES}), PIECES) if wanted else ():
+    shelf, wanted, found = Shelved(inf, budget.most_bytes), set(_digests(saved)), set[str]()
+    for record in _of_topic(Reading(file, {PIECES}, budget), PIECES) if wanted else ():
         if isinstance(record, Message):
+            budget.aside(len(record.data))
             data = unpacked(loaded(record.data))
             if (digest := digest_of(data)) in wanted:
                 shelf.put(digest, data)
+                found.add(digest)
+    shelf.is_whole = found == wanted
     return shelf
 
 

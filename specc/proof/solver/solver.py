@@ -287,7 +287,8 @@ class _Question:
         """The answers as facts, and whether there are other situations with the fault."""
         facts = tuple((a.text, "true" if yes == a.text_holds else "false") for a, yes in answers)
         said = tuple((a.expr, yes == a.text_holds) for a, yes in answers if a.expr is not None)
-        told = [self._theory.said(*answer) for answer in answers]
+        told = [z3.BoolVal(True, self._theory.context)]  # there may be no answer
+        told += [self._theory.said(*answer) for answer in answers]
         some = self._may_hold([*self._context, fault, z3.Not(z3.And(told))])
         return Witness(facts, answers=said, some=some)
 

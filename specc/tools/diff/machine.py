@@ -72,14 +72,16 @@ def compare_axioms(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
     for before in old.axioms:
         again = next((a for a in left if meaning.same_assumption(before.that, a.that)), None)
         if again is None:
-            book.removed("assumption", "", show(before.that))
+            text, note = show(before.that), "runs are no longer checked for it"
+            book.removed("assumption", "", text, guarantee="weaker", note=note)
             continue
         left.remove(again)
         name = show(again.that)
         book.remark("assumption", name, "text", show(before.that), name)
         book.remark("assumption", name, "reason", before.because, again.because)
     for after in left:
-        book.added("assumption", "", show(after.that))
+        note = "proofs rest on it from now on"
+        book.added("assumption", "", show(after.that), guarantee="weaker", note=note)
 
 
 # Changes of a subsystem's conditions, behaviours and states.
@@ -188,7 +190,7 @@ def _text(behaviour: Behaviour) -> str:
 
 
 def _ignored(state: State) -> str:
-    return ", ".join(f"x.{peer}.{name}" for peer, name in state.ignores) or "none"
+    return ", ".join(f"x.{peer}.{name}" for peer, name in sorted(state.ignores)) or "none"
 
 
 def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book) -> None:
@@ -200,6 +202,11 @@ def compare_states(old: Subsystem, new: Subsystem, meaning: Meaning, book: Book)
         names = before.behaviour.name, after.behaviour.name
         same = names[0] != names[1] and same_behaviour(before.behaviour, after.behaviour, meaning)
         book.changed("state", name, "behaviour", *names, semantic=not same)
-        book.remark("state", name, "ignored events", _ignored(before), _ignored(after))
+        texts, ignored = (
+            (_ignored(before), _ignored(after)),
+            (set(before.ignores), set(after.ignores)),
+        )
+        less, more = ignored[1] - ignored[0], ignored[0] - ignored[1]
+        book.guarded("state", name, "ignored events", texts, bool(less), bool(more))
         book.words("state", name, before, after)
     book.changed("initial state", "", "", old.initial_state, new.initial_state)

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 from specc.analysis.connections import Connections
 from specc.frozen import frozen
 from specc.lang.mismatch import substitute
-from specc.model.expr import ConstantRef, Expr, LetRef, mapped
-from specc.model.system import Subsystem, System
+from specc.model.expr import (
+    Choice,
+    Clock,
+    ConstantRef,
+    Expr,
+    LetRef,
+    Number,
+    Truth,
+    mapped,
+)
+from specc.model.system import Constant, Subsystem, System
 from specc.model.types import (
     Bool,
     Enum,
@@ -22,12 +32,13 @@ from specc.model.types import (
     Vector,
     inner_types,
 )
+from specc.proof.decide import Solver, can_hold
 from specc.proof.formula import Formula, atoms_of
 from specc.proof.numbering import Numbering
-from specc.proof.relations import conjuncts, related
-from specc.proof.table import Table
+from specc.proof.relations import Things, conjuncts, related
+from specc.proof.table import Cases, Table
 from specc.proof.translate import Translator
-from specc.proof.verdict import Facts, TooLargeError
+from specc.proof.verdict import Facts, TooLargeError, UnsureError
 from specc.proof.witness import describe
 from specc.reachable import reachable
 from specc.tools.diff.record import Book, Verdict
@@ -143,59 +154,156 @@ class Version:
 
 
 class Constants:
-    """Compares constants of two systems by their normal forms."""
+    """Compares values that are computed from constants alone, by their normal forms."""
 
-    def __init__(self, old: System, new: System) -> None:
+    def __init__(self, *known: Iterable[Constant]) -> None:
+        """`known` are the constants of the old version and those of the new one."""
         self._numbering = Numbering(
             {},
             {
                 mark + c.name: _marked(c.value, mark)
-                for mark, system in zip(_MARKS, (old, new), strict=True)
-                for c in system.constants
+                for mark, constants in zip(_MARKS, known, strict=True)
+                for c in constants
             },
         )
 
     def same(self, old: Expr, new: Expr) -> bool:
-        """Whether a constant of the old system and one of the new have the same value."""
+        """Whether a value of the old version and one of the new are the same."""
         numbers = (_marked(expr, mark) for mark, expr in zip(_MARKS, (old, new), strict=True))
         return len({self._numbering.number(expr) for expr in numbers}) == 1
 
 
 class Meaning:
-    """Compares expressions of two versions of one subsystem."""
+    """Compares expressions of two versions of one subsystem.
+
+    Conditions are asked whole periods after a state began, other values in its first period too.
+    """
 
     def __init__(self, old: Version, new: Version) -> None:
-        lets: dict[str, Expr] = {}
-        constants: dict[str, Expr] = {}
-        for mark, version in zip(_MARKS, (old, new), strict=True):
-            own = (*version.system.constants, *version.subsystem.constants)
-            constants |= {mark + c.name: _marked(c.value, mark) for c in own}
-            lets |= {mark + item.name: _marked(item.value, mark) for item in version.subsystem.lets}
-        present = [Connections(v.system).always_present(v.subsystem) for v in (old, new)]
-        self._translator = Translator(lets, constants, present[0] & present[1])
-        self._numbering = Numbering(lets, constants)
-        assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in (old, new)]
-        self._axioms = self.common(assumed[0], assumed[1])
+        versions = old, new
+        rates = {v.subsystem.rate_hz if v.subsystem.rated else None for v in versions}
+        rate_hz = rates.pop()
+        period_s = 1 / rate_hz if rate_hz and not rates else None
+        self._later = _Moment(versions, period_s, lambda expr: expr)
+        self._first = _Moment(versions, period_s, _at_first)
 
     def same_value(self, old: Expr, new: Expr) -> bool:
-        """Whether two expressions have the same value; conditions are decided by truth tables."""
+        """Whether two expressions have the same value in every period."""
         if isinstance(old.type, Bool) and isinstance(new.type, Bool):
-            return self.compare([old], [new]).same
-        return self._number(old, 0) == self._number(new, 1)
+            return self.compare_values(old, new).same
+        return self._later.same(old, new) and self._first.same(old, new)
+
+    def compare_values(self, old: Expr, new: Expr) -> Verdict:
+        """How two truth values relate in every period."""
+        found = self._later.compare([old], [new], ())
+        return self._first.compare([old], [new], ()) if found.same else found
 
     def compare(
         self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] = ()
     ) -> Verdict:
-        """How `any of old` and `any of new` relate where `given` and the common axioms hold."""
-        before = self._any(old, 0)
-        after = self._any(new, 1)
+        """How the conditions `any of old` and `any of new` relate where `given` holds."""
+        return self._later.compare(old, new, given)
+
+    def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
+        """The conditions of both versions that are the same formula."""
+        return self._later.common(old, new)
+
+    def same_assumption(self, old: Expr, new: Expr) -> bool:
+        """Whether two assumptions say the same, whatever else is assumed."""
+        moments = self._later, self._first
+        return all(moment.compare([old], [new], None).same for moment in moments)
+
+    def excluded(self, condition: Formula) -> Formula:
+        """`not condition`."""
+        return self._later.make.negation(condition)
+
+
+def _at_first(expr: Expr) -> Expr:
+    """An expression as it is in the first period of a state."""
+    if isinstance(expr, Clock) and expr.name == "elapsed":
+        return Number(0.0, type=expr.type)
+    if isinstance(expr, Clock) and expr.name == "entered":
+        return Truth(True, type=Bool())
+    return mapped(expr, _at_first)
+
+
+_MOST_CHOICES = 16
+"""Values that an expression chooses from, beyond which it is compared as a whole."""
+
+
+class _Moment:
+    """Expressions of both versions at one moment: inputs and memory are the same unknowns.
+
+    Lets and constants are each version's own, and looked through.
+    """
+
+    def __init__(
+        self,
+        versions: tuple[Version, Version],
+        period_s: Fraction | None,
+        then: Callable[[Expr], Expr],
+    ) -> None:
+        """`then` is what an expression is at the moment."""
+        self._then = then
+        lets: dict[str, Expr] = {}
+        constants: dict[str, Expr] = {}
+        for side, version in enumerate(versions):
+            own = (*version.system.constants, *version.subsystem.constants)
+            constants |= {_MARKS[side] + c.name: self._at(c.value, side) for c in own}
+            lets |= {_MARKS[side] + x.name: self._at(x.value, side) for x in version.subsystem.lets}
+        present = [Connections(v.system).always_present(v.subsystem) for v in versions]
+        self._translator = Translator(lets, constants, present[0] & present[1], period_s)
+        self.make = self._translator.make
+        self._solver = Solver(self._translator.numbering)
+        assumed = [[axiom.that for axiom in v.subsystem.axioms] for v in versions]
+        self._axioms = self.common(assumed[0], assumed[1])
+
+    def same(self, old: Expr, new: Expr) -> bool:
+        """Whether two values are the same, whatever the tests say that choose them."""
+        number = self._translator.numbering.number
+        choices = [list(self._choices(self._at(e, n), ())) for n, e in enumerate((old, new))]
+        if number(self._at(old, 0)) == number(self._at(new, 1)):
+            return True
+        if max(map(len, choices)) > _MOST_CHOICES:
+            return False
+        return all(
+            number(one) == number(other)
+            or can_hold([*tests, *more, *self._axioms], self._solver) is False
+            for tests, one in choices[0]
+            for more, other in choices[1]
+        )
+
+    def _choices(
+        self, expr: Expr, tests: tuple[Formula, ...]
+    ) -> Iterator[tuple[tuple[Formula, ...], Expr]]:
+        """The values that an expression chooses from, each with the tests that lead to it."""
+        value = self._translator.numbering.looked_through(expr)
+        if not isinstance(value, Choice) or len(tests) == _MOST_CHOICES:
+            yield tests, expr
+            return
+        test = self._translator.formula(value.test)
+        yield from self._choices(value.then, (*tests, test))
+        yield from self._choices(value.otherwise, (*tests, self.make.negation(test)))
+
+    def compare(
+        self, old: Sequence[Expr], new: Sequence[Expr], given: Iterable[Formula] | None
+    ) -> Verdict:
+        """How `any of old` and `any of new` relate; without axioms if nothing may be given."""
+        before, after = self._any(old, 0), self._any(new, 1)
         if before is after:
             return Verdict(True)
-        assumed = related(conjuncts([*self._axioms, *given]), (before, after))
+        known = [] if given is None else conjuncts([*self._axioms, *given])
         try:
-            return _verdict(before, after, assumed)
-        except TooLargeError as error:
+            try:
+                return self._verdict(before, after, related(known, (before, after), self._things))
+            except TooLargeError:
+                return self._verdict(before, after, related(known, (before, after)))
+        except (TooLargeError, UnsureError) as error:
             return Verdict(False, unknown=str(error))
+
+    @property
+    def _things(self) -> Things:
+        return self._solver.relations.things
 
     def common(self, old: Sequence[Expr], new: Sequence[Expr]) -> tuple[Formula, ...]:
         """The conditions of both versions that are the same formula."""
@@ -203,39 +311,37 @@ class Meaning:
         found = {formula for expr in new if (formula := self._formula(expr, 1)) in before}
         return tuple(sorted(found, key=lambda formula: formula.index))
 
-    def same_assumption(self, old: Expr, new: Expr) -> bool:
-        """Whether two assumptions say the same, whatever else is assumed."""
-        before, after = self._formula(old, 0), self._formula(new, 1)
-        try:
-            return before is after or _verdict(before, after, ()).same
-        except TooLargeError:
-            return False
+    def _any(self, conditions: Sequence[Expr], side: int) -> Formula:
+        return self.make.disjunction(self._formula(c, side) for c in conditions)
 
-    def excluded(self, condition: Formula) -> Formula:
-        """`not condition`."""
-        return self._translator.make.negation(condition)
+    def _formula(self, expr: Expr, side: int) -> Formula:
+        return self._translator.formula(self._at(expr, side))
 
-    def _any(self, conditions: Sequence[Expr], version: int) -> Formula:
-        return self._translator.make.disjunction(self._formula(c, version) for c in conditions)
+    def _at(self, expr: Expr, side: int) -> Expr:
+        return _marked(self._then(expr), _MARKS[side])
 
-    def _formula(self, expr: Expr, version: int) -> Formula:
-        return self._translator.formula(_marked(expr, _MARKS[version]))
-
-    def _number(self, expr: Expr, version: int) -> int:
-        return self._numbering.number(_marked(expr, _MARKS[version]))
-
-
-def _verdict(before: Formula, after: Formula, assumed: Sequence[Formula]) -> Verdict:
-    table = Table([before, after, *assumed])
-    allowed = table.full
-    for formula in assumed:
-        allowed &= table.bits(formula)
-    asked = frozenset(atoms_of((before, after)))
-    lost = table.bits(before) & ~table.bits(after) & allowed
-    gained = table.bits(after) & ~table.bits(before) & allowed
-    only_old = _facts(table, lost, allowed, asked)
-    only_new = _facts(table, gained, allowed, asked)
-    return Verdict(not (lost or gained), only_old, only_new)
+    def _verdict(self, before: Formula, after: Formula, assumed: Sequence[Formula]) -> Verdict:
+        """Raises TooLargeError, and UnsureError where the solver does not say."""
+        formulas = [before, after, *assumed]
+        table, atoms = Table(formulas), list(atoms_of(formulas))
+        lost = table.bits(before) & ~table.bits(after)
+        gained = table.bits(after) & ~table.bits(before)
+        cases = Cases(table, assumed, None)
+        if (lost | gained) & cases.allowed:
+            # Only what refutes has to be possible.
+            cases = Cases(table, assumed, self._solver.between(atoms))
+        only_old, only_new = (
+            cases.some(bits) or cases.some_rounded(bits) for bits in (lost, gained)
+        )
+        unsure = next((atom.text for atom in atoms if atom.unsure), "")
+        if unsure and (only_old or only_new):
+            raise UnsureError(f"proofs do not follow how `{unsure}` changes with the time")
+        asked = frozenset(atoms_of((before, after)))
+        return Verdict(
+            not (only_old or only_new),
+            _facts(table, only_old, cases.conceivable, asked),
+            _facts(table, only_new, cases.conceivable, asked),
+        )
 
 
 def _facts(table: Table, faults: int, allowed: int, asked: frozenset[Any]) -> Facts:

@@ -11,6 +11,8 @@ from specc.model.trace import Trace
 from specc.proof.verdict import Facts
 
 Change = Literal["added", "removed", "changed"]
+Guarantee = Literal["", "weaker", "stronger"]
+"""Whether less or more is guaranteed, or checked in runs, where agents do the same as before."""
 
 Thing = TypeVar("Thing")
 
@@ -59,6 +61,7 @@ class Difference:
     """For conditions: facts under which only the new one holds."""
     semantic: bool = True
     """Whether agents, or what is known of them, behave differently."""
+    guarantee: Guarantee = ""
 
 
 @frozen
@@ -73,6 +76,21 @@ class Comparison:
         return tuple(change for change in self.changes if change.semantic)
 
     @property
+    def weaker(self) -> tuple[Difference, ...]:
+        """The changes by which less is guaranteed."""
+        return tuple(change for change in self.differences if change.guarantee == "weaker")
+
+    @property
+    def verdict(self) -> Literal["equal", "weaker", "stronger", "different"]:
+        """What the new system is against the old one."""
+        found = {change.guarantee for change in self.differences}
+        if found == {"weaker"}:
+            return "weaker"
+        if found == {"stronger"}:
+            return "stronger"
+        return "different" if found else "equal"
+
+    @property
     def remarks(self) -> tuple[Difference, ...]:
         """The changes that leave the meaning as it is."""
         return tuple(change for change in self.changes if not change.semantic)
@@ -85,15 +103,41 @@ class Book:
     where: str = ""
     changes: list[Difference] = field(default_factory=list)
 
-    def added(self, part: str, name: str, text: str = "", *, semantic: bool = True) -> None:
+    def added(
+        self,
+        part: str,
+        name: str,
+        text: str = "",
+        *,
+        semantic: bool = True,
+        guarantee: Guarantee = "",
+        note: str = "",
+    ) -> None:
         """Something that only the new system has."""
-        change = Difference(self.where, part, name, "added", new=text, semantic=semantic)
-        self.changes.append(change)
+        self.changes.append(
+            Difference(
+                self.where, part, name, "added", new=text, note=note, semantic=semantic,
+                guarantee=guarantee,
+            )
+        )  # fmt: skip
 
-    def removed(self, part: str, name: str, text: str = "", *, semantic: bool = True) -> None:
+    def removed(
+        self,
+        part: str,
+        name: str,
+        text: str = "",
+        *,
+        semantic: bool = True,
+        guarantee: Guarantee = "",
+        note: str = "",
+    ) -> None:
         """Something that only the old system has."""
-        change = Difference(self.where, part, name, "removed", old=text, semantic=semantic)
-        self.changes.append(change)
+        self.changes.append(
+            Difference(
+                self.where, part, name, "removed", old=text, note=note, semantic=semantic,
+                guarantee=guarantee,
+            )
+        )  # fmt: skip
 
     def matched(
         self,
@@ -117,15 +161,31 @@ class Book:
         return [(key, *both) for key, both in pairs.both.items()]
 
     def changed(
-        self, part: str, name: str, aspect: str, old: object, new: object, *, semantic: bool = True
+        self,
+        part: str,
+        name: str,
+        aspect: str,
+        old: object,
+        new: object,
+        *,
+        semantic: bool = True,
+        guarantee: Guarantee = "",
     ) -> None:
         """An aspect of something; nothing is taken down where it is the same."""
         if old != new:
             texts = str(old), str(new)
             change = Difference(
-                self.where, part, name, "changed", aspect, *texts, semantic=semantic
-            )
+                self.where, part, name, "changed", aspect, *texts, semantic=semantic,
+                guarantee=guarantee,
+            )  # fmt: skip
             self.changes.append(change)
+
+    def guarded(
+        self, part: str, name: str, aspect: str, texts: tuple[str, str], less: bool, more: bool
+    ) -> None:
+        """An aspect that guarantees less or more than before."""
+        guarantee: Guarantee = "weaker" if less else "stronger" if more else ""
+        self.changed(part, name, aspect, *texts, guarantee=guarantee)
 
     def remark(self, part: str, name: str, aspect: str, old: object, new: object) -> None:
         """An aspect that has no influence on what an agent does."""

@@ -38,6 +38,13 @@ def _reasons(change: Difference) -> Iterator[str]:
             yield f"only the {which} one holds when {told}"
 
 
+_GUARANTEES = {"weaker": "less is guaranteed", "stronger": "more is guaranteed"}
+
+
+def _remarks(change: Difference) -> Iterator[str]:
+    yield from filter(None, (_GUARANTEES.get(change.guarantee, ""), change.note))
+
+
 def _shortened(text: str) -> str:
     """A text that may be long, or of several lines, fit for a line."""
     return visible(text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}...")
@@ -71,10 +78,16 @@ def as_text(comparison: Comparison, old: str, new: str) -> str:
     lines = [*_list(comparison.differences)]
     if comparison.remarks:
         lines += ["without a change of meaning:", "", *_list(comparison.remarks)]
-    differences = counted(len(comparison.differences), "difference")
     remarks = counted(len(comparison.remarks), "remark")
-    lines.append(f"{visible(old)} -> {visible(new)}: {differences}, {remarks}")
+    lines.append(f"{visible(old)} -> {visible(new)}: {_counted(comparison)}, {remarks}")
     return "\n".join(lines) + "\n"
+
+
+def _counted(comparison: Comparison) -> str:
+    """How many differences there are, and by how many of them less is guaranteed."""
+    weaker = len(comparison.weaker)
+    said = f", {weaker} of which weaken{'s' * (weaker == 1)} what is guaranteed" if weaker else ""
+    return f"{counted(len(comparison.differences), 'difference')}{said}"
 
 
 def _list(changes: Iterable[Difference]) -> Iterator[str]:
@@ -93,8 +106,7 @@ def _details(change: Difference) -> Iterator[str]:
     elif change.old or change.new:
         yield _shortened(change.old or change.new)
     yield from _reasons(change)
-    if change.note:
-        yield f"({change.note})"
+    yield from (f"({words})" for words in _remarks(change))
 
 
 # For a review: a table for each part of the system.
@@ -103,7 +115,7 @@ def _details(change: Difference) -> Iterator[str]:
 def as_markdown(comparison: Comparison, old: str, new: str) -> str:
     """Differences as tables, with changes without a change of meaning folded away."""
     lines = [f"## {_plain(old)} → {_plain(new)}", ""]
-    lines += [f"{counted(len(comparison.differences), 'difference')} of meaning.", ""]
+    lines += [f"{_counted(comparison)}.", ""]
     lines += _tables(comparison.differences)
     if comparison.remarks:
         count = counted(len(comparison.remarks), "change")
@@ -117,7 +129,7 @@ def _tables(changes: Iterable[Difference]) -> Iterator[str]:
         head = "| change | old | new | |", "| --- | --- | --- | --- |"
         yield from (f"### {_plain(where)}", "", *head)
         for change in group:
-            why = "<br>".join(map(_plain, filter(None, (*_reasons(change), change.note))))
+            why = "<br>".join(map(_plain, filter(None, (*_reasons(change), *_remarks(change)))))
             cells = _plain(_headline(change)), _code(change.old), _code(change.new), why
             yield f"| {' | '.join(cells)} |"
         yield ""
@@ -148,6 +160,7 @@ def as_json(comparison: Comparison, old: str, new: str) -> str:
         "old": old,
         "new": new,
         "equal": not comparison.differences,
+        "verdict": comparison.verdict,
         "differences": [_change(change) for change in comparison.differences],
         "remarks": [_change(change) for change in comparison.remarks],
     }

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from specc.diagnostics.phrases import ms
 from specc.lang import show
+from specc.model.requirement import Named, Requirement
 from specc.model.system import PLANT, Agent, Binding, Device, Operator, Subsystem, System
 from specc.model.task import Disturbance, Draw, Task
 from specc.tools.diff.machine import (
@@ -20,7 +21,7 @@ from specc.tools.diff.machine import (
     compare_states,
 )
 from specc.tools.diff.meaning import Constants, Meaning, Version, compare_types, type_text
-from specc.tools.diff.record import Book, Comparison, Difference, Thing
+from specc.tools.diff.record import Book, Comparison, Difference, Thing, paired
 from specc.tools.diff.values import (
     compare_buffers,
     compare_elements,
@@ -107,12 +108,30 @@ def _drawn(draw: Draw) -> str:
 
 
 def compare_requirements(old: System, new: System, book: Book) -> None:
-    """What every run is watched for, by its text."""
-    both = book.matched(
-        "requirement", old.requirements, new.requirements, lambda r: r.that, lambda r: r.because
-    )
-    for that, before, after in both:
-        book.remark("requirement", that, "because", before.because, after.because)
+    """What every run is watched for, by its text; what has another text now, by its name."""
+    kept = {r.that for r in old.requirements} & {r.that for r in new.requirements}
+
+    def called(item: Requirement) -> str:
+        return item.name if item.name and item.that not in kept else item.that
+
+    pairs = paired(old.requirements, new.requirements, called)
+    for name, before in pairs.removed.items():
+        note = "runs are no longer watched for it"
+        book.removed("requirement", name, before.because, guarantee="weaker", note=note)
+    for name, after in pairs.added.items():
+        book.added("requirement", name, after.because, guarantee="stronger")
+    for name, (before, after) in pairs.both.items():
+        book.changed("requirement", name, "formula", before.that, after.that)
+        book.remark("requirement", name, "name", before.name, after.name)
+        book.remark("requirement", name, "because", before.because, after.because)
+    for name, one, other in book.matched(
+        "let", old.formula_lets, new.formula_lets, lambda item: item.name, _stands_for
+    ):
+        book.changed("let", name, "formula", _stands_for(one), _stands_for(other))
+
+
+def _stands_for(item: Named) -> str:
+    return item.said.that if item.said else show(item.value) if item.value else ""
 
 
 def _single(
@@ -182,7 +201,7 @@ def _told(name: str) -> str:
 
 
 def _constants(old: System, new: System, book: Book) -> None:
-    values = Constants(old, new)
+    values = Constants(old.constants, new.constants)
     for name, before, after in named_values("constant", old.constants, new.constants, book):
         texts = show(before.value), show(after.value)
         book.equality("constant", name, "value", texts, values.same(before.value, after.value))
@@ -210,7 +229,7 @@ def _agent(name: str, old: tuple[System, Agent], new: tuple[System, Agent]) -> l
     book.remark("agent", name, "title", before.title, after.title)
     changes = book.changes
     for _, first, second in _parts("device", before.devices, after.devices, book):
-        changes += _device(first, second)
+        changes += _device((old_system, first), (new_system, second))
     for _, one, other in _parts("subsystem", before.subsystems, after.subsystems, book):
         changes += _subsystem(Version(old_system, one), Version(new_system, other))
     return changes
@@ -224,15 +243,23 @@ def _parts(
     )
 
 
-def _device(old: Device, new: Device) -> list[Difference]:
-    book = Book(old.qualified_name)
+def _device(one: tuple[System, Device], other: tuple[System, Device]) -> list[Difference]:
+    (old_system, old), (new_system, new) = one, other
     name = old.qualified_name
+    book = Book(name)
+    values = Constants(
+        (*old_system.constants, *old.constants), (*new_system.constants, *new.constants)
+    )
     book.words("device", name, old, new)
+    for parameter, was, now in named_values("parameter", old.constants, new.constants, book):
+        texts = show(was.value), show(now.value)
+        same = values.same(was.value, now.value)
+        book.equality("parameter", parameter, "value", texts, same)
     before, after = (
         [(f"{side}.{e.name}", e) for side in ("x", "y") for e in getattr(device, side)]
         for device in (old, new)
     )
-    compare_elements(before, after, lambda a, b: a == b, book)
+    compare_elements(before, after, values.same, book)
     return book.changes
 
 
@@ -241,7 +268,8 @@ def _subsystem(old: Version, new: Version) -> list[Difference]:
     name = before.qualified_name
     book, meaning = Book(name), Meaning(old, new)
     book.changed("subsystem", name, "kind", before.kind, after.kind)
-    book.changed("subsystem", name, "rate", f"{before.rate_hz} Hz", f"{after.rate_hz} Hz")
+    rates = (f"{s.rate_hz} Hz" if s.rated else "not known" for s in (before, after))
+    book.changed("subsystem", name, "rate", *rates)
     book.words("subsystem", name, before, after)
     for part in (
         compare_buffers, compare_parameters, compare_memory, compare_lets, compare_conditions,

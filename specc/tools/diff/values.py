@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
@@ -11,7 +12,7 @@ from specc.model.fsm import Function
 from specc.model.system import Constant, Element, Let, Subsystem
 from specc.model.types import Bool
 from specc.tools.diff.meaning import Meaning, type_text
-from specc.tools.diff.record import Book, paired
+from specc.tools.diff.record import Book, Guarantee, paired
 
 Same = Callable[[Expr, Expr], bool]
 Named = TypeVar("Named", Constant, Let)
@@ -38,12 +39,24 @@ def compare_elements(
         book.changed("element", name, "type", type_text(before.type), type_text(after.type))
         inits = before.init, after.init
         _optional(name, "initial value", inits, "no initial value", same, book)
-        book.remark("element", name, "greatest age", _age(before), _age(after))
-        book.remark("element", name, "event", str(before.event), str(after.event))
+        _guaranteed(name, before, after, book)
         for aspect, key in (("safe value", "value"), ("safe value if that fails", "otherwise")):
             values = (getattr(before.safe, key, None), getattr(after.safe, key, None))
-            _optional(name, aspect, values, "none", same, book)
+            if None in values and key == "otherwise" and None in (before.safe, after.safe):
+                continue  # told of the safe value
+            less, more = values[1] is None, values[0] is None
+            _optional(name, aspect, values, "none", same, book, less, more)
         book.words("element", name, before, after)
+
+
+def _guaranteed(name: str, old: Element, new: Element, book: Book) -> None:
+    """How old values may be, and whether none of them may be missed."""
+    ages = [math.inf if e.max_age_s is None else e.max_age_s for e in (old, new)]
+    texts = _age(old), _age(new)
+    if ages[0] != ages[1]:
+        book.guarded("element", name, "greatest age", texts, ages[1] > ages[0], ages[1] < ages[0])
+    texts = str(old.event), str(new.event)
+    book.guarded("element", name, "event", texts, old.event, new.event)
 
 
 def _age(element: Element) -> str:
@@ -57,12 +70,23 @@ def _optional(
     absent: str,
     same: Same,
     book: Book,
+    less: bool = False,
+    more: bool = False,
 ) -> None:
     """Two expressions of an element, either of which may be `absent`."""
     old, new = values
     texts = [absent if value is None else show(value) for value in values]
-    equal = old is not None and new is not None and same(old, new)
-    book.changed("element", name, aspect, *texts, semantic=not equal)
+    equal = (old is None and new is None) or (
+        old is not None and new is not None and same(old, new)
+    )
+    guarantee: Guarantee = "weaker" if less and not more else "stronger" if more else ""
+    if texts[0] != texts[1] or not equal:
+        # The same text may have another value, by what it refers to.
+        note = "" if texts[0] != texts[1] else "; what it refers to has changed"
+        book.changed(
+            "element", name, aspect, texts[0], texts[1] + note, semantic=not equal,
+            guarantee=guarantee,
+        )  # fmt: skip
 
 
 def _elements(subsystem: Subsystem) -> dict[str, Element]:
@@ -131,6 +155,6 @@ def _values(
     old, new = values
     texts = show(old), show(new)
     if isinstance(old.type, Bool) and isinstance(new.type, Bool):
-        book.verdict(part, name, meaning.compare([old], [new]), texts, aspect)
+        book.verdict(part, name, meaning.compare_values(old, new), texts, aspect)
         return
     book.equality(part, name, aspect, texts, meaning.same_value(old, new))

@@ -9,13 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
 
 from specc.analysis import Facts, Machine
+from specc.analysis.reads import texts
 from specc.model import expr as m
 from specc.model import requirement as r
 from specc.model.system import Port, Subsystem
 from specc.proof import InputName
 from specc.reachable import reachable
+from specc.tools.explore.partial import Known, filled, static
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +132,27 @@ class Abstraction:
         }
         self.noise = self._noise()
         self._keep()
-        for reading in (each for requirement in requirements for each in requirement.readings):
+        required = list(requirements)
+        for reading in (each for requirement in required for each in requirement.readings):
             self._watch(reading)
+        atoms = [atom for requirement in required for atom in r.expressions(requirement.formula)]
+        self._atoms = tuple(atoms)
+
+    @cached_property
+    def cuts(self) -> frozenset[float]:
+        """The numbers with which something is compared."""
+        return frozenset(self._compared())
+
+    def _compared(self) -> Iterator[float]:
+        system = self.facts.system
+        known = Known({}, {}, Fraction(1))
+        for item in system.constants:
+            constants = {**known.constants, item.name: filled(item.value, known)}
+            known = Known({}, constants, known.period_s)
+        yield from _compared(self._atoms, known)
+        for kept in self.kept.values():
+            exprs = (text.expr for text in texts(kept.subsystem))
+            yield from _compared(exprs, static(kept.subsystem, system))
 
     def _origin(self, reader: Subsystem, port: Port) -> tuple[str, str] | None:
         """The sender's name, and what it calls the reader; None for devices."""
@@ -237,3 +260,11 @@ class Abstraction:
     def _ordered(self, names: Iterable[str]) -> tuple[str, ...]:
         order = {name: index for index, name in enumerate(self.kept)}
         return tuple(sorted(names, key=order.__getitem__))
+
+
+def _compared(exprs: Iterable[m.Expr], known: Known) -> Iterator[float]:
+    for node in (node for expr in exprs for node in m.walk(expr)):
+        for side in (node.left, node.right) if isinstance(node, m.Compare) else ():
+            value = filled(side, known)
+            if isinstance(value, m.Number):
+                yield value.value

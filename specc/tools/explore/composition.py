@@ -17,13 +17,27 @@ from specc.analysis.rates import base_tick
 from specc.model.requirement import Requirement
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.partial import Numbers, Values
 from specc.tools.explore.symmetry import Copies, Frame, Links, Symmetry
+from specc.tools.explore.values import MOST_VALUES, Numbers, Values
 from specc.tools.explore.walker import Move, Outcome, Walker
 from specc.tools.explore.watch import Visible, Watch
 
 Moves = tuple[tuple[int, Move], ...]
 """What those machines did that were due, by their index."""
+
+
+class Precision(NamedTuple):
+    """Whether time in states is counted, and the most values of an element, if there is a bound."""
+
+    exact: bool = False
+    most: int | None = MOST_VALUES
+
+    def refines(self, other: Precision) -> bool:
+        """Whether whatever is possible on this abstraction is on the other one, too."""
+        return self.exact >= other.exact and (self.most is None or self.most == other.most)
+
+
+COARSEST = Precision()
 
 
 class Part(NamedTuple):
@@ -49,7 +63,8 @@ class Edge(NamedTuple):
     """A step to another configuration; `overtaken` are values that were replaced unseen.
 
     `violated` are requirements, by their index. `turn` says which machine each one was before
-    copies were put in order; nothing where they were.
+    copies were put in order; nothing where they were. Where a machine fails that `ends` the run,
+    once others would see what it did.
     """
 
     target: int
@@ -57,6 +72,7 @@ class Edge(NamedTuple):
     overtaken: tuple[tuple[int, InputName], ...] = ()
     violated: tuple[int, ...] = ()
     turn: Frame = ()
+    ends: bool = False
 
 
 class Composition:
@@ -66,23 +82,25 @@ class Composition:
         self,
         names: tuple[str, ...],
         abstraction: Abstraction,
+        precision: Precision = COARSEST,
         *,
-        exact: bool,
         watched: Sequence[Requirement] = (),
+        probes: Sequence[Requirement] = (),
         symmetric: bool = True,
         still: bool = False,
     ) -> None:
-        """`exact` says whether time in states is counted; `watched` is what is required.
+        """`watched` is what is required; of `probes` it is only told what they turned out to be.
 
         Copies of an agent are put into one order if it is `symmetric` and nothing is required. If
         it is `still`, there is only one way, on which nothing happens that need not.
         """
-        self.values = Values()
+        self.values = Values(precision.most, abstraction.cuts)
         self.names = names
-        self.exact = exact
+        self.precision = precision
         self._still = still
         self.walkers = tuple(
-            Walker(abstraction.kept[name], abstraction, self.values, exact=exact) for name in names
+            Walker(abstraction.kept[name], abstraction, self.values, exact=precision.exact)
+            for name in names
         )
         of_kinds = symmetric and not watched
         self.copies = Symmetry(names, abstraction).copies() if of_kinds else []
@@ -103,9 +121,10 @@ class Composition:
         system = abstraction.facts.system
         whole_s = base_tick(1 / subsystem.rate_hz for subsystem in system.subsystems)
         self._lasts = [int(self.passed_s(p, n) / whole_s) for p, n in enumerate(self._next)]
+        self.followed = len(watched) + len(probes)
         self.watch: Watch | None = None
         if watched:
-            self.watch = Watch(watched, self.walkers, self.values, system, whole_s)
+            self.watch = Watch(watched, probes, self.walkers, self.values, system, whole_s)
 
     def _alike(self) -> Iterator[tuple[int, int]]:
         """Machines that are the same, the first of them in front of each other one."""
@@ -178,17 +197,19 @@ class Composition:
         parts, moves = list[Part](), list[tuple[int, Move]]()
         for index, walker in enumerate(self.walkers):
             buffers = tuple(2 * number for number in walker.begin())
-            local, move = walker.start(buffers)
-            parts.append(Part(local, buffers, move.sent))
-            moves.append((index, move))
+            begun = walker.start(buffers)
+            parts.append(Part(begun.local, buffers, begun.move.sent))
+            moves.append((index, begun.move))
         made, violated = self._made(0, parts, self.watch.begin if self.watch else 0, ())
         return made, Edge(0, tuple(moves), (), violated)
 
-    def following(self, here: Configuration) -> Iterator[tuple[Configuration | None, Edge]]:
-        """What may come next; None for a run that ends with a fault. Targets are not set."""
+    def following(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
+        """What may come next, nothing at the end of a run. Targets are not set."""
         phase = self._next[here.phase]
         due = self.due[phase]
         parts = self.parts_of(here)
+        if any(self.walkers[i].is_over(parts[i].local) for i in due):
+            return
         visible = [(i, *sent) for i in due for sent in parts[i].pending] if self.watch else ()
         overtaken = self._deliver(due, parts)
         found = [self.walkers[i].step(parts[i].local, parts[i].buffers) for i in due]
@@ -197,10 +218,7 @@ class Composition:
         seen = [tuple(b & ~1 for b in parts[i].buffers) for i in due]
         for outcomes in product(*found):
             moves = tuple((i, o.move) for i, o in zip(due, outcomes, strict=True))
-            edge = Edge(-1, moves, overtaken)
-            if any(outcome.local < 0 for outcome in outcomes):
-                yield None, edge
-                continue
+            edge = Edge(-1, moves, overtaken, ends=any(outcome.ends for outcome in outcomes))
             for i, buffers, outcome in zip(due, seen, outcomes, strict=True):
                 parts[i] = _after(outcome, buffers)
             ordered, turn = self._ordered(parts) if self.copies else (parts, ())
@@ -307,7 +325,7 @@ class Composition:
 
 def _happens(outcome: Outcome) -> tuple[bool, bool]:
     """Whether a run ends by it, and whether it takes a row that it need not."""
-    return outcome.local < 0, outcome.move.row >= 0 and bool(outcome.move.free)
+    return outcome.ends, outcome.move.row >= 0 and bool(outcome.move.free)
 
 
 def _after(outcome: Outcome, buffers: tuple[int, ...]) -> Part:

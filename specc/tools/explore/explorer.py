@@ -1,8 +1,4 @@
-"""Explores a whole system, slice by slice, and says what was found and how far it came.
-
-Time in a state is first taken to pass in any way, which is quick. Only what is found then is
-looked for again with time counted in periods, since it may rest on timing that cannot be.
-"""
+"""Explores a whole system, slice by slice, and says what was found and how far it came."""
 
 from __future__ import annotations
 
@@ -11,20 +7,22 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from specc.analysis import Facts
-from specc.diagnostics.phrases import counted
+from specc.diagnostics.phrases import counted, listed
 from specc.limits import one_run
 from specc.model.fsm import Axiom
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition
 from specc.tools.explore.findings import Finding, findings
 from specc.tools.explore.graph import BrokenOff, Graph, broken_off
-from specc.tools.explore.required import FOR_TIME, Group, Judged, groups, judged
+from specc.tools.explore.refine import best, not_refuted, refined
+from specc.tools.explore.required import Group, Judged, groups, judged, undecided
 from specc.tools.explore.symmetry import likewise
 
 FOR_REQUIREMENTS = 8
 """One part in so many of the budget is for what is required."""
 MOST_ALIKE = 4
-"""Machines that are named."""
+"""Machines and conditions that are named."""
+BOUND = "ended at the bound"
 Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored"]
 
 
@@ -42,18 +40,30 @@ class Explored:
     """Whether time in a state matters at all."""
     broken_off: BrokenOff
     widened: tuple[str, ...] = ()
+    undecided: int = 0
+    """Findings that are neither confirmed nor refuted."""
+    unjudged: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
+    """Machine, state, and the conditions for which it may wait there, or not: they rest on values
+    that are not known."""
     alike: tuple[str, ...] = ()
     """Machines of slices for which this one stands."""
+
+    @property
+    def status(self) -> str:
+        """Whether there is nothing but what was found."""
+        if not self.complete:
+            return self.broken_off or BOUND
+        but = f" but for {counted(self.undecided, 'finding')} not decided"
+        return f"complete{but if self.undecided else ''}"
 
     def words(self) -> str:
         """How far it came, and what was abstracted."""
         what = f"{', '.join(self.names)}: "
         states = counted(self.configurations, "state")
         if self.complete:
-            what += f"explored completely: {states}"
+            what += f"explored {self.status.replace('complete', 'completely', 1)}: {states}"
         else:
-            why = self.broken_off or "stopped"
-            what += f"{why} after {states}, {self.depth_s:g} s into the runs"
+            what += f"{self.status} after {states}, {self.depth_s:g} s into the runs"
         if self.timed:
             time = "counted in periods" if self.exact else "taken to pass in any way"
             what += f"; time in states {time}"
@@ -61,7 +71,13 @@ class Explored:
             shown = (*self.alike[:MOST_ALIKE], "...")[: len(self.alike)]
             what += f"; so for {', '.join(shown)}"
         if self.widened:
-            what += f"; values taken for unknown: {', '.join(self.widened)}"
+            what += f"; not all values followed of: {', '.join(self.widened)}"
+        conditions = dict.fromkeys(name for _, _, names in self.unjudged for name in names)
+        if conditions:
+            named = [*conditions][:MOST_ALIKE]
+            if len(conditions) > len(named):
+                named.append(f"{len(conditions) - len(named)} more")
+            what += f"; not judged is whether {listed(named, 'and')} ever come true"
         return what
 
 
@@ -78,6 +94,17 @@ class Exploration:
     left: list[tuple[str, ...]] = field(default_factory=list)
     """Slices that were not begun since exploring was broken off."""
     broken_off: BrokenOff = ""
+
+    @property
+    def status(self) -> str:
+        """Whether nothing is lost, assumed or required wrongly, but for what is told."""
+        if self.broken_off:
+            return self.broken_off
+        if self.is_short:
+            return BOUND
+        undecided = sum(not finding.is_confirmed for finding in self.findings)
+        but = f" but for {counted(undecided, 'finding')} not decided"
+        return f"complete{but if undecided else ''}"
 
     @property
     def is_short(self) -> bool:
@@ -109,14 +136,15 @@ def _explore(facts: Facts, budget: int) -> Exploration:
             continue
         spent = sum(each.steps for each in result.slices)
         share = max(0, budget - kept - spent) // (len(slices) - index)
-        graph = _explored(names, abstraction, facts, share, found)
+        explored, graph, there = _explored(names, abstraction, facts, share)
+        found = there | found
         alike = tuple(new for same in others for old, new in same.items() if new != old)
-        result.slices.append(replace(_summary(graph), alike=alike))
+        result.slices.append(replace(explored, alike=alike))
         result.broken_off = graph.broken_off
         for walker in graph.composition.walkers:
             for number in range(len(walker.subsystem.axioms)):
                 answers = walker.assumed.get(number, set())
-                failing = found.get(("W1006", walker.name, number))
+                failing = there.get(("W1006", walker.name, number))
                 said = _verdict(answers, failing, complete=graph.complete)
                 for same in (walker.name, *(each[walker.name] for each in others)):
                     verdicts.setdefault((same, number), set()).add(said)
@@ -126,9 +154,9 @@ def _explore(facts: Facts, budget: int) -> Exploration:
         for (name, index), said in sorted(verdicts.items())
         for kept in (abstraction.kept[name],)
     ]
-    explored = [*(each.names for each in result.slices), *result.left]
-    explored += [each.alike for each in result.slices]
-    inside = {name for names in explored for name in names}
+    begun = [*(each.names for each in result.slices), *result.left]
+    begun += [each.alike for each in result.slices]
+    inside = {name for names in begun for name in names}
     _require(result, required, facts, budget)
     result.alone = tuple(name for name in abstraction.kept if name not in inside)
     return result
@@ -155,32 +183,26 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
         told |= {id(each.requirement): each for each in said}
         result.findings += there
     result.requirements = [
-        told.get(id(requirement), Judged(requirement, "not decided"))
+        told.get(id(requirement)) or undecided(requirement)
         for requirement in facts.system.requirements
     ]
 
 
 def _explored(
-    names: tuple[str, ...],
-    abstraction: Abstraction,
-    facts: Facts,
-    budget: int,
-    found: dict[tuple[object, ...], Finding],
-) -> Graph:
-    """The graph that says most about a slice; its findings are added to those `found`."""
-    best = Graph(Composition(names, abstraction, exact=False), budget)
-    there = _found(best, abstraction, facts)
-    # Without measurements, time alone makes ways that counting it closes again.
-    again = (there or not best.complete) and best.composition.is_timed
-    if again and not best.broken_off:
-        least = budget if there else budget // FOR_TIME
-        counted = Graph(Composition(names, abstraction, exact=True), least)
-        confirmed = _found(counted, abstraction, facts)
-        there = confirmed if counted.complete else there | confirmed
-        best = counted if counted.complete or counted.broken_off else best
-    for about, finding in there.items():
-        found.setdefault(about, finding)
-    return best
+    names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
+) -> tuple[Explored, Graph, dict[tuple[object, ...], Finding]]:
+    """A slice: what to say of it, the graph that says most, and what was found."""
+    told = refined(
+        lambda precision, most: Graph(Composition(names, abstraction, precision), most),
+        lambda graph: _found(graph, abstraction, facts),
+        budget,
+    )
+    graph = best(each for each, _ in told)
+    found = {
+        about: replace(finding, is_confirmed=exactly or finding.way.is_decided)
+        for about, (finding, exactly) in not_refuted(told).items()
+    }
+    return _summary(graph, sum(not each.is_confirmed for each in found.values())), graph, found
 
 
 def _found(
@@ -194,7 +216,7 @@ def _found(
     return {}
 
 
-def _summary(graph: Graph) -> Explored:
+def _summary(graph: Graph, undecided: int) -> Explored:
     composition = graph.composition
     return Explored(
         composition.names,
@@ -202,15 +224,21 @@ def _summary(graph: Graph) -> Explored:
         graph.steps,
         0.0 if graph.complete else float(graph.depth_s(len(graph.edges))),
         graph.complete,
-        composition.exact,
+        composition.precision.exact,
         composition.is_timed,
         graph.broken_off,
         tuple(sorted(composition.widened)),
+        undecided,
+        tuple(
+            (walker.name, state, tuple(names))
+            for walker in composition.walkers
+            for state, names in walker.open.items()
+        ),
     )
 
 
 def _verdict(answers: set[bool | None], failing: Finding | None, *, complete: bool) -> Verdict:
-    if False in answers:
+    if False in answers or failing:
         return "refuted" if failing and failing.way.is_decided else "may fail"
     if not complete:
         return "not explored"

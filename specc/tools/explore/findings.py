@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from operator import itemgetter
 
 from specc.diagnostics import Diagnostic, Related
@@ -13,7 +12,7 @@ from specc.model.fsm import Axiom
 from specc.model.system import System
 from specc.proof import InputName
 from specc.source import Place
-from specc.tools.explore.abstraction import Abstraction, conditions_of
+from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Cost, Graph
 from specc.tools.explore.once import Lost, lost_once
@@ -27,7 +26,11 @@ _MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found, with the way to it. `about` is the same wherever the same is found."""
+    """What was found, with the way to it. `about` is the same wherever the same is found.
+
+    It is not confirmed if it was found only where time passes in any way, or where not all values
+    are followed, and if that is not refuted either.
+    """
 
     about: tuple[object, ...]
     code: str
@@ -38,6 +41,7 @@ class Finding:
     way: Trace
     related: tuple[Related, ...] = ()
     is_advice: bool = False
+    is_confirmed: bool = True
 
     @property
     def diagnostic(self) -> Diagnostic:
@@ -46,6 +50,8 @@ class Finding:
         if len(free) > _MOST_NAMED:
             free[_MOST_NAMED:] = [f"{len(free) - _MOST_NAMED} more"]
         rests = f"this rests on {listed(free, 'and')}; " if free else ""
+        if not self.is_confirmed:
+            rests = f"whether a run comes to this is not decided; {rests}"
         related = (*self.way.related(), *self.related)
         return Diagnostic(
             self.code,
@@ -67,46 +73,10 @@ class Found:
     findings: dict[tuple[object, ...], Finding] = field(default_factory=dict)
 
     def add(self, finding: Finding) -> None:
-        """Keep a finding; of several the one that rests on least, and none that our bounds made."""
-        if any(self._is_bounded(step) for step in finding.way.steps):
-            return
+        """Keep a finding; of several the one that rests on least."""
         known = self.findings.get(finding.about)
         if known is None or (finding.way.is_decided and not known.way.is_decided):
             self.findings[finding.about] = finding
-
-    def _is_bounded(self, step: Step) -> bool:
-        """Whether a choice was made only because values that are known were no longer followed."""
-        if not (step.move.free and self._blurred):
-            return False
-        walker = step.walker
-        rests = walker.kept.reading.all(conditions_of(walker.subsystem, step.move.source))
-        targets = {f"{walker.name}.{name}" for name in rests.memory}
-        targets |= {f"{walker.name}.x.{peer}.{name}" for peer, name in rests.inputs}
-        return bool(targets & self._blurred)
-
-    @cached_property
-    def _blurred(self) -> set[str]:
-        """The memory and inputs that are computed from those of too many values."""
-        found, before = set(self.graph.composition.widened), -1
-        while before < len(found):
-            before = len(found)
-            for walker in self.graph.composition.walkers:
-                found |= set(_blurred_by(found, walker, self.abstraction))
-        return found
-
-
-def _blurred_by(found: set[str], walker: Walker, abstraction: Abstraction) -> Iterator[str]:
-    kept, name = walker.kept, walker.name
-    for peer, item in kept.inputs:
-        sent = abstraction.sender_of(name, (peer, item))
-        if sent and f"{sent[0]}.y.{sent[1][0]}.{sent[1][1]}" in found:
-            yield f"{name}.x.{peer}.{item}"
-    for (peer, item), written in walker.subsystem.written.items():
-        rests = kept.reading.all(e for each in written.values() for e in each)
-        used = {f"{name}.{each}" for each in rests.memory}
-        used |= {f"{name}.x.{p}.{n}" for p, n in rests.inputs}
-        if used & found:
-            yield f"{name}.y.{peer}.{item}" if peer else f"{name}.{item}"
 
 
 def findings(
@@ -331,7 +301,7 @@ def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
     if task is None or task.subsystem not in names:
         return
     index = names.index(task.subsystem)
-    if last.is_at_end(index):
+    if last.is_at_end(index) or any(stuck.index == index for stuck in last.resting):
         return
     subsystem = last.walkers[index].subsystem
     rows = [subsystem.transitions[row] for i, row in last.rows if i == index]

@@ -22,6 +22,8 @@ Cost = tuple[int, int, int]
 BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
 """Bytes that are left for telling what was found when there is no memory for more."""
+FOLLOWED = 8
+"""Requirements that take as long as a step of a machine."""
 _FAR: Cost = 1 << 62, 0, 0
 
 
@@ -33,7 +35,7 @@ def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
 class Graph:
     """The configurations that were found, and the steps between them.
 
-    The first one is come to by `begin`. `faults` are edges that end a run; `violated` are the
+    The first one is come to by `begin`. `faults` are edges that end runs; `violated` are the
     requirements that some edge, or the beginning, violates.
     """
 
@@ -64,6 +66,16 @@ class Graph:
         """Whether every configuration was followed."""
         return len(self.edges) == len(self.configurations)
 
+    @property
+    def is_counted(self) -> bool:
+        """Whether time was counted where it matters."""
+        return self.composition.precision.exact or not self.composition.is_timed
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether all values were followed as well."""
+        return self.is_counted and not self.composition.widened
+
     def depth_s(self, number: int) -> Fraction:
         """The time at which a configuration was found."""
         time_s, phase = Fraction(0), 0
@@ -80,15 +92,18 @@ class Graph:
                 # One configuration may have more ways than there are steps.
                 if self.steps >= budget:
                     return
-                self.steps += len(edge.moves)
-                if there is None:
-                    self.faults.append((here, edge))
-                    continue
+                self.steps += len(edge.moves) + self.composition.followed // FOLLOWED
                 out.append(edge._replace(target=self._number(there, here)))
+                if edge.ends:
+                    self.faults.append((here, out[-1]))
                 if edge.violated:  # kept even if not all edges from here are followed
                     self._violations.append((here, out[-1]))
                     self.violated.update(edge.violated)
             self.edges.append(out)
+
+    def going_on(self, number: int) -> list[Edge]:
+        """The edges from a configuration that no fault ends."""
+        return [edge for edge in self.edges[number] if not edge.ends]
 
     def _number(self, there: Configuration, here: int) -> int:
         number = self._known.get(there)

@@ -89,8 +89,9 @@ class Monitor:
         self._past: dict[int, Past] = {}
         self._count = 0
         self._tick_s = tick_s
-        self._formula = self._node(requirement.formula, meant=True)
         self._lasts = requirement.lasts
+        formula = requirement.formula
+        self._formula = self._node(_each_tick(formula) if self._lasts else formula, meant=True)
         self._atom_leaves = [i for i in range(self._count) if i not in self._past]
         begun = Said(True) if self._lasts else self._formula
         self.begin = State(begun, tuple((-1, -1) for _ in self._past))
@@ -207,6 +208,16 @@ class Monitor:
     def _leaf(self, *, meant: bool) -> Leaf:
         self._count += 1
         return Leaf(self._count - 1, meant)
+
+
+def _each_tick(formula: r.Formula) -> r.Formula:
+    """A formula that holds at every tick if this one does: what always was so always is so."""
+    match formula:
+        case r.Temporal(op="historically", operands=(operand,)) if r.reach_s(operand):
+            return _each_tick(operand)
+        case r.Junction(op="and", operands=operands):
+            return replace(formula, operands=tuple(map(_each_tick, operands)))
+    return formula
 
 
 def _awaited(before: Node, after: Node) -> set[Ahead] | None:

@@ -16,7 +16,7 @@ from specc.reachable import grouped, reachable
 from specc.tools.explore.abstraction import Abstraction, conditions_of
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph
-from specc.tools.explore.partial import SOME
+from specc.tools.explore.partial import is_known
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,10 @@ class Lost:
 def lost_once(graph: Graph, abstraction: Abstraction) -> Iterator[Lost]:
     """The easiest loss of each input that is not declared to be an event, but sent once."""
     composition = graph.composition
-    if composition.copies:
-        return  # ways on which copies were exchanged do not say which of them sends again
+    # Ways on which copies were exchanged do not say which of them sends again, and where not all
+    # values are followed, neither do these.
+    if composition.copies or composition.widened:
+        return
     for reader, walker in enumerate(composition.walkers):
         for key in walker.inputs:
             sent = _Sent(graph, abstraction, reader, key)
@@ -121,7 +123,7 @@ class _Sent:
         for number, configuration in enumerate(self.graph.configurations):
             pending = dict(self._composition.parts_of(configuration)[self._sender].pending)
             sent = pending.get(self._output)
-            any_counts = value is None or {known(value), known(sent or 0)} & {None, SOME}
+            any_counts = value is None or not all(is_known(known(n)) for n in (value, sent or 0))
             if sent is not None and (any_counts or sent == value):
                 yield number
 

@@ -7,12 +7,14 @@ Known values are literals, as expressions themselves. What rests on nothing unkn
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any, Final
+from itertools import islice
+from typing import Any, Final, TypeGuard
 
 from specc.lang.evaluate import Environment, evaluate
+from specc.limits import MAX_EXPRESSION_PARTS
 from specc.model import expr as m
 from specc.model.system import Subsystem, System
 from specc.model.types import (
@@ -28,11 +30,13 @@ from specc.model.types import (
     Vector,
 )
 from specc.proof import InputName
+from specc.proof.clock import Range, Turns
+from specc.tools.explore.regions import Region, leaves, ranged
 
 SOME: Final = "some"
 """A value of which nothing is known but that it is not None."""
-Value = m.Expr | str
-"""A literal, or SOME."""
+Value = m.Expr | Region | str
+"""A literal, or a region of numbers, or SOME."""
 EXACT: Final = 2**53
 """Up to it integers are the same as floats; which of the two a real is in a run matters beyond."""
 
@@ -49,18 +53,37 @@ class Known:
     fresh: Mapping[InputName, bool] = field(default_factory=dict)
     present: Mapping[InputName, bool] = field(default_factory=dict)
     periods: int | None = None
-    """Since the state was entered; only comparisons of `elapsed` with constants know of it."""
+    """Since the state was entered; only what is in `turns` knows of it."""
+    turns: dict[int, tuple[m.Expr, Turns]] = field(default_factory=dict)
+    """When what time alone decides is true, by the identity of the expression."""
     _lets: dict[str, m.Expr] = field(default_factory=dict)
+
+    def value_of(self, leaf: m.Expr) -> Value | None:
+        """What is known of an input or of memory."""
+        if isinstance(leaf, m.Input):
+            return self.inputs.get((leaf.peer, leaf.element))
+        return self.memory.get(leaf.name) if isinstance(leaf, m.MemoryRef) else None
+
+    def range_of(self, leaf: m.Expr) -> Range | None:
+        """The region of an input or of memory, if that is known."""
+        value = self.value_of(leaf)
+        return (value.low, value.high) if isinstance(value, Region) else None
+
+    def is_unclear(self, expr: m.Expr) -> bool:
+        """Whether only the region is known of an input or of memory that it takes."""
+        values = (*self.inputs.values(), *self.memory.values())
+        return any(isinstance(value, Region) for value in values) and any(
+            isinstance(self.value_of(leaf), Region) for leaf in leaves(expr)
+        )
 
 
 def static(subsystem: Subsystem, system: System) -> Known:
     """What is known of a subsystem at all times."""
-    constants = (*system.constants, *subsystem.constants)
-    return Known(
-        {item.name: item.value for item in subsystem.lets},
-        {constant.name: constant.value for constant in constants},
-        1 / subsystem.rate_hz,
-    )
+    known = Known({item.name: item.value for item in subsystem.lets}, {}, 1 / subsystem.rate_hz)
+    constants: dict[str, m.Expr] = {}
+    for constant in (*system.constants, *subsystem.constants):  # each names only those before it
+        constants[constant.name] = filled(constant.value, replace(known, constants=constants))
+    return replace(known, constants=constants)
 
 
 def is_literal(expr: m.Expr) -> bool:
@@ -70,6 +93,11 @@ def is_literal(expr: m.Expr) -> bool:
     if isinstance(expr, m.Number) and isinstance(expr.value, int):
         return abs(expr.value) <= EXACT
     return isinstance(expr, _LITERALS)
+
+
+def is_known(value: Value | None) -> TypeGuard[m.Expr]:
+    """Whether it is known what a value is, and not merely that there is one, or where."""
+    return value is not None and not isinstance(value, (Region, str))
 
 
 _LITERALS = (m.Number, m.Truth, m.TextLiteral, m.Member, m.Nothing, m.Unused)
@@ -101,6 +129,9 @@ def _items(values: tuple[Any, ...], types: list[Any], type_: Type) -> m.Expr | N
 
 def filled(expr: m.Expr, known: Known) -> m.Expr:
     """The expression with all that is known filled in: a literal, or what is left to be known."""
+    if known.periods and id(expr) in known.turns:
+        _, turns = known.turns[id(expr)]
+        return _truth(turns.first != sum(turn <= known.periods for turn in turns.at) % 2)
     rule = _RULES.get(type(expr))
     if rule is not None:
         return rule(expr, known)
@@ -126,19 +157,25 @@ _COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)
 
 def _named(values: Mapping[Any, Value], key: Any, expr: m.Expr) -> m.Expr:
     value = values.get(key, SOME)
-    return expr if isinstance(value, str) else value
+    return value if is_known(value) else expr
 
 
 def _let(expr: m.LetRef, known: Known) -> m.Expr:
+    """The value of a let; the let itself where its value, written out, is too large."""
     if expr.name not in known._lets:
-        known._lets[expr.name] = filled(known.lets[expr.name], known)
+        made = filled(known.lets[expr.name], known)
+        known._lets[expr.name] = expr if has_more(made, MAX_EXPRESSION_PARTS) else made
     return known._lets[expr.name]
+
+
+def has_more(expr: m.Expr, parts: int) -> bool:
+    """Whether an expression has more parts than so many, of which no more are looked at."""
+    return next(islice(m.walk(expr), parts, None), None) is not None
 
 
 def _constant(expr: m.ConstantRef, known: Known) -> m.Expr:
     value = known.constants.get(expr.name)
-    made = expr if value is None else filled(value, known)
-    return made if is_literal(made) else expr
+    return value if value is not None and is_literal(value) else expr
 
 
 def _asked(answers: Mapping[InputName, bool], expr: m.Fresh | m.Present) -> m.Expr:
@@ -159,10 +196,11 @@ def _clock(expr: m.Clock, known: Known) -> m.Expr:
 
 
 def _compare(expr: m.Compare, known: Known) -> m.Expr:
-    limit = limit_of(expr, known)
-    if limit is not None and known.periods is not None:
-        return _truth(holds_after(limit, known.periods, known.period_s))
-    return _computed(m.mapped(expr, lambda part: filled(part, known)))
+    made = _computed(m.mapped(expr, lambda part: filled(part, known)))
+    if isinstance(made, m.Compare) and known.is_unclear(made):
+        least, greatest = ranged(made, known.range_of)
+        return _truth(bool(least)) if least == greatest else made
+    return made
 
 
 def _unary(expr: m.Unary, known: Known) -> m.Expr:
@@ -233,10 +271,22 @@ def _component(expr: m.Component, known: Known) -> m.Expr:
 
 def _quantifier(expr: m.Quantifier, known: Known) -> m.Expr:
     over = filled(expr.over, known)
-    if not isinstance(over, m.Items) or expr.kind not in ("all", "any"):
+    items = over.items if isinstance(over, m.Items) and expr.kind in ("all", "any") else None
+    if items is None or _times(expr.body, known) * len(items) > MAX_EXPRESSION_PARTS:
         return replace(expr, over=over, body=filled(expr.body, known))
-    each = tuple(m.instance(expr.body, expr.variable, item) for item in over.items)
+    each = tuple(m.instance(expr.body, expr.variable, item) for item in items)
     return _logic(m.Logic("and" if expr.kind == "all" else "or", each, type=expr.type), known)
+
+
+def _times(body: m.Expr, known: Known) -> int:
+    """How many parts the body of a quantifier has with the quantifiers in it written out."""
+    if not isinstance(body, m.Quantifier):
+        return 1 + sum(_times(part, known) for part in m.children(body))
+    over = body.over
+    over = known.constants.get(over.name, over) if isinstance(over, m.ConstantRef) else over
+    size = over.type.size if isinstance(over.type, Vector) else 1
+    size = len(over.items) if isinstance(over, m.Items) else size
+    return size * _times(body.body, known)
 
 
 _RULES: dict[type, Callable[[Any, Known], m.Expr]] = {
@@ -256,92 +306,3 @@ _RULES: dict[type, Callable[[Any, Known], m.Expr]] = {
     m.Component: _component,
     m.Quantifier: _quantifier,
 }
-
-
-# Comparisons of `elapsed` with constants.
-
-
-def limit_of(expr: m.Compare, known: Known) -> m.Compare | None:
-    """A comparison of `elapsed` itself with a constant, its value filled in; None for others."""
-    static = Known(known.lets, known.constants, known.period_s)
-    sides = expr.left, expr.right
-    clocks = [isinstance(side, m.Clock) and side.name == "elapsed" for side in sides]
-    if sum(clocks) != 1:
-        return None
-    left, right = (
-        side if clock else filled(side, static) for side, clock in zip(sides, clocks, strict=True)
-    )
-    if not isinstance(right if clocks[0] else left, m.Number):
-        return None
-    return replace(expr, left=left, right=right)
-
-
-def holds_after(limit: m.Compare, periods: int, period_s: Fraction) -> bool:
-    """The answer to such a comparison so many periods after the state was entered."""
-    return bool(evaluate(limit, Environment(clock={"elapsed": float(periods * period_s)})))
-
-
-def turns(limit: m.Compare, period_s: Fraction) -> Iterator[int]:
-    """The numbers of periods, 1 or more, at which the answer is not what it was just before."""
-    number = limit.right if isinstance(limit.left, m.Clock) else limit.left
-    assert isinstance(number, m.Number)
-    if not 0 <= number.value < 1e9 * period_s:
-        return
-    about = int(number.value / period_s)
-    for periods in range(max(1, about - 1), about + 4):
-        before, after = (holds_after(limit, n, period_s) for n in (periods - 1, periods))
-        if before != after:
-            yield periods
-
-
-# Numbers for the values that are kept, so that configurations are small and quickly compared.
-
-
-MOST_VALUES = 32
-"""Of one element; where more are computed, later ones are unknown."""
-
-UNKNOWN, ABSENT = 0, 1
-"""Numbers of what is not a value; the others number literals, and SOME."""
-
-
-@dataclass(slots=True)
-class Numbers:
-    """Numbers things in the order in which they come."""
-
-    known: dict[Any, int] = field(default_factory=dict)
-    things: list[Any] = field(default_factory=list)
-
-    def of(self, thing: Any) -> int:
-        """The number of a thing."""
-        number = self.known.get(thing)
-        if number is None:
-            number = self.known[thing] = len(self.things)
-            self.things.append(thing)
-        return number
-
-
-class Values:
-    """Numbers of the values that are kept, shared by all machines."""
-
-    def __init__(self) -> None:
-        self._numbers = Numbers()
-        for reserved in ("unknown", "absent", SOME):
-            self._numbers.of(reserved)
-        self._seen: dict[str, set[int]] = {}
-        self.widened: set[str] = set()
-
-    def of(self, target: str, expr: m.Expr, known: Known) -> int:
-        """The number of what is assigned to a target."""
-        if not is_literal(expr):
-            return self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN
-        number = self._numbers.of(expr)
-        seen = self._seen.setdefault(target, set())
-        if number not in seen and len(seen) >= MOST_VALUES:
-            self.widened.add(target)
-            return UNKNOWN if isinstance(expr, m.Nothing) else self._numbers.of(SOME)
-        seen.add(number)
-        return number
-
-    def value(self, number: int) -> Value | None:
-        """What a number stands for; None if it is unknown or absent."""
-        return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]

@@ -7,23 +7,22 @@ Those about single ticks add no states; they go first, apart from those that loo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Literal
 
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
-from specc.model.requirement import Requirement, is_timeless, reach_s
+from specc.model.requirement import Junction, Requirement, asked, is_timeless, reach_s
 from specc.tools.explore.abstraction import Abstraction
-from specc.tools.explore.composition import Composition
+from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.findings import Finding, Found
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError
+from specc.tools.explore.refine import not_refuted, refined
 from specc.tools.explore.trace import Trace, trace
 
-FOR_TIME = 8
-"""One part in so many is for counting time, where there are only too many ways without it."""
 Verdict = Literal["proved", "violated", "may be violated", "open", "not decided", "not explored"]
 
 
@@ -34,13 +33,21 @@ class Judged:
     requirement: Requirement
     verdict: Verdict
     rests_on: tuple[str, ...] = ()
+    why: str = "it is about values that are not known"
+    """Why it is not decided."""
+    asked: bool = True
+    """Whether it may ask something of a run; it is proved of any system otherwise."""
 
     def words(self) -> str:
         """The verdict."""
         if self.verdict == "open":
             return f"rests on {listed(self.rests_on, 'and')}"
         if self.verdict == "not decided":
-            return "not decided, since it is about values that are not known"
+            return f"not decided, since {self.why}"
+        if not self.asked:
+            return "proved, but never asked"
+        if self.verdict == "violated":
+            return "violated in every run, unless a step fails before"
         return self.verdict
 
 
@@ -58,13 +65,21 @@ def groups(facts: Facts) -> list[Group]:
     for requirement in facts.system.requirements:
         asked = {x.subsystem for x in requirement.readings if x.kind != "reported"}
         names = Abstraction(facts, [requirement]).around(asked)
-        if names and _is_followed(requirement):
+        if names and is_followed(requirement):
             key = not is_timeless(requirement.formula), names
             found.setdefault(key, Group(names, [])).requirements.append(requirement)
     return [found[key] for key in sorted(found, key=itemgetter(0))]
 
 
-def _is_followed(requirement: Requirement) -> bool:
+def undecided(requirement: Requirement) -> Judged:
+    """What is said of a requirement that is not in a group."""
+    if is_followed(requirement):
+        return Judged(requirement, "not decided")
+    return Judged(requirement, "not decided", why="it looks ahead from the past")
+
+
+def is_followed(requirement: Requirement) -> bool:
+    """Whether monitors follow it as machines are stepped."""
     try:
         return bool(Monitor(requirement, base_tick(())))
     except NotFollowedError:
@@ -76,46 +91,47 @@ def judged(
 ) -> tuple[list[Judged], list[Finding], list[Graph]]:
     """What exploring says of the requirements of a group, and what was explored."""
     abstraction = Abstraction(facts, group.requirements)
-    graphs = [_graph(group, abstraction, budget, exact=False)]
-    again = graphs[0].violated or not graphs[0].complete
-    if again and graphs[0].composition.is_timed and not graphs[0].broken_off:
-        least = budget if graphs[0].violated else budget // FOR_TIME
-        graphs.append(_graph(group, abstraction, least, exact=True))
-    best = graphs[-1:]
-    if not best[0].complete:
+
+    probes = {i: probe for i, r in enumerate(group.requirements) if (probe := _probe(r))}
+
+    def build(precision: Precision, budget: int, *, still: bool = False) -> Graph:
+        watched = group.requirements
+        others = tuple(probes.values())
+        made = Composition(
+            group.names, abstraction, precision, watched=watched, probes=others, still=still
+        )
+        return Graph(made, budget)
+
+    def look(graph: Graph) -> dict[int, Finding]:
+        return {index: _way(graph, index, group, abstraction) for index in graph.violated}
+
+    told = refined(build, look, budget)
+    graphs = [graph for graph, _ in told]
+    last = graphs[-1]
+    if not (last.complete or last.broken_off):
         # Where windows are too long for all ways, one may tell what is waited for, and no more.
-        still = () if graphs[-1].broken_off else (_graph(group, abstraction, budget, still=True),)
-        best = [*still, *graphs]
-    told, findings = [], []
+        one = build(Precision(exact=True), budget, still=True)
+        told.insert(0, (one, look(one)))
+    left = not_refuted(told)
+    said, findings = [], []
     for index, requirement in enumerate(group.requirements):
-        ways = [w for graph in best for w in _ways(graph, index, requirement, abstraction)]
-        way = min(ways, key=lambda finding: len(finding.way.free), default=None)
+        way, exactly = left.get(index, (None, False))
         verdict = _verdict(graphs, index, requirement, way)
-        told.append(Judged(requirement, verdict, way.way.free if way else ()))
+        place = len(group.requirements) + [*probes].index(index) if index in probes else -1
+        is_asked = not (verdict == "proved" and place >= 0 and _is_proved(graphs, place))
+        said.append(Judged(requirement, verdict, way.way.free if way else (), asked=is_asked))
         if way is not None and verdict != "open":
-            findings.append(way)
-    return told, findings, best
+            findings.append(replace(way, is_confirmed=exactly or way.way.is_decided))
+    return said, findings, [graph for graph, _ in told]
 
 
-def _graph(
-    group: Group, abstraction: Abstraction, budget: int, *, exact: bool = True, still: bool = False
-) -> Graph:
-    watched = group.requirements
-    made = Composition(group.names, abstraction, exact=exact, watched=watched, still=still)
-    return Graph(made, budget)
-
-
-def _ways(
-    graph: Graph, index: int, requirement: Requirement, abstraction: Abstraction
-) -> Sequence[Finding]:
-    """The easiest way to a violation, unless bounds of ours made it."""
-    if index not in graph.violated:
-        return ()
+def _way(graph: Graph, index: int, group: Group, abstraction: Abstraction) -> Finding:
+    """The easiest way to a violation."""
     number, edges = graph.violation(index)
-    way = trace(graph, number, *edges)
     found = Found(graph, abstraction)
-    found.add(_finding(requirement, way))
-    return list(found.findings.values())
+    found.add(_finding(group.requirements[index], trace(graph, number, *edges)))
+    (finding,) = found.findings.values()
+    return finding
 
 
 def _finding(requirement: Requirement, way: Trace) -> Finding:
@@ -146,10 +162,21 @@ def _verdict(
             return "violated"
         # What machines answer in time rests on plants; what they exclude does not.
         return "open" if reach_s(requirement.formula) else "may be violated"
-    complete = [graph for graph in graphs if graph.complete]
-    if any(_always_holds(graph, index) for graph in complete):
+    if _is_proved(graphs, index):
         return "proved"
-    return "not decided" if graphs[-1] in complete else "not explored"
+    return "not decided" if any(graph.complete for graph in graphs) else "not explored"
+
+
+def _probe(requirement: Requirement) -> Requirement | None:
+    """That a requirement never asks anything of a run; None if it always does, or asks too late."""
+    when = asked(requirement.formula)
+    if when is None or not is_timeless(when):
+        return None
+    return replace(requirement, formula=Junction("not", (when,)))
+
+
+def _is_proved(graphs: Sequence[Graph], index: int) -> bool:
+    return any(graph.complete and _always_holds(graph, index) for graph in graphs)
 
 
 def _always_holds(graph: Graph, index: int) -> bool:

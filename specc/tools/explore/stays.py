@@ -60,7 +60,7 @@ class Lasting:
         self.states = {index: set() for index in range(len(self.graph.composition.walkers))}
         composition, frames = self.graph.composition, self._frames()
         for number, frame in frames.items():
-            for edge in self.graph.edges[number]:
+            for edge in self.graph.going_on(number):
                 for index, move in (composition.real_move(frame, *each) for each in edge.moves):
                     self.states[index] |= {move.source, move.target}
                     self.sent |= {(index, key) for key, _ in move.sent}
@@ -78,7 +78,7 @@ class Lasting:
         found = {self.entry: self.graph.frame(self.entry)}
         waiting = [self.entry]
         for number in waiting:
-            for edge in self.graph.edges[number]:
+            for edge in self.graph.going_on(number):
                 if edge.target not in found:
                     found[edge.target] = turned(found[number], edge.turn)
                     waiting.append(edge.target)
@@ -90,7 +90,7 @@ class Lasting:
             return set()
         found = set()
         for number, frame in frames.items():
-            for edge in self.graph.edges[number]:
+            for edge in self.graph.going_on(number):
                 there = frames[edge.target]
                 became = dict(zip(there, turned(frame, edge.turn), strict=True))
                 found.add(tuple(became[index] for index in range(len(there))))
@@ -222,7 +222,7 @@ class Lasting:
 def lasting(graph: Graph, abstraction: Abstraction) -> list[Lasting]:
     """All such sets that were explored completely, in the order in which they are found."""
     beyond = len(graph.edges)
-    following = [{min(edge.target, beyond) for edge in out} for out in graph.edges]
+    following = [{min(e.target, beyond) for e in graph.going_on(n)} for n in range(beyond)]
     found = last_components([*following, {beyond}])
     return [
         Lasting(graph, abstraction, members)

@@ -13,6 +13,7 @@ from specc.proof import InputName
 from specc.source import Place
 from specc.tools.explore.composition import Edge
 from specc.tools.explore.graph import Graph
+from specc.tools.explore.partial import is_known
 from specc.tools.explore.walker import Move, Walker
 
 MOST_SHOWN = 16
@@ -52,7 +53,7 @@ class Step:
 
     def _value(self, number: int) -> str:
         value = self.walker.values.value(number)
-        return "" if value is None or isinstance(value, str) else f" = {show(value)}"
+        return f" = {show(value)}" if is_known(value) else ""
 
 
 @dataclass(frozen=True, slots=True)

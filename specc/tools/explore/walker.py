@@ -6,28 +6,28 @@ the answer stays while the values do: it is remembered until one of them is rene
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 from specc.model import expr as m
-from specc.model.fsm import State
 from specc.proof import InputName
 from specc.tools.explore.abstraction import Abstraction, Kept, Rests, conditions_of
 from specc.tools.explore.partial import (
-    ABSENT,
     Known,
-    Numbers,
-    Values,
     filled,
-    limit_of,
     negated,
     static,
-    turns,
 )
+from specc.tools.explore.regions import leaves
 from specc.tools.explore.symmetry import renamed
+from specc.tools.explore.timing import Timing
+from specc.tools.explore.values import ABSENT, Numbers, Values
 
+OVER = -1
+"""The clock of a machine that has failed: the others go on until it would show what it did."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
 
@@ -58,10 +58,14 @@ class Move(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What may come of a period: the machine after it, by its number, and what it did."""
+    """What may come of a period: the machine after it, by its number, and what it did.
+
+    If it `ends` the run, by a fault, the machine has not moved.
+    """
 
     local: int
     move: Move
+    ends: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +102,8 @@ class Walker:
         self._possible: dict[frozenset[int], bool] = {}
         self.assumed: dict[int, set[bool | None]] = {}
         """What assumptions turned out to be, by index; None where that is not known."""
+        self.open: dict[str, dict[str, None]] = {}
+        """By state, the conditions that could turn out either way."""
         self.kind = self.name
         """The name of the first of the machines that are the same as this one."""
 
@@ -105,7 +111,7 @@ class Walker:
         """Share what was found of a machine that is the same, and its numbers."""
         self.kind = first.name
         self.locals, self._formulas, self.assumed = first.locals, first._formulas, first.assumed
-        self._steps, self._possible = first._steps, first._possible
+        self._steps, self._possible, self.open = first._steps, first._possible, first.open
 
     def renamed(self, local: int, names: Mapping[InputName, InputName]) -> int:
         """The number of the machine in which the inputs have other names."""
@@ -124,12 +130,8 @@ class Walker:
         for key in self.inputs:
             init = self.subsystem.inputs[key].init
             value = None if init is None else filled(init, self.static)
-            number = (
-                ABSENT
-                if value is None
-                else self.values.of(f"{self.kind}.x.{key[0]}.{key[1]}", value, self.static)
-            )
-            found.append(number)
+            target = f"{self.kind}.x.{key[0]}.{key[1]}"
+            found.append(ABSENT if value is None else self.values.of(target, value, self.static))
         return tuple(found)
 
     def start(self, buffers: tuple[int, ...]) -> Outcome:
@@ -141,10 +143,11 @@ class Walker:
             for i in self._memory
         }
         state = self.subsystem.initial_state
-        return self._outcome(Branch(-1, state, ()), memory, buffers, 0, frozenset(), ())
+        (begun,) = self._outcomes(Branch(-1, state, ()), memory, buffers, 0, frozenset(), ())
+        return begun
 
     def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
-        """All that may come of a period; nothing where a run would end with a fault."""
+        """All that may come of a period."""
         key = local, buffers
         if key not in self._steps:
             self._steps[key] = tuple(
@@ -162,17 +165,26 @@ class Walker:
             known.periods = self._periods(local.state, clock)
             broken = self._assumptions(known)
             if broken:
-                move = Move(local.state, local.state, -1, (), (), (), broken)
-                yield Outcome(-1, move)
+                yield self._failed(local, broken)
                 continue
             branches = [b for b in self._branches(local.state, known) if self._may(b, answers)]
+            if not branches:
+                yield self._failed(local)
             free = self._free(branches, known, local.state) if len(branches) > 1 else ()
             if len(clocks) > 1:
                 free = (*free, f"how long `{local.state}` has lasted")
             for branch in branches:
                 after = answers.union(*(self._remembered(part) for part in branch.holds))
                 passed = clock if branch.row < 0 else -1
-                yield self._outcome(branch, memory, buffers, passed, after, free, local.state)
+                yield from self._outcomes(branch, memory, buffers, passed, after, free, local.state)
+
+    def _failed(self, local: Local, broken: tuple[int, ...] = ()) -> Outcome:
+        move = Move(local.state, local.state, -1, (), (), (), broken)
+        return Outcome(self.locals.of(local._replace(clock=OVER)), move, ends=True)
+
+    def is_over(self, local: int) -> bool:
+        """Whether the machine has failed."""
+        return bool(self.locals.things[local].clock == OVER)
 
     def _branches(self, state: str, known: Known) -> Iterator[Branch]:
         """Staying, and each row that is not excluded by what is known."""
@@ -181,14 +193,21 @@ class Walker:
             ended = filled(end.when, known)
             if ended == m.FALSE:
                 continue
+            self._doubt(ended, known)
             for index, row in self.subsystem.rows(state, cause):
                 enabled = filled(row.condition.when, known)
                 if enabled != m.FALSE:
+                    self._doubt(enabled, known)
                     yield Branch(index, row.target, (*before, ended, enabled))
             before.append(negated(ended))
             if ended == m.TRUE:
                 return
         yield Branch(-1, state, tuple(before))
+
+    def _doubt(self, asked: m.Expr, known: Known) -> None:
+        """Take note of values of which more would have to be known than the region."""
+        if known.is_unclear(asked):
+            self.values.widened |= {f"{self.kind}.{_name(leaf)}" for leaf in leaves(asked)}
 
     def _may(self, branch: Branch, answers: frozenset[int]) -> bool:
         """Whether the proofs leave it possible that all this holds together."""
@@ -210,6 +229,7 @@ class Walker:
             for condition in (end, *(row.condition for i, row in rows if i in taken)):
                 if not isinstance(filled(condition.when, known), m.Truth):
                     found[f"`{condition.name}`"] = None
+        self.open.setdefault(state, {}).update(found)
         return tuple(found)
 
     def _assumptions(self, known: Known) -> tuple[int, ...]:
@@ -217,6 +237,7 @@ class Walker:
         for index, axiom in enumerate(self.subsystem.axioms):
             said = filled(axiom.that, known)
             answer = said.value if isinstance(said, m.Truth) else None
+            self._doubt(said, known)
             self.assumed.setdefault(index, set()).add(answer)
             if answer is False:
                 broken.append(index)
@@ -224,7 +245,7 @@ class Walker:
 
     # Executing the behaviour of a state.
 
-    def _outcome(
+    def _outcomes(
         self,
         branch: Branch,
         memory: dict[str, int],
@@ -233,31 +254,35 @@ class Walker:
         answers: frozenset[int],
         free: tuple[str, ...],
         source: str = "",
-    ) -> Outcome:
+    ) -> Iterator[Outcome]:
         """The machine after a period; `clock` is -1 where a state was entered."""
         entered = clock < 0 or not source
         behaviour = self.subsystem.state(branch.target).behaviour
         known = self._known(buffers, memory, first=not source)
         known.periods = 0 if entered else self._periods(branch.target, clock)
-        after, sent = dict(memory), list[tuple[InputName, int]]()
+        written = dict[InputName, tuple[int, ...]]()
         for item in behaviour.assignments:
-            if item.peer and (item.peer, item.name) in self.kept.outputs:
-                value = filled(item.value, known)
-                key = item.peer, item.name
+            key, value = (item.peer, item.name), item.value
+            if item.peer and key in self.kept.outputs:
                 target = f"{self.kind}.y.{item.peer}.{item.name}"
-                sent.append((key, self.values.of(target, value, known)))
+                written[key] = self.values.options(target, filled(value, known), known)
             elif not item.peer and item.name in memory:
-                value = filled(item.value, known)
+                value = filled(value, known)
                 if not (isinstance(value, m.MemoryRef) and value.name == item.name):
-                    after[item.name] = self.values.of(f"{self.kind}.{item.name}", value, known)
+                    written[key] = self.values.options(f"{self.kind}.{item.name}", value, known)
                     answers = self._without(answers, item.name)
         if len(answers) > MOST_REMEMBERED:
             answers = frozenset()
-        kept = tuple(after[item.name] for item in self._memory)
-        now = Local(branch.target, self._begin(branch.target) if entered else clock, kept, answers)
+        free += tuple(f"what `{name}` is" for (_, name), n in written.items() if len(n) > 1)
         lost = self._lost(buffers, source, branch.target)
-        move = Move(source, branch.target, branch.row, tuple(sorted(sent)), free, lost)
-        return Outcome(self.locals.of(now), move)
+        clock = self._begin(branch.target) if entered else clock
+        for numbers in product(*written.values()):
+            values = dict(zip(written, numbers, strict=True))
+            kept = tuple(values.get(("", name), number) for name, number in memory.items())
+            now = Local(branch.target, clock, kept, answers)
+            sent = tuple(sorted((key, number) for key, number in values.items() if key[0]))
+            move = Move(source, branch.target, branch.row, sent, free, lost)
+            yield Outcome(self.locals.of(now), move)
 
     def _without(self, answers: frozenset[int], memory: str) -> frozenset[int]:
         return frozenset(a for a in answers if memory not in self._rests(a).memory)
@@ -299,7 +324,7 @@ class Walker:
         self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False
     ) -> Known:
         base = self.static
-        known = Known(base.lets, base.constants, base.period_s)
+        known = Known(base.lets, base.constants, base.period_s, turns=base.turns)
         fresh, present, inputs = {}, {}, {}
         for key, slot in self.slots.items():
             number, new = divmod(buffers[slot], 2)
@@ -332,26 +357,14 @@ class Walker:
 
     @cached_property
     def turns(self) -> dict[str, tuple[int, ...]]:
-        """For each state, the periods at which a comparison of `elapsed` with a constant turns."""
-        return {
-            state.name: tuple(sorted(set(self._turns(state)))) for state in self.subsystem.states
-        }
-
-    def _turns(self, state: State) -> Iterator[int]:
-        asked = [*conditions_of(self.subsystem, state.name)]
-        asked += [item.value for item in state.behaviour.assignments]
-        names = [e.name for e in _nodes(asked) if isinstance(e, m.LetRef)]
-        lets, seen = self.static.lets, set[str]()
-        while names:
-            name = names.pop()
-            if name not in seen:
-                seen.add(name)
-                asked.append(lets[name])
-                names += [e.name for e in _nodes([lets[name]]) if isinstance(e, m.LetRef)]
-        for node in _nodes(asked):
-            limit = limit_of(node, self.static) if isinstance(node, m.Compare) else None
-            if limit is not None:
-                yield from turns(limit, self.static.period_s)
+        """For each state, the periods at which something that is asked of the time in it turns."""
+        timing, found = Timing(self.static), {}
+        for state in self.subsystem.states:
+            asked = [item.value for item in state.behaviour.assignments]
+            asked += [axiom.that for axiom in self.subsystem.axioms]
+            asked += conditions_of(self.subsystem, state.name)
+            found[state.name] = tuple(sorted(timing.of(asked)))
+        return found
 
     def _clocks(self, local: Local) -> tuple[int, ...]:
         """The clock at the next time stamp: periods up to the last turn, or any later class."""
@@ -369,9 +382,8 @@ class Walker:
         return clock if self.exact else self.turns[state][clock - 1] if clock else 1
 
 
-def _nodes(exprs: Iterable[m.Expr]) -> Iterator[m.Expr]:
-    for expr in exprs:
-        yield from m.walk(expr)
+def _name(leaf: m.Input | m.MemoryRef) -> str:
+    return leaf.name if isinstance(leaf, m.MemoryRef) else f"x.{leaf.peer}.{leaf.element}"
 
 
 def _conjuncts(expr: m.Expr) -> Iterator[m.Expr]:

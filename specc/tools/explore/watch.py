@@ -13,16 +13,14 @@ from specc.model.system import System
 from specc.proof import InputName
 from specc.tools.explore.monitor import Monitor, State, Truth
 from specc.tools.explore.partial import (
-    ABSENT,
-    UNKNOWN,
     Known,
-    Numbers,
     Value,
-    Values,
     filled,
     static,
 )
-from specc.tools.explore.walker import Local, Walker
+from specc.tools.explore.regions import leaves
+from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, Values
+from specc.tools.explore.walker import OVER, Local, Walker
 
 Visible = Iterable[tuple[int, InputName, int]]
 """Machine and output of values that have just become visible, with their numbers."""
@@ -44,13 +42,19 @@ class Watch:
 
     def __init__(
         self,
-        requirements: Sequence[Requirement],
+        required: Sequence[Requirement],
+        probes: Sequence[Requirement],
         walkers: Sequence[Walker],
         values: Values,
         system: System,
         tick_s: Fraction,
     ) -> None:
-        """`tick_s` is the base tick of the whole system. Raises NotFollowedError."""
+        """What `probes` violate is not told. `tick_s` is the base tick of the whole system.
+
+        Raises NotFollowedError.
+        """
+        requirements = [*required, *probes]
+        self._required = len(required)
         self.monitors = [Monitor(requirement, tick_s) for requirement in requirements]
         self.said: list[set[Truth]] = [set() for _ in requirements]
         self._walkers = {walker.name: walker for walker in walkers}
@@ -73,7 +77,9 @@ class Watch:
         self._known = Known({}, {c.name: c.value for c in system.constants}, tick_s)
         self._numbers = Numbers()
         self._answers: dict[tuple[object, ...], tuple[tuple[Truth, ...], ...]] = {}
-        self._steps: dict[tuple[int, tuple[object, ...], int], tuple[int, tuple[int, ...]]] = {}
+        self._steps: dict[
+            tuple[int, tuple[object, ...], int, bool], tuple[int, tuple[int, ...]]
+        ] = {}
         begun = tuple(monitor.begin for monitor in self.monitors)
         first = tuple(self._initial(reading) for reading in sent.values())
         self.begin = self._numbers.of(Watched(begun, first))
@@ -91,20 +97,25 @@ class Watch:
     def after(
         self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
-        """What is left after so many ticks with the same values, and what was violated on them."""
+        """What is left after so many ticks with the same values, and what was violated on them.
+
+        Of a machine that has failed nothing is known, and what is left open by that proves nothing
+        wrong: the run is over.
+        """
         states, seen = self._numbers.things[number]
         for machine, output, value in visible:
             for slot in self._shown.get((machine, output), ()):
                 if seen[slot] != value:
                     seen = (*seen[:slot], value, *seen[slot + 1 :])
         now = tuple(self._now(reading, seen, locals_) for reading in self._readings)
-        key = self._numbers.of(Watched(states, seen)), now, ticks
+        over = any(local.clock == OVER for local in locals_)
+        key = self._numbers.of(Watched(states, seen)), now, ticks, over
         if key not in self._steps:
-            self._steps[key] = self._step(Watched(states, seen), now, ticks)
+            self._steps[key] = self._step(Watched(states, seen), now, ticks, over=over)
         return self._steps[key]
 
     def _step(
-        self, watched: Watched, now: tuple[object, ...], ticks: int
+        self, watched: Watched, now: tuple[object, ...], ticks: int, *, over: bool
     ) -> tuple[int, tuple[int, ...]]:
         if now not in self._answers:
             self._answers[now] = self._judged(now)
@@ -112,8 +123,8 @@ class Watch:
         zipped = zip(self.monitors, watched.states, self._answers[now], strict=True)
         for index, (monitor, state, atoms) in enumerate(zipped):
             after, said = monitor.step(state, atoms, ticks)
-            self.said[index] |= said
-            if False in said:
+            self.said[index] |= said - {None} if over else said
+            if False in said and index < self._required:
                 violated.append(index)
             states.append(after)
         return self._numbers.of(Watched(tuple(states), watched.seen)), tuple(violated)
@@ -121,7 +132,7 @@ class Watch:
     def _now(self, reading: Reading, seen: tuple[int, ...], locals_: Sequence[Local]) -> object:
         """What stands for the value of a reading: a state, or a number; None for others."""
         index = self._index.get(reading.subsystem)
-        if index is None or reading.kind == "reported":
+        if index is None or reading.kind == "reported" or locals_[index].clock == OVER:
             return None
         if reading.kind == "state":
             return locals_[index].state
@@ -137,7 +148,7 @@ class Watch:
             if value is not None:
                 memory[reading.name] = value
         known = replace(self._known, memory=memory, _lets={})
-        return tuple(tuple(_truth(a, known) for a in mon.atoms) for mon in self.monitors)
+        return tuple(tuple(self._truth(a, known) for a in mon.atoms) for mon in self.monitors)
 
     def _value(self, reading: Reading, found: object) -> Value | None:
         if isinstance(found, str):
@@ -148,7 +159,17 @@ class Watch:
             return m.FALSE if found == ABSENT else m.TRUE
         return self._values.value(found)
 
+    def _truth(self, that: m.Expr, known: Known) -> Truth:
+        said = filled(that, known)
+        if isinstance(said, m.Truth):
+            return said.value
+        if known.is_unclear(said):
+            asked = {leaf.name for leaf in leaves(said) if isinstance(leaf, m.MemoryRef)}
+            self._values.widened |= {_target(x) for x in self._readings if x.name in asked}
+        return None
 
-def _truth(that: m.Expr, known: Known) -> Truth:
-    said = filled(that, known)
-    return said.value if isinstance(said, m.Truth) else None
+
+def _target(reading: Reading) -> str:
+    """What is assigned where a reading is written; copies have no requirements."""
+    name, *element = reading.element
+    return f"{reading.subsystem}.{'.'.join(('y', name, *element) if element else (name,))}"

@@ -165,7 +165,7 @@ def signature_at(project: Project, path: str, offset: int) -> Signature | None:
 
 def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
     """What can be done about the findings that a stretch of a file touches."""
-    found: dict[Action, None] = {}
+    found: dict[object, Action] = {}
     for analysis in project.analyses():
         for diagnostic in settled(analysis.diagnostics, analysis.loader.sources):
             source = analysis.loader.sources.get(path)
@@ -173,8 +173,10 @@ def repairs(project: Project, path: str, start: int, end: int) -> list[Action]:
                 continue
             first, last = source.offsets(diagnostic.primary)
             if first <= end and start <= last:
-                found |= dict.fromkeys(_possible(project, analysis, actions(analysis, diagnostic)))
-    return list(found)
+                for action in _possible(project, analysis, actions(analysis, diagnostic)):
+                    # The copies of one text have one repair.
+                    found.setdefault((action.title, action.changes), action)
+    return list(found.values())
 
 
 def _possible(project: Project, analysis: Analysis, found: Iterator[Action]) -> Iterator[Action]:

@@ -307,6 +307,7 @@ def _formula(index: Index, path: str, before: str) -> Iterator[Item]:
         return
     yield from complete_expression(index, path, (), "constant", before)
     if not _UNIT.search(before):
+        yield from _symbols(index, index.visible(path, ()), ("let",))
         yield from (Item(name, "agent") for name in paths.below(()))
         yield from (Item(name, "operator") for name in WORDS)
 

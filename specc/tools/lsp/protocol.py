@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+import re
+from typing import Any, BinaryIO
 from urllib.parse import unquote
 
 from lsprotocol import types as lsp
@@ -16,6 +17,41 @@ from pygls.exceptions import (
     JsonRpcServerNotInitialized,
 )
 from pygls.protocol import LanguageServerProtocol
+
+MAX_MESSAGE = 16_000_000
+"""Bytes; the largest text that is read has an eighth of that."""
+_LONGEST_LINE = 4_096
+_LENGTH = re.compile(rb"Content-Length: (\d+)\r\n\Z")
+_UNREADABLE_MESSAGE = (b"Content-Length: 1\r\n", b"\r\n", b"?")
+
+
+class Incoming:
+    """What a client sends; a message of a length that nobody means is one that is not readable.
+
+    What follows such a header is passed over up to the next header, wherever in a line it stands.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self._instead: list[bytes] = []
+
+    def readline(self) -> bytes:
+        """The next line of a header, or the next part of something else."""
+        if self._instead:
+            return self._instead.pop(0)
+        line = self._stream.readline(_LONGEST_LINE)
+        length = _LENGTH.search(line)
+        if length is None:
+            return line
+        if len(length[1]) > len(str(MAX_MESSAGE)) or int(length[1]) > MAX_MESSAGE:
+            first, *self._instead = _UNREADABLE_MESSAGE
+            return first
+        return length[0]
+
+    def read(self, count: int) -> bytes:
+        """The body of a message."""
+        return self._instead.pop(0) if self._instead else self._stream.read(count)
+
 
 # What a client did wrong or gave up is reported to the client, not on standard error.
 _TOLD = JsonRpcInvalidRequest, JsonRpcInvalidParams, JsonRpcContentModified

@@ -12,7 +12,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 from lsprotocol import types as lsp
 from pygls import uris
@@ -26,7 +26,7 @@ from pygls.lsp.server import LanguageServer
 
 from specc import __version__
 from specc.tools.lsp.desk import Desk
-from specc.tools.lsp.protocol import SpecProtocol, is_fault, unreadable
+from specc.tools.lsp.protocol import Incoming, SpecProtocol, is_fault, unreadable
 from specc.tools.lsp.rename import RenameError
 from specc.tools.lsp.worker import (
     Call,
@@ -311,7 +311,7 @@ def serve() -> int:
         logging.getLogger(name).addFilter(is_fault)
     server = create_server()
     try:
-        server.start_io(stdout=output)
+        server.start_io(cast(BinaryIO, Incoming(sys.stdin.buffer)), output)
     finally:
         server.worker.close()
     return 1 if server.left_without_goodbye else 0

@@ -29,8 +29,9 @@ OWN = (
     *("records_sha256", "wall_s"),
 )
 """Columns that every table has; those of parts of a specification have a space or a dot."""
-STEPS, VERDICT = "steps of ", "verdict of "
-"""Columns that say how long a subsystem was in a state, and what became of a requirement."""
+STEPS, VERDICT, ASKED = "steps of ", "verdict of ", "asked of "
+"""Columns that say how long a subsystem was in a state, what became of a requirement, and whether
+what stands before its `implies` ever held."""
 LIMIT = "limit"
 """How a run ended that took too long; its wall time is the limit."""
 _LONGEST_REASON = 300
@@ -258,8 +259,11 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
         for state, steps in subsystem["states_visited"].items():
             row[f"{STEPS}{name} in {state}"] = steps
     for requirement in report.get("requirements", ()):
-        row[f"{VERDICT}{requirement['that']}"] = requirement["verdict"]
-        row[f"margin of {requirement['that']}"] = requirement["margin"]
+        label = _label(requirement)
+        row[f"{VERDICT}{label}"] = requirement["verdict"]
+        row[f"margin of {label}"] = requirement["margin"]
+        if requirement.get("asked") is not None:
+            row[f"{ASKED}{label}"] = requirement["asked"]
     return row | {"records_sha256": report["records_sha256"], "wall_s": report["wall_s"]}
 
 
@@ -276,7 +280,12 @@ def _reason(report: Mapping[str, Any], code: int, undecided: Sequence[str]) -> s
 
 
 def _of_verdict(report: Mapping[str, Any], verdict: str) -> list[str]:
-    return [r["that"] for r in report.get("requirements", ()) if r["verdict"] == verdict]
+    return [_label(r) for r in report.get("requirements", ()) if r["verdict"] == verdict]
+
+
+def _label(requirement: Mapping[str, Any]) -> str:
+    """What a requirement is called: its name, or its formula."""
+    return str(requirement.get("name") or requirement["that"])
 
 
 def _of_cycles(values: Sequence[Any]) -> Any:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from math import exp, lgamma, log, sqrt
 from typing import Any
 
 from specc.frozen import frozen
-from specc.tools.sweep.running import VERDICT
+from specc.tools.sweep.running import ASKED, VERDICT
 from specc.tools.sweep.table import Row, columns_of
 
 Z = 1.959963984540054
@@ -131,6 +131,18 @@ def reasons(rows: Sequence[Row]) -> list[tuple[str, int]]:
             words += row["reason"]
             counts[words] = counts.get(words, 0) + 1
     return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+
+
+def seldom_asked(rows: Sequence[Row]) -> Iterator[str]:
+    """Of each requirement that was not asked in every run, in how many it was, and was met."""
+    for column in columns_of(rows):
+        told = [row[column] for row in rows if row.get(column) is not None]
+        if column.startswith(ASKED) and not all(told):
+            label = column.removeprefix(ASKED)
+            verdicts = [row.get(f"{VERDICT}{label}") for row in rows]
+            known = sum(verdict is not None for verdict in verdicts)
+            met, often = verdicts.count("met"), sum(told)
+            yield f"{label}: met in {met} of {known}, asked in {often or 'none'}"
 
 
 def percent(share: Any) -> str:

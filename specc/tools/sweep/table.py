@@ -19,6 +19,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from specc.aside import replacing
 from specc.tools.sweep.running import LIMIT, Figures
 from specc.tools.sweep.settings import Setting, SweepError, meaning
 
@@ -26,6 +27,9 @@ VERSION = 1
 LOG, TABLE, ABOUT = "runs.jsonl", "runs.csv", "sweep.json"
 # What a table ends with: figures that are not of interest one by one.
 _LAST = ("records_sha256", "wall_s")
+
+_FLOAT_BITS = 1024
+"""With as many a whole number is no float any more."""
 
 Key = tuple[frozenset[tuple[str, Hashable]], int]
 Row = dict[str, Any]
@@ -51,6 +55,9 @@ class Folder:
         """Raises SweepError for a folder that is in use or that has other runs, OSError."""
         self._made = [each for each in (self.path, *self.path.parents) if not each.exists()]
         self.path.mkdir(parents=True, exist_ok=True)
+        if odd := sorted(self._leading_elsewhere()):
+            why = f"{odd[0]} is a link or no file, which no sweep made; name another folder"
+            raise SweepError(f"{self.path}: {why} with --out")
         if not (self.path / ABOUT).exists() and (other := sorted(self._strangers())):
             why = f"{other[0]} is there, which no sweep wrote; name another folder with --out"
             raise SweepError(f"{self.path}: {why}")
@@ -85,6 +92,13 @@ class Folder:
             begun = file.name == LOG and file.stat().st_size == 0
             if not begun and not file.name.startswith(f".{ABOUT}."):
                 yield file.name
+
+    def _leading_elsewhere(self) -> Iterator[str]:
+        # What is written and removed here must not be somebody's files elsewhere.
+        for entry in os.scandir(self.path):
+            is_own = entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)
+            if not is_own:
+                yield entry.name
 
     def _check(self) -> None:
         path = self.path / ABOUT
@@ -145,11 +159,19 @@ class Folder:
 def _entry(line: bytes) -> tuple[Key, Figures]:
     entry = json.loads(line)
     run = dict(entry["run"])
+    if not all(map(_is_figure, run.values())):
+        raise ValueError
     if not isinstance(run["success"], bool | None) or not isinstance(run["reason"], str):
         raise ValueError
     if run.get("ended") == LIMIT and not isinstance(run["wall_s"], int | float):
         raise ValueError
     return key_of(entry["set"], entry["seed"]), run
+
+
+def _is_figure(value: Any) -> bool:
+    if type(value) is int:
+        return value.bit_length() < _FLOAT_BITS
+    return value is None or isinstance(value, bool | float | str)
 
 
 def columns_of(rows: Iterable[Row]) -> list[str]:
@@ -176,9 +198,5 @@ def _field(value: Any) -> str:
 
 def write(path: Path, text: str) -> None:
     """Put a file there as a whole. Raises OSError."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
+    with replacing(path) as aside:
         aside.write_text(text, encoding="utf-8", errors="backslashreplace", newline="")
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 from zlib import crc32
 
+from specc.aside import replacing
 from specc.emit import emit
 from specc.lower import FilePlan
 from specc.proof.search import spelled
@@ -155,12 +156,8 @@ def put(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if os.path.lexists(path) and not _is_own(path, text):
         raise ForeignFileError(str(path))
-    aside = path.with_name(f".{path.name}.new")
-    try:
+    with replacing(path) as aside:
         aside.write_text(text, encoding="utf-8", newline="\n")
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 def _is_own(path: Path, text: str) -> bool:

@@ -16,6 +16,10 @@ def brief(change: Difference) -> Found:
 
 
 DIFFERENCES: list[tuple[list[Edit], list[Found]]] = [
+    ([("mode: {type: Mode, init: stop}", "mode: {type: Mode, init: stop, event: true}"),
+      ("creeping: creep}", "creeping: {behaviour: creep, ignores: [x.desk.mode]}}")],
+     [("cart.c", "element", "x.desk.mode", "changed", "event"),
+      ("cart.c", "state", "creeping", "changed", "ignored events")]),
     ([("system: cart", "system: trolley")], [("", "system", "", "changed", "name")]),
     ([("v_max: 0.5", "v_max: 0.6")], [
         ("", "constant", "v_max", "changed", "value"),
@@ -136,10 +140,6 @@ REMARKS: list[tuple[list[Edit], list[Found]]] = [
     ([("title: Wheels", "title: Two wheels")],
      [("cart.wheels", "subsystem", "cart.wheels", "changed", "title")]),
     ([("v_max: 0.5[m/s]", "v_max: 500[mm/s]")], []),
-    ([("mode: {type: Mode, init: stop}", "mode: {type: Mode, init: stop, event: true}"),
-      ("creeping: creep}", "creeping: {behaviour: creep, ignores: [x.desk.mode]}}")],
-     [("cart.c", "element", "x.desk.mode", "changed", "event"),
-      ("cart.c", "state", "creeping", "changed", "ignored events")]),
     ([("v_max: 0.5[m/s]", "v_max: 0.25[m/s] * 2")],
      [("", "constant", "v_max", "changed", "value")]),
     ([("v_max: 0.5[m/s]", "v_max: 0.5[m/s]\n  v_min: 0.1[m/s]")],

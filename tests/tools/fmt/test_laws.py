@@ -1,6 +1,6 @@
-"""For every file the layout keeps data and comments, and is its own layout."""
+"""For every text the layout keeps data and comments, and is its own layout."""
 
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 import pytest
@@ -8,34 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from specc.read import read_file, read_text
-from specc.read.comments import comments_of
-from specc.tools.fmt import formatted
 from specc.tools.fmt.tree import parse
-
-ROOT = Path(__file__).parents[3]
-FILES = sorted([*ROOT.glob("specs/**/*.yaml"), *ROOT.glob("tests/cases/**/*.yaml")])
-TEXTS = [document.source.text for document in map(read_file, map(str, FILES)) if document.ok]
-
-
-def words(text: str) -> str:
-    """The letters of all comments, in an order that does not depend on the layout."""
-    found = comments_of(read_text("a.yaml", text).source)
-    return "".join(sorted("".join("".join(comment.text for comment in found).split())))
-
-
-def hold(text: str) -> None:
-    new = formatted(text)
-    before, after = read_text("a.yaml", text), read_text("a.yaml", new)
-    assert before.ok and after.ok
-    assert before.data == after.data
-    assert words(text) == words(new)
-    assert formatted(new) == new
-    assert all(line == line.rstrip() for line in new.splitlines())
-
-
-@pytest.mark.parametrize("text", TEXTS, ids=range(len(TEXTS)))
-def test_laws_hold_for_every_committed_file(text: str) -> None:
-    hold(text)
+from tests.corpus import CASES, SPECS
+from tests.tools.fmt.layout import keeps_what_is_written
 
 
 @pytest.mark.parametrize(
@@ -52,7 +27,7 @@ def test_laws_hold_for_every_committed_file(text: str) -> None:
     ],
 )
 def test_anchors_are_written_once(text: str) -> None:
-    hold(text)
+    keeps_what_is_written(text)
 
 
 scalars = st.one_of(
@@ -125,18 +100,24 @@ def plain(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> 
     return "\n" + lines
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.dictionaries(names, data, min_size=1, max_size=4), st.data())
 def test_laws_hold_for_any_style(value: dict[str, Any], chosen: st.DataObject) -> None:
     text = plain(value, chosen.draw, 0, False, [])
     assert read_text("a.yaml", text).data == value
-    hold(text)
+    keeps_what_is_written(text)
 
 
-@settings(max_examples=150, deadline=None)
-@given(st.sampled_from(TEXTS), st.data())
-def test_laws_hold_with_comments_anywhere(text: str, chosen: st.DataObject) -> None:
-    lines = text.split("\n")
+@cache
+def texts() -> list[str]:
+    documents = (read_file(str(path)) for path in (*CASES, *SPECS))
+    return [document.source.text for document in documents if document.ok]
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.data())
+def test_laws_hold_with_comments_anywhere(chosen: st.DataObject) -> None:
+    lines = chosen.draw(st.sampled_from(texts())).split("\n")
     for _ in range(chosen.draw(st.integers(1, 4))):
         at = chosen.draw(st.integers(0, len(lines) - 1))
         if chosen.draw(st.booleans()):
@@ -147,7 +128,7 @@ def test_laws_hold_with_comments_anywhere(text: str, chosen: st.DataObject) -> N
     document = read_text("a.yaml", new)
     # Inside a scalar the words are no comment; they may break it.
     if document.ok and document.data is not None:
-        hold(new)
+        keeps_what_is_written(new)
 
 
 @given(st.text(max_size=30))

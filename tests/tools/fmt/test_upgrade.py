@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 from specc.pipeline import compile_spec
 from specc.tools.fmt import formatted, upgrade
 from tests.house.tree import ROOT
+from tests.seeds import Seeds, blocks
 from tests.soundness.specifications import specification
 
 FILES = [*sorted(ROOT.glob("specs/skeletons/**/*.yaml")), ROOT / "specs/conveyor_gate.yaml"]
@@ -45,13 +46,14 @@ def test_committed_files(path: Path, tmp_path: Path) -> None:
     assert "\nspecc: 1.1\n" in f"\n{upgraded(path, new)}"
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_random_files(seed: int, tmp_path: Path) -> None:
-    tree = specification(Random(seed))
-    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
-    with old.open("w", encoding="utf-8") as file:
-        YAML(typ="safe").dump(tree, file)
-    upgraded(old, new)
+@pytest.mark.parametrize("seeds", blocks(range(4), long=24, each=8))
+def test_random_files(seeds: Seeds, tmp_path: Path) -> None:
+    for seed in seeds:
+        tree = specification(Random(seed))
+        old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+        with old.open("w", encoding="utf-8") as file:
+            YAML(typ="safe").dump(tree, file)
+        upgraded(old, new)
 
 
 MACHINE = """\

@@ -55,7 +55,7 @@ def value(logic: Logic, answers: dict[str, bool]) -> bool:
 ANSWERS = st.fixed_dictionaries({name: st.booleans() for name in NAMES})
 
 
-@settings(derandomize=True, deadline=None)
+@settings(deadline=None)
 @given(logics(), ANSWERS, st.booleans())
 def test_what_is_written_reads_back_with_the_same_meaning(
     logic: Logic, answers: dict[str, bool], symbols: bool
@@ -66,7 +66,7 @@ def test_what_is_written_reads_back_with_the_same_meaning(
     assert value(parse_logic(text), answers) == value(logic, answers)
 
 
-@settings(derandomize=True, deadline=None)
+@settings(deadline=None)
 @given(logics(), ANSWERS)
 def test_substitution_keeps_the_meaning_and_leaves_none_of_the_names(
     logic: Logic, answers: dict[str, bool]
@@ -77,7 +77,7 @@ def test_substitution_keeps_the_meaning_and_leaves_none_of_the_names(
     assert not known.keys() & {atom.text for atom in atoms(result)}
 
 
-@settings(derandomize=True, deadline=None)
+@settings(deadline=None)
 @given(logics(), ANSWERS)
 def test_everything_known_leaves_a_constant(logic: Logic, answers: dict[str, bool]) -> None:
     assert substitute(logic, answers) == Truth(value(logic, answers))
@@ -122,7 +122,7 @@ def test_what_is_no_condition(text: str, stretch: str | None) -> None:
         assert stretch.startswith(text[error.start : error.end].strip())
 
 
-@settings(derandomize=True, deadline=None)
+@settings(deadline=None)
 @given(st.text(alphabet="pq ()&|!'\"<>andort", max_size=40))
 def test_any_text_is_read_or_refused(text: str) -> None:
     try:

@@ -220,7 +220,7 @@ def test_an_initial_state_inside_another_is_said_to_be_so(workshop: Workshop) ->
     ]
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(states=charts())
 def test_rows_do_what_an_interpreter_of_charts_does(
     states: list[list[Move]], tmp_path_factory: pytest.TempPathFactory

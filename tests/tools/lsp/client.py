@@ -102,6 +102,11 @@ class Client:
         del self._versions[uri]
         self.notify("textDocument/didClose", {"textDocument": {"uri": uri}})
 
+    def close_all(self) -> None:
+        """Close every file that is open."""
+        for uri in list(self._versions):
+            self.close(uri)
+
     def change(self, uri: str, text: str) -> None:
         """Replace the whole text of an open file."""
         self._versions[uri] += 1

@@ -58,12 +58,17 @@ plant:
     rovers_{i}.E.wheel.s: {for: {i: 1..2}, joints: ["j{i}"]}
   observe:
     at: {type: "point[W]", joints: [j1, j2, j3]}
+let:
+  hurry: {is: rovers_1.c.mode == fast}
+  left: 9[m] - rovers_1.E.wheel.s
 require:
   - {that: "always(all(state(r.c) == resting implies r.c.count > 9 for r in rovers))", because: a}
   - {that: "within(9[s], state(base.c) == S0 and base.c.last > 0 or
       base.c.x.rovers_1.n > 3)", because: b}
   - {that: "always(gap(plant.at) > near_by and rovers[1].c.mode != fast)", because: c}
   - {that: "always(rovers_1.E.wheel.s < 9[m] and present(rovers_2.c.y.base.n))", because: d}
+  - {name: ends, let: {ending: "hurry and left < 2[m]"},
+      that: "always(ending implies left >= near_by)", because: e}
 """
 
 
@@ -87,7 +92,9 @@ def project(tmp_path: Path) -> tuple[Project, str]:
         ("> |near_by", "close", ["constants: {close:", "> close and"]),
         ("!= |fast", "quick", ["enum[slow, quick]", "!= quick)"]),
         ("E.wheel.|s <", "way", ["y: {way: {type", "rovers_1.E.wheel.way < 9[m]", "x: {E: {way:"]),
-        ("rovers_1.E.|wheel", "drive", ["rovers_1.E.drive.s", "real_effectors: {drive:"]),
+        ("|hurry: {is", "hurried", ["  hurried: {is:", '"hurried and left']),
+        ("implies |left", "way", ["  way: 9[m]", "hurry and way < 2[m]", "implies way >= near_by"]),
+        ("always(rovers_1.E.|wheel", "drive", ["rovers_1.E.drive.s", "real_effectors: {drive:"]),
     ],
 )  # fmt: skip
 def test_renaming_changes_what_is_required(
@@ -111,6 +118,7 @@ def test_renaming_changes_what_is_required(
         ("> |near_by", "how near is near", "constants: {|near_by"),
         ("gap(plant.|at)", "point[W]", "|at: {type"),
         ("== |resting", "resting", "telling: tell, |resting"),
+        ("implies |left", "real[m]", "|left: 9[m]"),
     ],
 )
 def test_what_is_named_is_explained_and_found(
@@ -140,6 +148,7 @@ def test_what_is_named_is_explained_and_found(
         ("state(base.c) == S0", "state(base.|) == S0", "c", "last"),
         ("state(base.c) == S0", "state(rovers_1.c) == |", "telling resting", "S0"),
         ("within(9[s],", "within(9[|],", "s m", "base"),
+        ("implies left >= near_by", "implies |", "left hurry within", "telling"),
     ],
 )
 def test_what_may_follow_is_proposed(

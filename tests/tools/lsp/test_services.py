@@ -12,6 +12,7 @@ from specc.tools.lsp.describe import Entry
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.signature import signature
 from tests.house.tree import ROOT
+from tests.policy.test_fixes import INDEXED
 from tests.tools.lsp.workspace import SYSTEM, opened, place
 
 
@@ -48,6 +49,14 @@ def test_a_repair_is_of_the_side_that_is_misspelt(tmp_path: Path) -> None:
     text = SYSTEM.replace("Joints: vector", "Jionts: vector")
     (action,) = offered(project, system, text, "m: {x: {q_d: |Joints}")
     assert edited(text, action) == SYSTEM
+
+
+def test_a_repair_keeps_indices(tmp_path: Path) -> None:
+    project, system, _ = opened(tmp_path)
+    text = INDEXED.replace("rail_{i} + beacon_{i}", "rail_{i} + becon_{i}")
+    (action,) = offered(project, system, text, '"rail_{i} + |becon_{i}"')
+    assert edited(text, action) == INDEXED
+    assert "beacon_{i}" in action.title
 
 
 def test_a_repair_keeps_quotes(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def slow(self, root):
 
 
 project.Project.analyse = slow
-worker.LIMIT_S = 6.0
+worker.LIMIT_S = 3.0
 """
 INVALID_PARAMS = -32602
 

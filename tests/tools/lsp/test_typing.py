@@ -49,7 +49,7 @@ def test_what_is_wanted_is_among_the_first(
     assert text.count(before) == 1
     left = dict(wanted)
     ends = {line.index(ending) + len(ending) for ending in wanted}
-    for size in sorted({*range(1, len(line) + 1, 5), *ends}):
+    for size in sorted({*range(1, len(line) + 1, 20), *ends}):
         now, cursor = typed(before, line, size)
         client.change(uri, now)
         client.diagnostics(uri)

@@ -11,6 +11,7 @@ import pytest
 from specc.schema.json_schema import json_schema
 from tests.tools.lsp.client import Client
 
+pytestmark = pytest.mark.long
 TEXT = """\
 # yaml-language-server: $schema=schema.json
 specc: 1

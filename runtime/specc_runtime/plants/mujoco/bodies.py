@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from specc_runtime.operators.arrays import Array
-from specc_runtime.plant import Shape
+from specc_runtime.plant import Mesh, Shape
 from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.surface import rgba, texture_of
 
 _GEOM = mujoco.mjtGeom
 _VISIBLE_GROUPS = 3
@@ -28,18 +29,34 @@ class Bodies:
         """(n, 7): x, y, z in m, quaternion w, x, y, z in the world."""
         return np.hstack((self._data.xpos[1:], self._data.xquat[1:]))
 
-    def shapes(self) -> Iterator[Shape]:
-        """Boxes, balls and cylinders; capsules become cylinders, planes flat boxes."""
+    def shapes(self) -> Iterator[Shape | Mesh]:
+        """Boxes, balls, cylinders and meshes; capsules become cylinders, planes flat boxes."""
         model = self._model
         for geom in range(model.ngeom):
-            size = _edges(model.geom_type[geom], model.geom_size[geom])
-            if size is None or model.geom_group[geom] >= _VISIBLE_GROUPS:
+            if model.geom_group[geom] >= _VISIBLE_GROUPS:
                 continue
-            kind, edges = size
             body = int(model.geom_bodyid[geom])
-            pose = (*model.geom_pos[geom].tolist(), *model.geom_quat[geom].tolist())
             name = self.names[body - 1] if body else "world"
-            yield Shape(name, kind, edges, pose, tuple(model.geom_rgba[geom].tolist()))
+            pose = (*model.geom_pos[geom].tolist(), *model.geom_quat[geom].tolist())
+            colour = tuple(rgba(model, geom).tolist())
+            if model.geom_type[geom] == _GEOM.mjGEOM_MESH.value:
+                yield Mesh(name, pose, colour, *_triangles(model, geom))
+            elif (size := _edges(model.geom_type[geom], model.geom_size[geom])) is not None:
+                yield Shape(name, *size, pose, colour)
+
+
+def _triangles(model: Any, geom: int) -> tuple[Any, Any, Any, Any]:
+    """Corners and triangles of a mesh; where the corners are on its texture, and that."""
+    mesh, texels = model.geom_dataid[geom], texture_of(model, geom)
+    faces = slice(model.mesh_faceadr[mesh], model.mesh_faceadr[mesh] + model.mesh_facenum[mesh])
+    corners = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    triangles = np.array(model.mesh_face[faces])
+    if texels is None:
+        return np.array(corners), triangles, None, None
+    both = np.stack((triangles.ravel(), model.mesh_facetexcoord[faces].ravel()), axis=1)
+    pairs, of = np.unique(both, axis=0, return_inverse=True)
+    uv = model.mesh_texcoord[model.mesh_texcoordadr[mesh] :][pairs[:, 1]]
+    return corners[pairs[:, 0]], of.reshape(-1, 3), uv, texels
 
 
 def _edges(kind: int, size: Array) -> tuple[str, tuple[float, float, float]] | None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from specc_runtime.plant import Shape
+from specc_runtime.plant import Mesh, Shape
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.bodies import Bodies
@@ -214,7 +214,7 @@ class MujocoPlant:
         """(n, 7) where they are: x, y, z in m, quaternion w, x, y, z."""
         return self._bodies.poses()
 
-    def shapes(self) -> list[Shape]:
+    def shapes(self) -> list[Shape | Mesh]:
         """What they look like."""
         return list(self._bodies.shapes())
 

@@ -48,7 +48,7 @@ class Surfaces:
 
     def __init__(self, model: Any) -> None:
         self._model = model
-        self._colours = np.array([_colour(model, g) for g in range(model.ngeom)], np.float32)
+        self._colours = np.array([rgba(model, g)[:3] for g in range(model.ngeom)], np.float32)
         self._glow = np.array([_emission(model, g) for g in range(model.ngeom)], np.float32)
         self._skins = {g: s for g in range(model.ngeom) if (s := _skin(model, g)) is not None}
 
@@ -112,13 +112,13 @@ def _locate(skin: _Skin, points: Array) -> tuple[NDArray[np.intp], Array]:
     return triangle, coordinates[np.arange(len(points)), triangle, :3]
 
 
-def _colour(model: Any, geom: int) -> Array:
-    """RGB of a geom: its own if it was given one, else its material's."""
-    rgba = model.geom_rgba[geom]
+def rgba(model: Any, geom: int) -> Array:
+    """Colour of a geom, 0..1: its own if it was given one, else its material's."""
+    own = model.geom_rgba[geom]
     material = model.geom_matid[geom]
-    if material >= 0 and np.array_equal(rgba, _NO_COLOUR):
-        rgba = model.mat_rgba[material]
-    return np.array(rgba[:3], float)
+    if material >= 0 and np.array_equal(own, _NO_COLOUR):
+        own = model.mat_rgba[material]
+    return np.array(own, float)
 
 
 def _emission(model: Any, geom: int) -> float:
@@ -128,18 +128,26 @@ def _emission(model: Any, geom: int) -> float:
 
 def _skin(model: Any, geom: int) -> _Skin | None:
     """The textured mesh of a geom, none if it is not one."""
-    material, mesh = model.geom_matid[geom], model.geom_dataid[geom]
-    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH.value or material < 0:
-        return None
-    texture = int(model.mat_texid[material][_RGB])
-    if texture < 0 or model.mesh_texcoordnum[mesh] == 0:
+    mesh, texture = model.geom_dataid[geom], texture_of(model, geom)
+    if texture is None:
         return None
     faces = slice(model.mesh_faceadr[mesh], model.mesh_faceadr[mesh] + model.mesh_facenum[mesh])
     vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][model.mesh_face[faces]].astype(float)
     start = model.mesh_texcoordadr[mesh]
     uv = model.mesh_texcoord[start:][model.mesh_facetexcoord[faces]].astype(float)
     weights, offset = _barycentric_maps(vertices)
-    return _Skin(weights, offset, uv, pyramid(_image(model, texture)))
+    return _Skin(weights, offset, uv, pyramid(texture))
+
+
+def texture_of(model: Any, geom: int) -> NDArray[np.uint8] | None:
+    """(h, w, 3) texels of the texture of a mesh, None for a geom that is none or has none."""
+    material, mesh = model.geom_matid[geom], model.geom_dataid[geom]
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH.value or material < 0:
+        return None
+    texture = int(model.mat_texid[material][_RGB])
+    if texture < 0 or model.mesh_texcoordnum[mesh] == 0:
+        return None
+    return _image(model, texture)
 
 
 def _barycentric_maps(vertices: Array) -> tuple[Array, Array]:

@@ -1,0 +1,157 @@
+"""What each folder of tests takes: CPU seconds, with those of child processes, and memory.
+
+CPU seconds of imports, collection and pytest's own work are in the row `rest`. Left out: time that
+tests wait, processes that a test does not wait for, and the memory of child processes.
+
+    python bench/tests.py                         what `make test` runs
+    python bench/tests.py -m "" tests/explore     other arguments of pytest: here the long ones too
+    python bench/tests.py --each tests/sweep      every test with its CPU seconds
+
+`-p bench.tests` prints the same at the end of any other run of pytest.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import defaultdict
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from bench.harness.tables import table
+
+ROOT = Path(__file__).parents[1]
+BOUND_S = 3.0
+"""CPU seconds that a test of `make test` may take."""
+TITLE = (
+    "CPU seconds of tests and of processes that they wait for; without waiting, and without the "
+    "memory of those processes"
+)
+HEAD = ("folder", "tests", "CPU [s]", "slowest [s]", "worker [MB]")
+
+
+class Cost(NamedTuple):
+    """What one test took."""
+
+    test: str
+    cpu_s: float
+    peak_mb: float
+    """Of the process that runs it, with what earlier tests left there."""
+
+    @property
+    def folder(self) -> str:
+        return self.test.partition("::")[0].rpartition("/")[0]
+
+
+def cpu_s() -> float:
+    """CPU seconds of this process and of the children that it has waited for."""
+    return sum(os.times()[:4])
+
+
+def peak_mb(*, anew: bool = False) -> float:
+    """The most memory of this process, since it was last asked `anew`; 0 where none can tell."""
+    try:
+        if anew:
+            Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return 0.0
+    return next(int(x.split()[1]) / 1e3 for x in status.splitlines() if x.startswith("VmHWM"))
+
+
+@dataclass(slots=True, eq=False)
+class Meter:
+    """A plugin: measures in the processes that run tests, prints in the one that reports."""
+
+    config: pytest.Config
+    costs: list[Cost]
+    whole_s: float = 0.0
+    """Of all workers."""
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        peak_mb(anew=True)
+        item.stash[BEGUN] = cpu_s()
+        return (yield)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        report = yield
+        if call.when == "teardown":
+            cost = cpu_s() - item.stash[BEGUN], peak_mb()
+            report.user_properties.append(("cost", cost))
+        return report
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "teardown":
+            taken: Any = dict(report.user_properties)["cost"]
+            self.costs.append(Cost(report.nodeid, *taken))
+
+    def pytest_sessionfinish(self) -> None:
+        if hasattr(self.config, "workeroutput"):
+            self.config.workeroutput["cpu_s"] = cpu_s()
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: Any, error: object | None) -> None:
+        self.whole_s += getattr(node, "workeroutput", {}).get("cpu_s", 0.0)
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        terminalreporter.section("what tests take")
+        terminalreporter.write_line(told(self.costs, self.whole_s + cpu_s()))
+        if os.environ.get(EACH):
+            for cost in sorted(self.costs, key=lambda cost: -cost.cpu_s):
+                terminalreporter.write_line(f"{cost.cpu_s:8.2f} {cost.peak_mb:6.0f} {cost.test}")
+
+
+BEGUN = pytest.StashKey[float]()
+EACH = "SPECC_COST_OF_EACH_TEST"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure."""
+    config.pluginmanager.register(Meter(config, []), "costs of tests")
+
+
+def told(costs: Sequence[Cost], whole_s: float) -> str:
+    """The table, and the tests beyond the bound."""
+    folders = defaultdict[str, list[Cost]](list)
+    for cost in costs:
+        folders[cost.folder].append(cost)
+    rows = [_row(folder, folders[folder]) for folder in sorted(folders)]
+    rest = whole_s - sum(cost.cpu_s for cost in costs)
+    peak = max((cost.peak_mb for cost in costs), default=0.0)
+    rows += [
+        ("rest", "", f"{rest:.1f}", "", ""),
+        ("all", str(len(costs)), f"{whole_s:.1f}", "", f"{peak:.0f}"),
+    ]
+    beyond = sorted((c for c in costs if c.cpu_s > BOUND_S), key=lambda cost: -cost.cpu_s)
+    lines = [f"  {cost.cpu_s:.1f} s  {cost.test}" for cost in beyond]
+    return "\n".join(
+        [table(TITLE, HEAD, rows), f"{len(beyond)} tests over {BOUND_S:g} CPU seconds", *lines]
+    )
+
+
+def _row(folder: str, costs: Sequence[Cost]) -> tuple[str, ...]:
+    slowest, total = max(cost.cpu_s for cost in costs), sum(cost.cpu_s for cost in costs)
+    peak = max(cost.peak_mb for cost in costs)
+    return folder, str(len(costs)), f"{total:.1f}", f"{slowest:.1f}", f"{peak:.0f}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the tests and print the table; pytest's exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if "--each" in given:
+        given.remove("--each")
+        os.environ[EACH] = "1"
+    os.chdir(ROOT)
+    return int(pytest.main(["-q", "-p", "bench.tests", *(given or ["-m", "not long"])]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""Going on behind parts of a recording that are lost, at the next snapshot that is whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from specc_runtime.forms import Layout
+from specc_runtime.recording.budget import Budget, Unusable
+from specc_runtime.recording.snapshots import every_snapshot, snapshot_of
+from specc_runtime.snapshot import Values
+from specc_runtime.system import System
+
+_BYTES = 100
+"""Of the stamp of a subsystem that is kept."""
+
+
+class Resumption(NamedTuple):
+    """What a subsystem goes on from: what gives values, its part of a snapshot, its last stamp."""
+
+    values: Values
+    saved: Mapping[str, Any]
+    stamp: int
+
+
+class Resumptions:
+    """The snapshots of a recording that are whole."""
+
+    def __init__(self, file: Path, system: System, layouts: Mapping[str, Layout]) -> None:
+        self._file, self._system, self._layouts = file, system, layouts
+        self._stamps: list[tuple[str, Mapping[str, Any]]] | None = None
+        """The ticks of all snapshots, and the stamps of the last steps before each."""
+        self._read: dict[str, tuple[Any, Values] | None] = {}
+        """What was found at ticks; one that is whole is kept."""
+        self._budget = Budget(file)
+
+    def next(self, subsystem: str, stamp: int) -> Resumption | None:
+        """From where the step of that stamp follows, or one after it.
+
+        None as well where too much would have to be read: each takes a look at the whole file.
+        """
+        try:
+            return self._next(subsystem, stamp)
+        except Unusable:
+            return None
+
+    def _next(self, subsystem: str, stamp: int) -> Resumption | None:
+        if self._stamps is None:
+            self._stamps = []
+            for told in every_snapshot(self._file, self._budget):
+                self._budget.keep(_BYTES * len(told["stamps"]))
+                self._stamps.append((str(told["tick"]), told["stamps"]))
+        for tick, stamps in self._stamps:
+            last = stamps.get(subsystem)
+            if type(last) is not int or last + 1 < stamp:
+                continue
+            if (found := self._at(tick)) is not None:
+                saved, values = found
+                return Resumption(values, saved["subsystems"][subsystem], last)
+        return None
+
+    def _at(self, tick: str) -> tuple[Any, Values] | None:
+        if tick not in self._read:
+            self._read = {tick: None for tick, kept in self._read.items() if kept is None}
+            self._read[tick] = None
+            saved, shelf = snapshot_of(self._file, tick, self._budget)
+            if saved is not None and shelf.is_whole:
+                self._read[tick] = saved, Values(self._system, self._layouts, shelf)
+        return self._read[tick]

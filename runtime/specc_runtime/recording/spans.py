@@ -1,0 +1,118 @@
+"""Spans: what a recording is written in, so that damage to one byte loses no more than one of them.
+
+Before each span stands a record of its own kind, which readers of MCAP pass over: the number of the
+span, where it is, how long, and checksums of both. Whoever loses the way looks for the next one.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from struct import Struct
+from typing import IO, NamedTuple
+from zlib import crc32
+
+MAGIC = b"\x89MCAP0\r\n"
+"""The first and the last bytes of every file."""
+COPIES = 0x91
+"""The kind of record with copies of all that is written once; the last span of a file is one."""
+LARGEST_BYTES = 1 << 28
+"""Of one span or record, packed or unpacked."""
+FRAME = Struct("<BQ")
+"""What every record begins with: what it is, and how long the rest is."""
+
+_HEAD = Struct("<IQQI")
+_CRC = Struct("<I")
+_MARK = b"\x9especc\r\n"
+_BEGINNING = FRAME.pack(0x90, len(_MARK) + _HEAD.size + _CRC.size) + _MARK
+_HEAD_BYTES = len(_BEGINNING) + _HEAD.size + _CRC.size
+_BLOCK_BYTES = 1 << 20
+
+
+def headed(number: int, place: int, span: bytes) -> bytes:
+    """A span with its head, to be written at a place of the file."""
+    told = _HEAD.pack(number, place + _HEAD_BYTES, len(span), crc32(span))
+    return _BEGINNING + told + _CRC.pack(crc32(told)) + span
+
+
+def is_copies(span: bytes) -> bool:
+    """Whether it is the last one."""
+    return span[:1] == bytes([COPIES])
+
+
+class _Head(NamedTuple):
+    number: int
+    place: int
+    length: int
+    checksum: int
+
+
+class Spans:
+    """The spans of a file that are as they were written.
+
+    `found` says whether there is any, `damaged` counts those that are not whole, `cut` says that
+    the file has no end.
+    """
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self.found = False
+        self.damaged = 0
+        self.cut = False
+        self._file = file
+        self._size = os.fstat(file.fileno()).st_size
+
+    def __iter__(self) -> Iterator[bytes]:
+        """Each without its head; a span that is damaged is passed over."""
+        end, number, is_last = 0, 0, False
+        while (head := self._next(end)) is not None:
+            self.found, end = True, head.place + head.length
+            self.damaged += max(0, head.number - number)
+            number = head.number + 1
+            if end > self._size:
+                break
+            span = self._read(head)
+            if span is None:
+                self.damaged += 1
+            else:
+                is_last = is_copies(span)
+                yield span
+        if self.found and not is_last:
+            self._judge_end(end)
+
+    def _read(self, head: _Head) -> bytes | None:
+        """The span, if it is whole."""
+        if head.length > LARGEST_BYTES:
+            return None
+        self._file.seek(head.place)
+        span = self._file.read(head.length)
+        return span if crc32(span) == head.checksum else None
+
+    def _judge_end(self, end: int) -> None:
+        """The last span was not read: a file that ends as a whole one does is damaged there."""
+        self._file.seek(-len(MAGIC), os.SEEK_END)
+        self.cut = end > self._size or self._file.read() != MAGIC
+        if not self.cut and not self.damaged:
+            self.damaged = 1
+
+    def _next(self, begin: int) -> _Head | None:
+        """The first head from there on."""
+        text, wanted = b"", _HEAD_BYTES
+        self._file.seek(begin)
+        while block := self._file.read(wanted):
+            text += block
+            at = text.find(_BEGINNING)
+            while 0 <= at <= len(text) - _HEAD_BYTES:
+                if head := _head(text[at : at + _HEAD_BYTES], begin + at):
+                    return head
+                at = text.find(_BEGINNING, at + 1)
+            done = max(0, len(text) - _HEAD_BYTES + 1)
+            text, begin, wanted = text[done:], begin + done, _BLOCK_BYTES
+        return None
+
+
+def _head(text: bytes, place: int) -> _Head | None:
+    """The head that stands at a place of a file, if it is one of that place."""
+    told = text[len(_BEGINNING) : -_CRC.size]
+    head = _Head(*_HEAD.unpack(told))
+    is_whole = text[-_CRC.size :] == _CRC.pack(crc32(told))
+    return head if is_whole and head.place == place + _HEAD_BYTES else None

@@ -1,0 +1,176 @@
+"""Parts of expressions that have one truth value because of their own subsystem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+from specc.analysis.machine import Machine
+from specc.analysis.reads import Text, text_of
+from specc.analysis.remembered import known_of_memory
+from specc.lang.order import InOrder
+from specc.model.expr import (
+    Choice,
+    Expr,
+    LetRef,
+    Logic,
+    Quantifier,
+    Unary,
+    children,
+    has_free_variable,
+    walk,
+)
+from specc.model.fsm import Condition
+from specc.model.types import Bool
+from specc.proof import Moment
+
+# Conditions, the lets that they name and time count, and so does memory that is only ever assigned
+# literals, or that only counts up or down. Literal `True` and `False`, constants and parameters are
+# taken as intended; what peers happen to send may change, which is the matter of assumptions.
+
+
+MOST_PARTS = 64
+"""Most parts of one condition that are examined; a longer condition is skipped."""
+
+
+class ConstantPart(NamedTuple):
+    """A part of an expression that always or never holds; of a let, a condition may name it."""
+
+    condition: Condition | None
+    text: Text
+    expr: Expr
+    holds: bool
+    around: tuple[Expr, ...] = ()
+    """The tests of choices and the quantifiers in which the part stands, from outside."""
+
+    @property
+    def claim(self) -> Expr:
+        """What always holds: the part, or its opposite, wherever the tests around it do."""
+        said = self.expr if self.holds else _opposite(self.expr)
+        for outer in reversed(self.around):
+            if isinstance(outer, Quantifier):
+                said = replace(outer, kind="all", body=said, type=Bool())
+            else:
+                said = Logic("or", (_opposite(outer), said), type=Bool())
+        return said
+
+
+class Constancy:
+    """Asks about the expressions of one subsystem that has no unknowns."""
+
+    def __init__(self, machine: Machine) -> None:
+        subsystem = machine.subsystem
+        self._subsystem = subsystem
+        self._prover = machine.prover
+        self._misfits = machine.misfits
+        lets = {item.name: item for item in subsystem.lets}
+        self._of_lets = InOrder(
+            {name: item.value for name, item in lets.items()},
+            lambda name: self._in(text_of(lets[name]), lets[name].value, None),
+        )
+        self._found: list[tuple[Text, Expr, bool, tuple[Expr, ...]]] = []
+        self._in_conditions = True
+        self._memory = known_of_memory(subsystem)
+        self._parameters = {constant.name for constant in subsystem.constants}
+        self._dependences = machine.dependences
+
+    def parts(self, condition: Condition) -> Iterator[ConstantPart]:
+        """The innermost parts of a condition that are constant; the condition itself may be."""
+        return self._parts(Text(condition.when, condition.place, "when"), condition)
+
+    def parts_elsewhere(self) -> Iterator[ConstantPart]:
+        """Those of functions, and of the lets that no condition names, as truth tables tell."""
+        self._in_conditions = False
+        for function in self._subsystem.functions:
+            for item in function.assignments:
+                yield from self._parts(Text(item.value, item.place, "is"))
+        for let in self._subsystem.lets:
+            self._found = []
+            self._of_lets[let.name]
+            yield from (ConstantPart(None, *found) for found in self._found)
+
+    def _parts(self, text: Text, condition: Condition | None = None) -> Iterator[ConstantPart]:
+        if sum(1 for node in walk(text.expr) if isinstance(node.type, Bool)) > MOST_PARTS:
+            return
+        self._found = []
+        self._in(text, text.expr, condition)
+        for found in self._found:
+            yield ConstantPart(condition, *found)
+
+    def _in(
+        self, text: Text, expr: Expr, condition: Condition | None, around: tuple[Expr, ...] = ()
+    ) -> bool:
+        """Find the constant parts below an expression, or else itself; whether there are any.
+
+        Those of lets are found where they are first named; without a condition, this is a let or
+        a function. The tests of the choices `around` the expression hold where it is asked.
+        """
+        below = [
+            self._in(text, child, condition, (*around, *more)) for child, more in _inside(expr)
+        ]
+        if isinstance(expr, LetRef) and expr.name in self._of_lets:
+            below.append(self._of_lets[expr.name])
+        if any(below) or not isinstance(expr.type, Bool):
+            return any(below)
+        holds = self._value(expr, condition, _tests(around))
+        if holds is not None:
+            self._found.append((text, expr, holds, around))
+        return holds is not None
+
+    def _value(
+        self, part: Expr, condition: Condition | None, tests: tuple[Expr, ...]
+    ) -> bool | None:
+        """The truth value of a part that is constant unintentionally.
+
+        In functions and in the text of a let, which they may name too, it has it at any moment.
+        """
+        if part in tests or _opposite(part) in tests:
+            return part in tests
+        on = self._dependences.of(part)
+        if on.literal or on.constants & self._parameters:
+            return None
+        if not self._misfits.varies(part) or self._misfits.within(part):
+            return None
+        known = [self._memory[name] for name in sorted(on.memory) if name in self._memory]
+        known += tests
+        if condition and part is condition.when and not known:
+            return None  # that of the condition itself is known
+        moment: Moment = "conditions" if condition else "start"
+        for fact, holds in ((part, True), (_opposite(part), False)):
+            if self._in_conditions:
+                shown = self._prover.implies(known, fact, moment, assuming=False)
+            else:
+                shown = self._prover.refutes((*known, _opposite(fact)))
+            if shown:
+                return holds
+        return None
+
+
+def _inside(expr: Expr) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
+    """The parts of an expression, each with the test or the quantifier in which it stands."""
+    match expr:
+        case Choice(test=test, then=then, otherwise=otherwise):
+            yield test, ()
+            yield then, (test,)
+            yield otherwise, (_opposite(test),)
+        case Quantifier(over=over, body=body):
+            yield over, ()
+            yield body, (expr,)
+        case _:
+            yield from ((child, ()) for child in children(expr))
+
+
+def _tests(around: tuple[Expr, ...]) -> tuple[Expr, ...]:
+    """The tests that hold; a variable may be another one of that name inside a quantifier."""
+    found: list[Expr] = []
+    for outer in around:
+        if isinstance(outer, Quantifier):
+            found = [test for test in found if not has_free_variable(test)]
+        else:
+            found.append(outer)
+    return tuple(found)
+
+
+def _opposite(test: Expr) -> Expr:
+    return Unary("not", test, type=Bool())

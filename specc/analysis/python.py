@@ -1,0 +1,93 @@
+"""What a Python module defines, found in its text: nothing is imported, and no code of it runs."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import sys
+from collections.abc import Iterator
+from functools import lru_cache
+from importlib.machinery import PathFinder, SourceFileLoader
+
+MOST_BYTES = 1_000_000
+"""Of a module that is read; nothing is known of a longer one."""
+_DEEPEST = 20
+_DYNAMIC = frozenset(("globals", "vars", "exec", "setattr"))
+"""Functions that may define names that do not stand in the text."""
+_NESTED = ast.If | ast.Try | ast.With | ast.For | ast.While
+
+
+def lacks(python: str) -> bool:
+    """Whether the module of a `module:name` surely does not define the name.
+
+    Nothing is known of modules that are not found or have no text, such as extension modules, and
+    of those that may define names while they are imported.
+    """
+    module, _, name = python.partition(":")
+    path = _source_of(module.split("."))
+    if path is None or not name:
+        return False
+    try:
+        found = os.stat(path)
+        text = _text(path, found.st_mtime_ns, found.st_size)
+        if re.search(rf"^(class|def|async def) {re.escape(name)}\b", text, re.MULTILINE):
+            return False
+        names = _names(text)
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    package = os.path.dirname(path) if os.path.basename(path) == "__init__.py" else ""
+    is_module = package and any(
+        os.path.exists(os.path.join(package, name + end)) for end in ("", ".py")
+    )
+    return names is not None and name.partition(".")[0] not in names and not is_module
+
+
+def _source_of(parts: list[str]) -> str | None:
+    """The file of a module; its packages are looked into and not imported."""
+    folders = None
+    spec = None
+    for depth in range(1, len(parts) + 1 if len(parts) <= _DEEPEST else 0):
+        name = ".".join(parts[:depth])
+        if name in sys.builtin_module_names:
+            return None
+        spec = PathFinder.find_spec(name, folders)
+        if spec is None:
+            return None
+        folders = list(spec.submodule_search_locations or ())
+    return spec.origin if spec and isinstance(spec.loader, SourceFileLoader) else None
+
+
+@lru_cache(maxsize=256)
+def _text(path: str, changed_ns: int, size: int) -> str:
+    """The text of a module; raises OSError, or ValueError for one that is too long or no text."""
+    if size > MOST_BYTES:
+        raise ValueError
+    with open(path, encoding="utf-8") as file:
+        return file.read(MOST_BYTES)
+
+
+def _names(text: str) -> frozenset[str] | None:
+    """The names at the top of a module; None where it may define others."""
+    tree = ast.parse(text)
+    named = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    names = frozenset(_defined(tree.body))
+    return None if named & _DYNAMIC or {"__getattr__", "*"} & names else names
+
+
+def _defined(body: list[ast.stmt]) -> Iterator[str]:
+    for node in body:
+        match node:
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+                yield name
+            case ast.ClassDef(name=name):
+                yield name
+            case ast.Import(names=names) | ast.ImportFrom(names=names):
+                yield from (alias.asname or alias.name.partition(".")[0] for alias in names)
+            case _:
+                yield from (n.id for n in ast.walk(node) if isinstance(n, ast.Name))
+                if isinstance(node, _NESTED):
+                    inside = ast.iter_child_nodes(node)
+                    yield from _defined([part for part in inside if isinstance(part, ast.stmt)])
+                    handlers = getattr(node, "handlers", [])
+                    yield from _defined([part for handler in handlers for part in handler.body])

@@ -1,0 +1,52 @@
+"""What is known, at every tick of a run, of the values that formulas of requirements name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from specc.analysis.machine import Machine
+from specc.analysis.remembered import known_of_memory
+from specc.model.expr import Among, Compare, Expr, Member, MemoryRef, mapped
+from specc.model.requirement import Reading
+from specc.model.system import System
+from specc.model.types import Bool, Enum
+
+
+def known_of_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
+    """Conditions on them; `machines` are those of which enough is known.
+
+    What one has reached is one of the states that can be reached, what is always there is present,
+    and memory has what is written to it.
+    """
+    for reading in {r.name: r for item in system.formulas for r in item.readings}.values():
+        machine = machines.get(reading.subsystem)
+        value = MemoryRef(reading.name, type=reading.type)
+        if reading.asks_presence:
+            if reading.kind in ("state", "memory") or reading.initial:
+                yield value
+        elif reading.kind == "state" and machine and isinstance(reading.type, Enum):
+            if machine.reached < set(reading.type.members):
+                yield Among(value, machine.reached, type=Bool())
+        elif reading.kind == "memory" and machine:
+            known = known_of_memory(machine.subsystem).get(reading.element[0])
+            if known is not None:
+                yield _said_of(reading, known)
+
+
+def _said_of(reading: Reading, known: Expr) -> Expr:
+    """What is known of memory, of the reading of it."""
+    if isinstance(known, MemoryRef):
+        return MemoryRef(reading.name, type=known.type)
+    return mapped(known, lambda part: _said_of(reading, part))
+
+
+def begins_in(reading: Reading, system: System) -> Expr | None:
+    """That a subsystem is in the state that it has at the first tick."""
+    if reading.kind != "state" or not isinstance(reading.type, Enum):
+        return None
+    found = {s.qualified_name: s.initial_state for s in system.subsystems if s.begun}
+    state = found.get(reading.subsystem)
+    if state not in reading.type.members:
+        return None
+    first = Member(state, type=reading.type)
+    return Compare("==", MemoryRef(reading.name, type=reading.type), first, type=Bool())

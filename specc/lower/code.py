@@ -1,0 +1,89 @@
+"""The Python that a system names: what runs although no specification has its text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, Literal
+
+from specc.frozen import frozen
+from specc.lower.annotations import plain
+from specc.model.system import PLANT, Binding, Operator, Plant, System
+from specc.model.task import Task
+from specc.model.types import Opaque, Record, Type
+from specc.source import Place
+
+Part = Literal["operator", "type", "codec", "through", "plant", "scene", "judge"]
+
+
+@frozen
+class Named:
+    """An object of Python, `module:name`, and as what a system names it.
+
+    `name` is that of the operator, the type or the element; the plant, the scene and the judge have
+    none. `signature` has what goes into it and comes out, by names; those of a type are its fields.
+    """
+
+    python: str
+    part: Part
+    name: str = ""
+    signature: tuple[tuple[str, Type], ...] = ()
+
+    def __str__(self) -> str:
+        words = f"{self.python} as {self.part} {self.name}".strip()
+        return words + (f" ({_shown(self.signature)})" if self.signature else "")
+
+
+def _shown(signature: tuple[tuple[str, Type], ...]) -> str:
+    return ", ".join(f"{name}: {type_}" if name else f"-> {type_}" for name, type_ in signature)
+
+
+def named_code(system: System) -> frozenset[Named]:
+    """All Python that a resolved system names, wherever it is in it."""
+    return frozenset(named for part in _parts(system) for named in _named(part, system))
+
+
+def _named(part: object, system: System) -> Iterator[Named]:
+    match part:
+        case Operator(python=python, name=name, parameters=parameters, result=result) if python:
+            yield Named(python, "operator", name, (*parameters, ("", result)))
+        case Record(python=python, name=name, fields=inside) if python:
+            yield Named(python, "type", name, tuple((n, plain(type_)) for n, type_ in inside))
+        case Opaque(python=python, name=name, codec=codec):
+            yield from [Named(python, "type", name)] if python else []
+            each = zip(_CODEC, codec, strict=bool(codec))
+            yield from (Named(function, "codec", f"{name}.{verb}") for verb, function in each)
+        case Binding(through=through) if through:
+            name = f"{part.device}.{part.element}"
+            yield Named(through, "through", name, (("", _elements(system)[name]),))
+        case Plant(python=python) if python:
+            yield Named(python, "plant")
+        case Task(scene=scene, judge=judge):
+            yield from [Named(scene, "scene")] if scene else []
+            yield from [Named(judge, "judge")] if judge else []
+
+
+_CODEC = "encode", "decode"
+
+
+def _elements(system: System) -> dict[str, Type]:
+    """The types of what bindings are of."""
+    observed = system.plant.observed if system.plant else ()
+    return {f"{PLANT}.{e.name}": e.type for e in observed} | {
+        f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in (*d.x, *d.y)
+    }
+
+
+def _parts(whole: object) -> Iterator[object]:
+    """All records in it, each once: what a system may name some day is found as well."""
+    seen, waiting = set[int](), [whole]
+    while waiting:
+        part: Any = waiting.pop()
+        if isinstance(part, tuple | frozenset):
+            waiting += part
+        elif isinstance(part, Mapping):
+            waiting += part.values()
+        elif is_dataclass(part) and not isinstance(part, Place) and id(part) not in seen:
+            seen.add(id(part))
+            yield part
+            waiting += [getattr(part, field.name) for field in fields(part)]

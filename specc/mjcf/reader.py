@@ -1,0 +1,324 @@
+"""Reads MJCF files: names, with those of the models that they include and attach.
+
+Only these are read; whether MuJoCo takes the model shows when it runs. A document type is refused:
+MJCF has none, and entities can make a short file endless.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from math import radians
+from xml.parsers import expat
+
+from specc.mjcf.assets import Assets
+from specc.mjcf.defaults import Defaults
+from specc.mjcf.model import Model, ModelError, Part
+from specc.mjcf.sizes import MOST_BYTES, MOST_ELEMENTS, copies, excess, step_s
+from specc.read import ANYWHERE, Reach
+from specc.source import real_path
+
+MAX_BYTES = 10_000_000
+"""Of a model with what it includes."""
+_MOST_FILES = 100
+_DEEPEST = 200
+_MOST_NAMES = 20_000
+"""That attachments copy."""
+_MOST_PLACES = 20_000
+
+# Elements that make further named things when MuJoCo compiles the model.
+_GENERATING = frozenset(("composite", "flexcomp", "replicate"))
+_JOINT_SIZES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
+# Numbers that a sensor gives; in which units is in `specc.analysis.plant`.
+_SENSOR_SIZES = {
+    1: (
+        "touch rangefinder jointpos jointvel tendonpos tendonvel actuatorpos actuatorvel "
+        "actuatorfrc jointactuatorfrc tendonactuatorfrc jointlimitpos jointlimitvel "
+        "jointlimitfrc tendonlimitpos tendonlimitvel tendonlimitfrc distance insidesite "
+        "e_potential e_kinetic clock"
+    ),
+    2: "camprojection",
+    3: (
+        "accelerometer velocimeter gyro force torque magnetometer ballangvel framepos framexaxis "
+        "frameyaxis framezaxis framelinvel frameangvel framelinacc frameangacc subtreecom "
+        "subtreelinvel subtreeangmom normal"
+    ),
+    4: "ballquat framequat",
+    6: "fromto",
+}
+_SIZE_OF_SENSOR = {tag: size for size, tags in _SENSOR_SIZES.items() for tag in tags.split()}
+
+
+_MOST = f"{MOST_ELEMENTS:,} elements"
+
+
+def read_model(path: str, reach: Reach = ANYWHERE) -> Model:
+    """The names in the MJCF file at `path` and in those that it includes, inside `reach`.
+
+    Raises:
+        ModelError: a file is missing, unreadable, too large, not XML, or not MJCF, or the model
+            names one outside.
+    """
+    reader = _Reader(path, reach)
+    model = reader.read_whole(path)
+    model.files = reader.found
+    return model
+
+
+class _Reader:
+    def __init__(self, path: str, reach: Reach) -> None:
+        self._model = Model()
+        self._assets = Assets()
+        self._base = os.path.dirname(path)
+        self._reach = reach
+        self._attached: list[tuple[str, str]] = []
+        self._times = [1]
+        """How many copies are made of what stands in each open element, and outside of all."""
+        self._copied = 0
+        self._weight = 0
+        self._places = 0
+        self._models: dict[str, Model] = {}
+        self._files: list[str] = []
+        self._open: list[str] = []
+        self._classes = [""]
+        """The class of defaults inside each open element, and outside of all."""
+        self._compiler: dict[str, str] = {}
+        self._defaults = Defaults()
+        self._elements: list[tuple[str, str, str, dict[str, str]]] = []
+        """Section, tag, class and attributes of all that have names."""
+        self._bytes = 0
+        self._root = "mujoco"
+        self._named: set[str] = set()
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """The files that were read, and those named in them that are there."""
+        return tuple(sorted(filter(os.path.isfile, self._named)))
+
+    def read_whole(self, path: str) -> Model:
+        """A model with those that it attaches; all files that they name must lie inside."""
+        model, assets, base = Model(), Assets(), os.path.dirname(path)
+        attached: list[tuple[str, str]] = []
+        self._model, self._assets, self._base, self._attached = model, assets, base, attached
+        self._defaults, self._elements, self._compiler = Defaults(), [], {}
+        self.read(path)
+        for section, tag, name, given in self._elements:
+            self._take(section, tag, given["name"], self._defaults.applied(name, tag, given))
+        for asset in assets.paths(base):
+            self._places += 1
+            if self._places > _MOST_PLACES:
+                shown = os.path.basename(path)
+                raise ModelError(f"files of {shown} may be at more than {_MOST_PLACES:,} places")
+            self._confine(asset)
+            self._weigh(asset)
+            self._named.add(asset)
+        model.missing = tuple(assets.missing(base))
+        others = self._others(assets.models(base))
+        for name, prefix in dict.fromkeys(attached):
+            if name in others:
+                self._count(path, model, others[name])
+                model.attach(others[name], prefix)
+            else:
+                model.complete = False
+        self._models[real_path(path)] = model
+        return model
+
+    def _count(self, path: str, model: Model, other: Model) -> None:
+        """Count what is about to be copied."""
+        self._copied += len(other) + 1
+        model.size += other.size
+        shown = os.path.basename(path)
+        if self._copied > _MOST_NAMES:
+            raise ModelError(f"what {shown} attaches has more than {_MOST_NAMES:,} names")
+        if model.size > MOST_ELEMENTS:
+            raise ModelError(f"with what it attaches {shown} has more than {_MOST}")
+
+    def _others(self, named: Iterable[tuple[str, str]]) -> dict[str, Model]:
+        """The models that can be attached, by name; one that is being read attaches itself."""
+        found: dict[str, Model] = {}
+        for name, path in named:
+            real = real_path(path)
+            if os.path.isfile(path) and real not in self._files:
+                self.read_whole(path)
+            other = self._models.get(real)
+            if other is not None:
+                found[name or other.name] = other
+        return found
+
+    def _weigh(self, asset: str) -> None:
+        """Count the bytes of a file that only the simulator reads."""
+        if asset not in self._named and os.path.isfile(asset):
+            self._weight += os.path.getsize(asset)
+            if self._weight > MOST_BYTES:
+                shown = os.path.basename(asset)
+                raise ModelError(f"with {shown} its files have more than {MOST_BYTES:,} bytes")
+
+    def _confine(self, path: str) -> None:
+        if not self._reach.holds(path):
+            shown = os.path.basename(path)
+            raise ModelError(f"{shown} lies outside the project; {self._reach.way_in(path)}")
+
+    def read(self, path: str) -> None:
+        """Take in a file whose root stands for the element `self._root`."""
+        shown = os.path.basename(path)
+        if len(self._files) >= _MOST_FILES:
+            raise ModelError(f"more than {_MOST_FILES} files are included")
+        real = real_path(path)
+        if real in self._files:
+            raise ModelError(f"{shown} is included twice")
+        self._confine(path)
+        self._files.append(real)
+        self._named.add(path)
+        depth = len(self._open)
+
+        def start(tag: str, attributes: dict[str, str]) -> None:
+            is_root = len(self._open) == depth
+            if is_root and tag not in ("mujoco", "mujocoinclude"):
+                raise ModelError(f"the root of {shown} is not <mujoco>")
+            self._start(self._root if is_root else tag, attributes)
+            if why := self._measure(tag, attributes):
+                raise ModelError(f"{shown}, line {parser.CurrentLineNumber}: {why}")
+
+        def refuse(*_: object) -> None:
+            raise ModelError(f"{shown} declares a document type")
+
+        parser = expat.ParserCreate()
+        parser.StartDoctypeDeclHandler = refuse
+        parser.StartElementHandler = start
+        parser.EndElementHandler = self._end
+        try:
+            content = _content(path, shown)
+            self._bytes += len(content)
+            if self._bytes > MAX_BYTES:
+                raise _too_large(shown)
+            parser.Parse(content, True)
+        except expat.ExpatError as error:
+            reason = expat.errors.messages[error.code]
+            raise ModelError(f"{shown} is not XML: {reason}, line {error.lineno}") from None
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        if len(self._open) >= _DEEPEST:
+            raise ModelError(f"elements are nested more than {_DEEPEST} deep")
+        self._open.append(tag)
+        section = self._open[1] if len(self._open) > 2 else ""
+        in_defaults, around = section == "default", self._classes[-1]
+        self._classes.append(self._defaults.entered(tag, attributes, around, inside=in_defaults))
+        self._assets.take(tag, attributes)
+        if len(self._open) == 1:
+            self._model.name = attributes.get("model", "")
+        if tag == "include" and "file" in attributes:
+            self._include(attributes["file"])
+        elif tag == "attach":
+            self._attached.append((attributes.get("model", ""), attributes.get("prefix", "")))
+        elif tag == "compiler":
+            self._compiler |= attributes
+        elif tag == "option" and len(self._open) == 2 and "timestep" in attributes:
+            self._model.timestep_s = step_s(attributes["timestep"])
+        elif tag in _GENERATING:
+            self._model.complete = False
+        elif in_defaults:
+            self._defaults.set(around, tag, attributes)
+        elif section and attributes.get("name"):
+            self._elements.append((section, tag, attributes.get("class", around), attributes))
+
+    def _measure(self, tag: str, attributes: dict[str, str]) -> str:
+        """Count an element with its copies; what is too much of it."""
+        self._times.append(self._times[-1] * copies(tag, attributes))
+        self._model.size += self._times[-1]
+        if self._model.size > MOST_ELEMENTS:
+            return f"with the copies of this the model has more than {_MOST}"
+        return excess(tag, attributes)
+
+    def _end(self, _: str) -> None:
+        self._open.pop()
+        self._classes.pop()
+        self._times.pop()
+
+    def _include(self, file: str) -> None:
+        # What is included takes the place of the element, so its root stands for the parent.
+        around, root = self._open, self._root
+        self._open, self._root = around[:-2], around[-2]
+        self.read(os.path.join(self._base, file))
+        self._open, self._root = around, root
+
+    def _take(self, section: str, tag: str, name: str, attributes: dict[str, str]) -> None:
+        model = self._model
+        if section == "actuator":
+            model.actuators[name] = 1
+            geared = _is_other(attributes.get("gear", ""), 1.0)
+            model.parts[section, name] = Part(tag, attributes.get("joint", ""), "", geared)
+        elif section == "sensor":
+            model.sensors[name] = _sensor_size(tag, attributes)
+            joint, actuator = attributes.get("joint", ""), attributes.get("actuator", "")
+            cutoff = _is_other(attributes.get("cutoff", ""), 0.0)
+            model.parts[section, name] = Part(tag, joint, actuator, cutoff=cutoff)
+        elif section == "worldbody" and tag in ("joint", "freejoint"):
+            kind = "free" if tag == "freejoint" else attributes.get("type", "hinge")
+            model.joints[name] = _JOINT_SIZES.get(kind)
+            model.parts["joint", name] = Part(kind, range=_limits(kind, attributes, self._compiler))
+        elif section == "worldbody" and tag == "body":
+            model.bodies.add(name)
+        elif section == "worldbody" and tag == "camera":
+            model.cameras[name] = _resolution(attributes.get("resolution", ""))
+
+
+def _content(path: str, shown: str) -> bytes:
+    try:
+        # A pipe would block in open() and a device may never end.
+        if os.path.exists(path) and not os.path.isdir(path) and not os.path.isfile(path):
+            raise ModelError(f"{shown} is not a regular file")
+        with open(path, "rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = (error.strerror or "unknown reason").lower()
+        raise ModelError(f"{shown} cannot be read: {reason}") from None
+    except ValueError:
+        raise ModelError(f"{shown} is not the name of a file") from None
+    if len(content) > MAX_BYTES:
+        raise _too_large(shown)
+    return content
+
+
+def _sensor_size(tag: str, attributes: dict[str, str]) -> int | None:
+    if tag == "rangefinder" and ("data" in attributes or "camera" in attributes):
+        return None
+    if tag == "user" and attributes.get("dim", "").isdigit():
+        return int(attributes["dim"])
+    return _SIZE_OF_SENSOR.get(tag)
+
+
+def _limits(
+    kind: str, attributes: Mapping[str, str], compiler: Mapping[str, str]
+) -> tuple[float, float] | None:
+    """The range of a hinge or a slide, rad or m, if it is limited."""
+    limited = attributes.get("limited", "auto")
+    if limited == "auto":
+        limited = compiler.get("autolimits", "true")
+    try:
+        least, greatest = map(float, attributes.get("range", "").split())
+    except ValueError:
+        return None
+    if kind not in ("hinge", "slide") or limited != "true" or not least < greatest:
+        return None
+    if kind == "hinge" and compiler.get("angle", "degree") == "degree":
+        return radians(least), radians(greatest)
+    return least, greatest
+
+
+def _is_other(text: str, usual: float) -> bool:
+    """Whether an attribute begins with another number than the usual one."""
+    try:
+        return float((text.split() or [str(usual)])[0]) != usual
+    except ValueError:
+        return True
+
+
+def _resolution(text: str) -> tuple[int, int] | None:
+    numbers = text.split()
+    if len(numbers) != 2 or not all(n.isdigit() for n in numbers):
+        return None
+    return int(numbers[0]), int(numbers[1])
+
+
+def _too_large(shown: str) -> ModelError:
+    return ModelError(f"with {shown} the model is larger than {MAX_BYTES // 1_000_000} MB")

@@ -1,0 +1,146 @@
+"""Formulas of requirements as questions about one tick.
+
+An operator over ticks becomes a truth value of its own, with what follows of it at the same tick
+from what it is about: where `p` holds, so does `within(t, p)`; where `within(1[s], p)` does, so
+does `within(2[s], p)`; and `throughout(t, p)` is `not within(t, not p)`. What contradicts so
+contradicts in every run; the reverse does not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+
+from specc.frozen import frozen
+from specc.model.expr import Expr, MemoryRef
+from specc.model.requirement import Atom, Formula, Junction, Temporal
+from specc.model.types import Bool
+from specc.proof.decide import Solver, can_hold
+from specc.proof.formula import Formula as Asked
+from specc.proof.formula import atoms_of
+from specc.proof.translate import Translator
+
+_MOST_RELATED = 12
+"""Operators over ticks that are compared with each other in one question."""
+
+
+@frozen
+class _Over:
+    """An operator over ticks, `within`, `once` or `since`, as the truth value `flag`."""
+
+    op: str
+    span_s: Fraction
+    operands: tuple[Asked, ...]
+    flag: Asked
+
+
+class Ticks:
+    """Which formulas can hold at one tick, and which follow from others."""
+
+    def __init__(self, constants: Mapping[str, Expr], known: Iterable[Expr] = ()) -> None:
+        """`constants` in order of dependence; what is `known` holds at every tick."""
+        self._translator = Translator({}, constants)
+        self._make = self._translator.make
+        self._solver = Solver(self._translator.numbering)
+        self._known = tuple(map(self._translator.formula, known))
+        self._over: dict[object, _Over] = {}
+        self._of_flag: dict[Asked, _Over] = {}
+        self._possible: dict[frozenset[Asked], bool | None] = {}
+
+    def asked(self, formula: Formula | Expr) -> Asked:
+        """A formula, or a condition, at a tick; equal ones are one object."""
+        match formula:
+            case Atom(that=that):
+                return self._translator.formula(that)
+            case Junction(op=op, operands=operands):
+                parts = [self.asked(operand) for operand in operands]
+                if op == "not":
+                    return self._make.negation(parts[0])
+                return self.all_of(parts) if op == "and" else self._make.disjunction(parts)
+            case Temporal(op=op, operands=operands, span_s=span_s):
+                parts = [self.asked(operand) for operand in operands]
+                if op in ("throughout", "historically"):
+                    opposite = "within" if op == "throughout" else "once"
+                    inner = self._made(opposite, span_s, (self.none_of(parts[0]),))
+                    return self.none_of(inner)
+                return self._made(op, span_s, tuple(parts))
+        return self._translator.formula(formula)
+
+    def all_of(self, parts: Iterable[Asked]) -> Asked:
+        """All of them."""
+        return self._make.conjunction(list(parts))
+
+    def any_of(self, parts: Iterable[Asked]) -> Asked:
+        """One of them at least."""
+        return self._make.disjunction(list(parts))
+
+    def none_of(self, part: Asked) -> Asked:
+        """The opposite."""
+        return self._make.negation(part)
+
+    def is_possible(self, *asked: Asked) -> bool:
+        """Whether all can hold at one tick, as far as it is known."""
+        key = frozenset(asked)
+        if key not in self._possible:
+            self._possible[key] = True  # what follows from itself is not asked again
+            self._possible[key] = can_hold([*asked, *self._around(asked)], self._solver)
+        return self._possible[key] is not False
+
+    def follows(self, asked: Asked, *context: Asked) -> bool:
+        """Whether it surely holds at every tick at which the context does."""
+        return not self.is_possible(*context, self.none_of(asked))
+
+    def _made(self, op: str, span_s: Fraction, operands: tuple[Asked, ...]) -> Asked:
+        key = op, span_s, operands
+        if key not in self._over:
+            # No value has a name with a space in it.
+            name = MemoryRef(f"{op} {len(self._over)}", type=Bool())
+            flag = self._translator.formula(name)
+            self._over[key] = self._of_flag[flag] = _Over(op, span_s, operands, flag)
+        return self._over[key].flag
+
+    def _around(self, asked: Sequence[Asked]) -> Iterator[Asked]:
+        """What is known of the values and operators that formulas are about."""
+        over = self._inside(asked)
+        told = [*asked, *(operand for each in over for operand in each.operands)]
+        variables = {atom.variable for atom in atoms_of(told)}
+        for fact in self._known:
+            if any(atom.variable in variables for atom in atoms_of([fact])):
+                yield fact
+        for each in over:
+            yield from self._of_one(each)
+        if len(over) <= _MOST_RELATED:
+            for one in over:
+                yield from (self._implied(one, other) for other in over if _nears(one, other))
+
+    def _inside(self, asked: Sequence[Asked]) -> list[_Over]:
+        """The operators over ticks in formulas, and those in what they are about."""
+        found: dict[_Over, None] = {}
+        open_ = list(asked)
+        while open_:
+            for atom in atoms_of([open_.pop()]):
+                each = self._of_flag.get(self._make.atom(atom))
+                if each is not None and each not in found:
+                    found[each] = None
+                    open_ += each.operands
+        return list(found)
+
+    def _of_one(self, each: _Over) -> Iterator[Asked]:
+        begun = each.operands[-1]
+        yield self._make.disjunction([self.none_of(begun), each.flag])
+        if each.op == "since":
+            yield self._make.disjunction([self.none_of(each.flag), *each.operands])
+        if not self.is_possible(begun):
+            yield self.none_of(each.flag)
+
+    def _implied(self, one: _Over, other: _Over) -> Asked:
+        """That `other` holds wherever `one` does, if it follows."""
+        if not self.follows(other.operands[0], one.operands[0]):
+            return self._make.true
+        return self._make.disjunction([self.none_of(one.flag), other.flag])
+
+
+def _nears(one: _Over, other: _Over) -> bool:
+    """Whether `one` reaches no further the same way."""
+    same = one is not other and one.op == other.op != "since"
+    return same and one.span_s <= other.span_s

@@ -1,0 +1,246 @@
+"""The values of all subsystems, and of the plant, that formulas name."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from specc.frozen import frozen
+from specc.lang import ExprError
+from specc.lang.builtins import BUILTIN_NAMES
+from specc.lang.many import Root
+from specc.lang.parse import span
+from specc.model.requirement import Reading
+from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
+from specc.model.types import Bool, Enum
+from specc.resolve.context import FOLLOW_UP, suggestion
+from specc.resolve.groups import Groups
+
+
+@frozen
+class World:
+    """What formulas speak of.
+
+    `many` are the groups that one `for` stands for: those of agents by "", those of what is
+    observed by "plant". What is missing in an `uncertain` subsystem may be so by its errors.
+    """
+
+    agents: Sequence[Agent]
+    plant: Plant | None
+    many: Mapping[Root, Groups]
+    uncertain: frozenset[str]
+
+
+def formula_error(node: ast.expr, message: str, help: str = "", code: str = "E0335") -> ExprError:
+    """An error in a formula, at a part of it."""
+    return ExprError(message, *span(node), help, code)
+
+
+class Names(ast.NodeTransformer):
+    """Puts one name in the place of every value of an agent, and notes the value."""
+
+    def __init__(
+        self, text: str, world: World, readings: dict[str, Reading], others: Sequence[str]
+    ) -> None:
+        """`others` are names that no value of an agent begins with."""
+        agents, plant = world.agents, world.plant
+        self._text = text
+        self._others = set(others)
+        self._agents = {agent.name for agent in agents}
+        self._groups = world.many.get("", ())
+        self._observed = {item.name: item for item in plant.observed} if plant else {}
+        self._roots = {*self._agents, PLANT} if plant else self._agents
+        self._subsystems = {s.qualified_name: s for a in agents for s in a.subsystems}
+        self._devices = {d.qualified_name: d for a in agents for d in a.devices}
+        self._readings = readings
+        self._uncertain = world.uncertain
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """`state(agent.subsystem)` and `present(value)` are values themselves."""
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name not in ("state", "present") or len(node.args) != 1:
+            self.generic_visit(node)
+            return node
+        argument = node.args[0]
+        steps = _steps(argument)
+        if name == "state":
+            owner = self._subsystem(".".join(steps) or _quoted(self._text, argument), argument)
+            states = Enum("", tuple(state.name for state in owner.states))
+            said = f"state({owner.qualified_name})"
+            return self._named(node, Reading(said, "state", *_of(owner), states, owner.place))
+        self._refuse_unknown(steps, argument)
+        known = self._reading(steps, argument)
+        return self._named(
+            node, replace(known, name=f"present({known.name})", type=Bool(), asks_presence=True)
+        )
+
+    def refuse_unknown_groups(self, tree: ast.expr) -> None:
+        """Report what a quantifier goes over that is neither written out nor a constant."""
+        names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+        known = self._others | {name.id for name in names if isinstance(name.ctx, ast.Store)}
+        for node in ast.walk(tree):
+            match node:
+                case ast.Call(
+                    func=ast.Name(id=function),
+                    args=[
+                        ast.GeneratorExp(generators=[ast.comprehension(iter=ast.Name() as over)])
+                    ],
+                ) if function in BUILTIN_NAMES and over.id not in known:
+                    what = "group of agents"
+                    raise self._unknown(what, over.id, self._groups, over, None, "E0201")
+
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.expr:
+        """The variable of a quantifier is no agent."""
+        targets = (part.target for part in node.generators)
+        self._others |= {target.id for target in targets if isinstance(target, ast.Name)}
+        self.generic_visit(node)
+        return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """A value of a subsystem or device; components and fields of it stay as they are."""
+        steps = _steps(node)
+        self._refuse_unknown(steps, node)
+        if not steps or steps[0] not in self._roots or len(steps) > self._length(steps):
+            self.generic_visit(node)
+            return node
+        return self._named(node, self._reading(steps, node))
+
+    def _refuse_unknown(self, steps: list[str], node: ast.expr) -> None:
+        """Report a value of an agent that is not there."""
+        if steps and steps[0] not in (*self._roots, *self._others):
+            raise self._unknown("agent", steps[0], self._agents, node, None, "E0220")
+
+    def _named(self, node: ast.expr, reading: Reading) -> ast.expr:
+        self._readings.setdefault(reading.name, reading)
+        return ast.copy_location(ast.Name(reading.name, ast.Load()), node)
+
+    def _length(self, steps: Sequence[str]) -> int:
+        if steps[0] not in self._agents or (steps[0] == PLANT and steps[1] in self._observed):
+            return 2
+        if ".".join(steps[:2]) not in self._subsystems and steps[1:2] in (["E"], ["R"]):
+            return 4
+        return 5 if steps[2:3] in (["x"], ["y"]) else 3
+
+    def _reading(self, steps: list[str], node: ast.expr) -> Reading:
+        name = ".".join(steps)
+        if len(steps) < 2 or len(steps) != self._length(steps):
+            message = f"`{_quoted(self._text, node)}` is not a value"
+            help = (
+                "name memory `agent.subsystem.name`, a buffer `agent.subsystem.x.peer.element`, "
+                "a device `agent.E.device.element`, what is observed `plant.name`, or "
+                "`state(agent.subsystem)`"
+            )
+            raise formula_error(node, message, help)
+        if len(steps) == 2:
+            return self._of_plant(name, steps[1], node)
+        if len(steps) == 4:
+            return self._of_device(name, steps, node)
+        owner = self._subsystem(".".join(steps[:2]), node)
+        if len(steps) == 5:
+            return self._of_buffer(name, owner, steps, node)
+        memory = {item.name: item for item in owner.memory}
+        item = memory.get(steps[2])
+        if item is None:
+            raise self._unknown("memory element", steps[2], memory, node, owner, "E0201")
+        return Reading(name, "memory", *_of(owner, item.name), item.type, item.place)
+
+    def _of_buffer(self, name: str, owner: Subsystem, steps: list[str], node: ast.expr) -> Reading:
+        _, _, side, peer, element = steps
+        port = owner.port(side, peer)
+        if port is None:
+            peers = [p.peer for p in owner.ports if p.direction == side]
+            raise self._unknown(
+                f"{'input' if side == 'x' else 'output'} buffer", peer, peers, node, owner, "E0204"
+            )
+        item = port.element(element)
+        if item is None:
+            known = [e.name for e in port.elements]
+            raise self._unknown("element", element, known, node, owner, "E0203")
+        place = item.type, item.place
+        if side == "y":
+            return Reading(name, "sent", *_of(owner, peer, element), *place)
+        if port.other_end in self._devices:
+            return Reading(name, "reported", *_of(owner, peer, element), *place)
+        return self._received(name, owner, port, item, node)
+
+    def _received(
+        self, name: str, reader: Subsystem, port: Port, item: Element, node: ast.expr
+    ) -> Reading:
+        """What a subsystem has in its buffer is what was sent there last, or its initial value."""
+        sender = self._subsystem(port.other_end, node)
+        ends = (p for p in sender.ports if p.other_end == reader.qualified_name)
+        back = next((p for p in ends if p.direction == "y" and p.element(item.name)), None)
+        if back is None:
+            raise ExprError("", *span(node), code=FOLLOW_UP)  # the ends differ, which is reported
+        initial = (reader.qualified_name, port.peer, item.name) if item.init is not None else None
+        key = _of(sender, back.peer, item.name)
+        return Reading(name, "sent", *key, item.type, item.place, initial)
+
+    def _of_plant(self, name: str, seen: str, node: ast.expr) -> Reading:
+        item = self._observed.get(seen)
+        if item is None:
+            raise self._unknown("value to observe", seen, self._observed, node, None, "E0203")
+        return Reading(name, "observed", "", (seen,), item.type, item.place)
+
+    def _of_device(self, name: str, steps: list[str], node: ast.expr) -> Reading:
+        device = self._devices.get(".".join(steps[:3]))
+        if device is None:
+            wanted = ".".join(steps[:3])
+            raise self._unknown("device", wanted, self._devices, node, None, "E0220")
+        for side, kind in (("x", "sent"), ("y", "reported")):
+            item = next((e for e in getattr(device, side) if e.name == steps[3]), None)
+            if item is not None:
+                owner, peer = self._user(device, "y" if side == "x" else "x", item.name, node)
+                found = _of(owner, peer, item.name)
+                return Reading(name, kind, *found, item.type, item.place)  # type: ignore[arg-type]  # of the tuple above
+        known = [e.name for e in (*device.x, *device.y)]
+        raise self._unknown("element", steps[3], known, node, device, "E0203")
+
+    def _user(
+        self, device: Device, side: str, element: str, node: ast.expr
+    ) -> tuple[Subsystem, str]:
+        for subsystem in self._subsystems.values():
+            for port in subsystem.ports:
+                ends = port.direction, port.other_end
+                if ends == (side, device.qualified_name) and port.element(element):
+                    return subsystem, port.peer
+        raise ExprError("", *span(node), code=FOLLOW_UP)  # a device that nobody uses is reported
+
+    def _subsystem(self, name: str, node: ast.expr) -> Subsystem:
+        found = self._subsystems.get(name)
+        if found is None:
+            raise self._unknown("subsystem", name, self._subsystems, node, None, "E0220")
+        return found
+
+    def _unknown(
+        self,
+        what: str,
+        name: str,
+        known: object,
+        node: ast.expr,
+        owner: Subsystem | Device | None,
+        code: str,
+    ) -> ExprError:
+        doubtful = owner.qualified_name in self._uncertain if owner else name in self._uncertain
+        help = suggestion(name, sorted(known))  # type: ignore[call-overload]  # any iterable of names
+        code = FOLLOW_UP if doubtful else code
+        return formula_error(node, f"unknown {what} `{name}`", help, code)
+
+
+def _of(owner: Subsystem, *element: str) -> tuple[str, tuple[str, ...]]:
+    return owner.qualified_name, element
+
+
+def _steps(node: ast.expr) -> list[str]:
+    """The names of `a.b.c`; none of anything else."""
+    names: list[str] = []
+    while isinstance(node, ast.Attribute):
+        names.append(node.attr)
+        node = node.value
+    return [*names, node.id][::-1] if isinstance(node, ast.Name) else []
+
+
+def _quoted(text: str, node: ast.expr) -> str:
+    start, end = span(node)
+    return text[start:end]

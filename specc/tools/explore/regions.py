@@ -1,0 +1,89 @@
+"""Numbers of which only the region is known: where they lie among those that are compared with.
+
+A counter has too many values to follow each of them. What decides is how it compares with some
+constants, so that all its values between two of these are one region.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+from specc.model import expr as m
+from specc.model.types import Int, Real
+from specc.proof.clock import ANY, OPERATIONS, Range, sign_of
+
+
+class Region(NamedTuple):
+    """Numbers from the least to the greatest one."""
+
+    low: float
+    high: float
+
+
+class Regions:
+    """The numbers, cut at some of them."""
+
+    def __init__(self, cuts: Iterable[float]) -> None:
+        self.cuts = sorted(set(cuts))
+
+    def between(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
+        """The regions in which there are numbers of a range, for `whole` numbers or any others."""
+        at = bisect_left(self.cuts, low)
+        before = self.cuts[at - 1] if at else -math.inf
+        for cut in (*self.cuts[at:], math.inf):
+            inside = _inside(before, cut, whole=whole)
+            if inside.low <= inside.high and max(low, inside.low) <= min(high, inside.high):
+                yield inside
+            if cut > high:
+                return
+            if low <= cut < math.inf and not (whole and cut != int(cut)):
+                yield Region(cut, cut)
+            before = cut
+
+    def is_within(self, number: float) -> bool:
+        """Whether a number is between any of the cuts and zero."""
+        return min([0, *self.cuts[:1]]) <= number <= max([0, *self.cuts[-1:]])
+
+
+def _inside(low: float, high: float, *, whole: bool) -> Region:
+    """What lies between two numbers, without them."""
+    if not whole:
+        return Region(math.nextafter(low, math.inf), math.nextafter(high, -math.inf))
+    least = low if math.isinf(low) else math.floor(low) + 1
+    return Region(least, high if math.isinf(high) else math.ceil(high) - 1)
+
+
+def ranged(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
+    """The least and the greatest value of numbers and truth values; `known` are those of leaves."""
+    if (leaf := known(expr)) is not None:
+        return leaf
+    if isinstance(expr, (m.Number, m.Truth)):
+        return expr.value, expr.value
+    operation = OPERATIONS.get(sign_of(expr))
+    if operation is None:
+        return ANY
+    try:
+        found = operation(*(ranged(part, known) for part in m.children(expr)))
+    except (ArithmeticError, ValueError, TypeError):
+        return ANY
+    return ANY if any(map(math.isnan, found)) else found
+
+
+def is_number(expr: m.Expr) -> bool:
+    """Whether the values of an expression are single numbers."""
+    return isinstance(expr.type, (Int, Real))
+
+
+def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
+    """The inputs and the memory whose values it takes to know that of an expression.
+
+    What an operator makes of them is not known anyway.
+    """
+    if isinstance(expr, (m.Input, m.MemoryRef)):
+        yield expr
+    elif not isinstance(expr, (m.Call, m.Fresh, m.Present)):
+        for part in m.children(expr):
+            yield from leaves(part)

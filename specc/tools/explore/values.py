@@ -1,0 +1,102 @@
+"""Numbers for the values that are kept, so that configurations are small and quickly compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from specc.model import expr as m
+from specc.model.types import Int
+from specc.tools.explore.partial import SOME, Known, Value, is_literal, is_some
+from specc.tools.explore.regions import Region, Regions, is_number, ranged
+
+MOST_VALUES = 32
+"""Of one element; where more are computed, of later ones only the region is known."""
+MOST_OPTIONS = 16
+"""Ways of going on that a period may have since of some values only the region is known."""
+
+UNKNOWN, ABSENT = 0, 1
+"""Numbers of what is not a value; the others number literals, and SOME."""
+
+
+@dataclass(slots=True)
+class Numbers:
+    """Numbers things in the order in which they come."""
+
+    known: dict[Any, int] = field(default_factory=dict)
+    things: list[Any] = field(default_factory=list)
+
+    def of(self, thing: Any) -> int:
+        """The number of a thing."""
+        number = self.known.get(thing)
+        if number is None:
+            number = self.known[thing] = len(self.things)
+            self.things.append(thing)
+        return number
+
+
+class Values:
+    """Numbers of the values that are kept, shared by all machines."""
+
+    def __init__(self, most: int | None, cuts: Iterable[float] = ()) -> None:
+        """Of each target, at most so many values are followed, or all between the `cuts`."""
+        self._most = most
+        self._regions = Regions(cuts)
+        self._numbers = Numbers()
+        for reserved in ("unknown", "absent", SOME):
+            self._numbers.of(reserved)
+        self._seen: dict[str, set[int]] = {}
+        self.widened: set[str] = set()
+        """Targets of which more would have to be known than the region."""
+
+    def of(self, target: str, expr: m.Expr, known: Known) -> int:
+        """The number of what is assigned to a target before anything is unclear."""
+        (number, *_) = self.options(target, expr, known)
+        return number
+
+    def options(self, target: str, expr: m.Expr, known: Known) -> tuple[int, ...]:
+        """The numbers of what may be assigned to a target."""
+        if is_literal(expr):
+            number = self._numbers.of(expr)
+            seen = self._seen.setdefault(target, set())
+            if number in seen or not self._is_left(seen, expr):
+                seen.add(number)
+                return (number,)
+            if isinstance(expr, m.Number):
+                return self._in(target, expr, expr.value, expr.value)
+            self.widened.add(target)
+            return (UNKNOWN if isinstance(expr, m.Nothing) else self._numbers.of(SOME),)
+        if known.is_unclear(expr):
+            if is_number(expr):
+                return self._in(target, expr, *ranged(expr, known.range_of))
+            self.widened.add(target)
+        return (self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN,)
+
+    def _is_left(self, seen: set[int], expr: m.Expr) -> bool:
+        """Whether a value is one too many."""
+        if len(seen) < MOST_VALUES:
+            return False
+        is_among = not isinstance(expr, m.Number) or self._regions.is_within(expr.value)
+        return self._most is not None or not is_among
+
+    def _in(self, target: str, expr: m.Expr, low: float, high: float) -> tuple[int, ...]:
+        """The regions of a range."""
+        whole = isinstance(expr.type, Int)
+        regions = list(self._regions.between(low, high, whole=whole))
+        if len(regions) > 1:
+            self.widened.add(target)
+        if len(regions) > MOST_OPTIONS:
+            return (self._numbers.of(SOME),)
+        return tuple(self._numbers.of(_shown(region, expr)) for region in regions)
+
+    def value(self, number: int) -> Value | None:
+        """What a number stands for; None if it is unknown or absent."""
+        return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
+
+
+def _shown(region: Region, expr: m.Expr) -> Value:
+    low, high = region
+    if low != high:
+        return region
+    return m.Number(int(low) if isinstance(expr.type, Int) else low, type=expr.type)

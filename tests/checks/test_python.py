@@ -1,0 +1,89 @@
+"""Names of Python objects are looked for in the text of their module, which is never imported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from specc.analysis.python import lacks
+
+PLAIN = """
+raise SystemExit("this module was imported")
+import os.path as paths, json
+from math import hypot as length
+if paths: chosen = 1
+else:
+    def other(): pass
+try: from numpy import array
+except ImportError: array = None
+class Drive: inner = 3
+a = b = 0
+c, (d, e) = 1, (2, 3) if a else (4, 5)
+for k in range(3): last = k
+"""
+
+
+@pytest.fixture
+def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder on the path with a package `robot`, whose import ends the process."""
+    package = tmp_path / "robot"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise SystemExit\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return package
+
+
+def test_names_of_a_module_are_found_in_its_text(packages: Path) -> None:
+    (packages / "arm.py").write_text(PLAIN)
+    defined = [
+        "paths",
+        "json",
+        "length",
+        "chosen",
+        "other",
+        "array",
+        "Drive",
+        "a",
+        "b",
+        "c",
+        "d",
+        "e",
+        "k",
+        "last",
+    ]
+    assert [name for name in defined if lacks(f"robot.arm:{name}")] == []
+    assert [
+        name for name in ("inner", "drive", "os", "hypot") if not lacks(f"robot.arm:{name}")
+    ] == []
+    assert not lacks("robot:arm")
+    assert lacks("robot:leg")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from math import *",
+        "def __getattr__(name): return 1",
+        "globals()['grip'] = 1",
+        "this is no Python",
+        "\0",
+    ],
+)
+def test_nothing_is_said_of_modules_whose_names_are_not_in_their_text(
+    packages: Path, text: str
+) -> None:
+    (packages / "hand.py").write_text(text)
+    assert not lacks("robot.hand:grip")
+
+
+def test_nothing_is_said_of_modules_that_are_not_there_or_have_no_text(packages: Path) -> None:
+    for name in (
+        "none.at:all",
+        "robot.none:f",
+        "math:hypo",
+        "numpy._core._multiarray_umath:f",
+        "robot",
+    ):
+        assert not lacks(name)
+    assert not lacks(".".join("a" * 400) + ":f")

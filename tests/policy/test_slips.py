@@ -1,0 +1,40 @@
+"""Repairs change nothing but the slips: a text means what was meant, or is left as it is."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from tests.policy.slips import mended, read, slips, specifications
+
+SMALL = ("conveyor_gate.yaml", "follow.yaml", "told.yaml", "services.yaml")
+
+
+def wrong_repairs(paths: list[Path], seed: int, count: int) -> tuple[int, list[str]]:
+    """How many slips were repaired, and which repairs changed what was meant."""
+    good = {path: path.read_text(encoding="utf-8") for path in paths}
+    meant = {path: read(str(path)) for path in paths}
+    done, faults = 0, []
+    for slip in islice(slips(paths, seed), count):
+        outcome = mended(slip, good[slip.path], meant[slip.path])
+        done += outcome.repaired
+        if outcome.fault:
+            faults.append(f"{slip.path.name}: {slip.right} -> {slip.wrong}: {outcome.fault}")
+    return done, faults
+
+
+def test_repairs_change_nothing_else(tmp_path: Path) -> None:
+    small = [path for path in specifications(tmp_path) if path.name in SMALL]
+    done, faults = wrong_repairs(small, seed=1, count=25)
+    assert not faults
+    assert done > 10
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [2, 3])
+def test_repairs_of_many_slips_change_nothing_else(seed: int, tmp_path: Path) -> None:
+    done, faults = wrong_repairs(specifications(tmp_path), seed, 300)
+    assert not faults
+    assert done > 150

@@ -1,0 +1,45 @@
+"""Requirements are compared by what they say; what has a name and says something else, by that."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.tools.diff.conftest import BASE, Differ
+
+SAID, OTHER = "within(5[s], state(cart.c) == going)", "within(6[s], state(cart.c) == going)"
+
+
+def required(name: str, that: str) -> str:
+    item = f'name: {name}, that: "{that}"' if name else f'that: "{that}"'
+    return f"{BASE}require: [{{{item}, because: test}}]\n"
+
+
+def test_what_a_name_stands_for_is_a_part_of_what_is_said(differ: Differ) -> None:
+    old, new = (
+        f"{BASE}let: {{goes: state(cart.c) == {state}}}\n"
+        'require: [{that: "within(5[s], goes)", because: test}]\n'
+        for state in ("going", "idle")
+    )
+    found = differ(old, new)
+    assert [(d.part, d.name, d.aspect) for d in found.differences] == [("let", "goes", "formula")]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "changes", "remarks"),
+    [
+        (("", SAID), ("goes", SAID), [], [(SAID, "name")]),
+        (("goes", SAID), ("moves", SAID), [], [(SAID, "name")]),
+        (("goes", SAID), ("goes", OTHER), [("goes", "changed", "formula")], []),
+        (("", SAID), ("", OTHER), [(SAID, "removed", ""), (OTHER, "added", "")], []),
+    ],
+)
+def test_what_is_different_is_told(
+    differ: Differ,
+    old: tuple[str, str],
+    new: tuple[str, str],
+    changes: list[tuple[str, str, str]],
+    remarks: list[tuple[str, str]],
+) -> None:
+    found = differ(required(*old), required(*new))
+    assert [(d.name, d.change, d.aspect) for d in found.differences] == changes
+    assert [(r.name, r.aspect) for r in found.remarks] == remarks
