@@ -37,7 +37,7 @@ class _Reminder:
     call that blocks is heard when that returns, which may be never; the next one interrupts it.
     """
 
-    def __init__(self, is_heard: Callable[[], bool], give_up: Callable[[int], None]) -> None:
+    def __init__(self, is_heard: Callable[[int], bool], give_up: Callable[[int], None]) -> None:
         """`give_up` is called with a signal that the main thread has not heard in `GRACE_S`."""
         self._is_heard = is_heard
         self._give_up = give_up
@@ -54,7 +54,7 @@ class _Reminder:
 
     def close(self) -> None:
         """End the thread, which may take a moment: the run must not stay with it until then."""
-        self._is_heard = lambda: True
+        self._is_heard = lambda _: True
         signal.set_wakeup_fd(self._previous)
         writer, self._writer = self._writer, -1
         os.close(writer)
@@ -70,13 +70,13 @@ class _Reminder:
         with open(reader, "rb", buffering=0) as numbers:
             while number := numbers.read(1):
                 time.sleep(_HEARD_S)
-                if number[0] in SIGNALS and self._writer >= 0 and not self._is_heard():
+                if self._writer >= 0 and not self._is_heard(number[0]):
                     signal.pthread_kill(self._main, number[0])
                     self._wait(number[0])
 
     def _wait(self, number: int) -> None:
         begin_s = time.monotonic()
-        while self._writer >= 0 and not self._is_heard():
+        while self._writer >= 0 and not self._is_heard(number):
             if time.monotonic() - begin_s > GRACE_S:
                 return self._give_up(number)
             time.sleep(_HEARD_S)
@@ -115,7 +115,7 @@ class Interruption:
             heard = [n for n in SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
             self._previous = {n: signal.signal(n, self._on_signal) for n in heard}
             self._alarm = signal.signal(signal.SIGALRM, self.on_alarm)
-            self._reminder = _Reminder(lambda: self._is_heard, self._unheard)
+            self._reminder = _Reminder(self._has_heard, self._unheard)
         return self
 
     def __exit__(
@@ -155,6 +155,12 @@ class Interruption:
         if not any(signal.getitimer(signal.ITIMER_REAL)):
             signal.setitimer(signal.ITIMER_REAL, self._limit_s, self._limit_s)
 
+    def _has_heard(self, number: int) -> bool:
+        """Whether the main thread has handled a signal, or need not."""
+        if number == signal.SIGALRM:
+            return self._raised > 0 or not self._is_loading
+        return self._is_heard or number not in SIGNALS
+
     @contextmanager
     def loading(self) -> Iterator[None]:
         """Meanwhile a signal that is not heard ends the process, with the report, after a while."""
@@ -167,8 +173,9 @@ class Interruption:
     def _unheard(self, number: int) -> None:
         """Something outside of Python, like the compiler of a model, lets no signal be heard."""
         if self._is_loading and self.last_resort is not None:
-            self.exit_code = 128 + number
-            self.request()
+            if not self.requested:
+                self.exit_code = 128 + number
+                self.request()
             self.last_resort()
 
     def allow(self, *, always: bool) -> None:

@@ -114,10 +114,14 @@ DEAF = (
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("is_early", [False, True])
 def test_a_signal_ends_a_run_whose_model_does_not_load(
-    tmp_path: Path, number: signal.Signals
+    tmp_path: Path, number: signal.Signals, is_early: bool
 ) -> None:
-    start = SHORT.replace("from specc_runtime.main", f"{DEAF}from specc_runtime.main")
+    """Whether it comes while the model loads or, `is_early`, is handled just before."""
+    early = f"def _plant(*_):\n    import signal\n    signal.raise_signal({number:d})\n"
+    deaf = DEAF.replace("def _plant(*_):\n", early) if is_early else DEAF
+    start = SHORT.replace("from specc_runtime.main", f"{deaf}from specc_runtime.main")
     package = hinge(tmp_path)
     with begun(package, start=start) as process:
         until(process, "loading")
