@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from specc.analysis.machine import Machine
 from specc.analysis.remembered import known_of_memory
-from specc.model.expr import Among, Compare, Expr, Member, MemoryRef, mapped
+from specc.model.expr import Compare, Expr, Member, MemoryRef, mapped
 from specc.model.requirement import Reading
 from specc.model.system import System
 from specc.model.types import Bool, Enum
@@ -15,8 +15,8 @@ from specc.model.types import Bool, Enum
 def known_of_readings(system: System, machines: Mapping[str, Machine]) -> Iterator[Expr]:
     """Conditions on them; `machines` are those of which enough is known.
 
-    What one has reached is one of the states that can be reached, what is always there is present,
-    and memory has what is written to it.
+    What is always there is present, and memory has what is written to it. That a state is never
+    reached is told of the state (W0607), and not again of each formula that names it.
     """
     for reading in {r.name: r for item in system.formulas for r in item.readings}.values():
         machine = machines.get(reading.subsystem)
@@ -24,9 +24,6 @@ def known_of_readings(system: System, machines: Mapping[str, Machine]) -> Iterat
         if reading.asks_presence:
             if reading.kind in ("state", "memory") or reading.initial:
                 yield value
-        elif reading.kind == "state" and machine and isinstance(reading.type, Enum):
-            if machine.reached < set(reading.type.members):
-                yield Among(value, machine.reached, type=Bool())
         elif reading.kind == "memory" and machine:
             known = known_of_memory(machine.subsystem).get(reading.element[0])
             if known is not None:
