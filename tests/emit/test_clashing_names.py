@@ -309,7 +309,8 @@ KEYS = {"element": ("is", "for")}
 """Words of Python that are keys where names of a kind stand."""
 WORDS = {*RESERVED, *TYPE_WORDS, *keyword.kwlist, "plant"}
 PRIVATE = {"field": {name for name in NAMES if name.startswith("__")}}
-NAMED = re.compile(r"E\d+ [^`]*`(\w+)`")
+# What E0311 and E0313 say of a name is about the type of an operand beside another name.
+NAMED = re.compile(r"E(?!0311|0313)\d+ [^`]*`(\w+)`")
 SLOTS = re.compile(r"<([a-z]+)>")
 
 
