@@ -1,5 +1,7 @@
 """What a typed expression means: a slow and obvious evaluator, the oracle of generated code.
 
+Numbers are finite: what overflows raises, as it is a fault of a run.
+
 Values are Python's own: a vector or spatial vector is a tuple of floats, a pose a tuple of four
 rows, a list a tuple, a member of an enum its name, a missing component NaN.
 """
@@ -63,8 +65,18 @@ def _unary(e: m.Unary, env: Environment) -> Value:
 def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
     if e.op == "@":
-        return moved(left, right) if isinstance(e.type, Vector) else compose(left, right)
-    return elementwise(_ARITHMETIC[e.op], left, right)
+        return _finite(moved(left, right) if isinstance(e.type, Vector) else compose(left, right))
+    return _finite(elementwise(_ARITHMETIC[e.op], left, right))
+
+
+def _finite(value: Value) -> Value:
+    """What was computed; raises OverflowError if a number, or one of its numbers, is too large."""
+    if isinstance(value, tuple):
+        for part in value:
+            _finite(part)
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise OverflowError("the result is too large")
+    return value
 
 
 _ARITHMETIC: dict[str, Callable[[Any, Any], Value]] = {
@@ -136,7 +148,8 @@ def _builtin(e: m.Builtin, env: Environment) -> Value:
     args = _arguments(e.args, env)
     if e.name == "joined":
         env.count(sum(map(len, args)))
-    return FUNCTIONS[e.name].value(*_placed(e, args))
+    value = FUNCTIONS[e.name].value(*_placed(e, args))
+    return _finite(value) if FUNCTIONS[e.name].overflows else value
 
 
 def _named(kind: str, e: Any, env: Environment) -> Value:
