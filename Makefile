@@ -22,7 +22,7 @@ TEST_WORKERS ?= 3
 SPREAD := -n $(TEST_WORKERS) --dist worksteal
 # Continuous integration runs the long ones, too.
 TESTS ?= not long
-# Of pytest; `-p bench.tests` prints what each folder takes.
+# Of pytest; `-p bench.suite_cost` prints what each folder takes.
 OPTIONS ?=
 # A test that hangs is ended with its traceback, and fails; the longest make ten runs.
 ENDED := -o faulthandler_timeout=1300 -o faulthandler_exit_on_timeout=true

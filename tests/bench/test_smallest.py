@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -29,3 +30,10 @@ Main = Callable[[Sequence[str]], object]
 def test_it_runs(main: Main, arguments: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     main(arguments.split())
     assert said in capsys.readouterr().out
+
+
+def test_no_benchmark_has_the_name_of_a_folder() -> None:
+    """Python looks for what a script imports beside the script first."""
+    root = Path(__file__).parents[2]
+    folders = {path.name for path in root.iterdir() if path.is_dir()}
+    assert folders.isdisjoint(path.stem for path in (root / "bench").glob("*.py"))

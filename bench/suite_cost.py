@@ -3,11 +3,11 @@
 CPU seconds of imports, collection and pytest's own work are in the row `rest`. Left out: time that
 tests wait, processes that a test does not wait for, and the memory of child processes.
 
-    python bench/tests.py                         what `make test` runs
-    python bench/tests.py -m "" tests/explore     other arguments of pytest: here the long ones too
-    python bench/tests.py --each tests/sweep      every test with its CPU seconds
+    python bench/suite_cost.py                       what `make test` runs
+    python bench/suite_cost.py -m "" tests/explore   other arguments of pytest: the long ones too
+    python bench/suite_cost.py --each tests/sweep    every test with its CPU seconds
 
-`-p bench.tests` prints the same at the end of any other run of pytest.
+`-p bench.suite_cost` prints the same at the end of any other run of pytest.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given.remove("--each")
         os.environ[EACH] = "1"
     os.chdir(ROOT)
-    return int(pytest.main(["-q", "-p", "bench.tests", *(given or ["-m", "not long"])]))
+    return int(pytest.main(["-q", "-p", "bench.suite_cost", *(given or ["-m", "not long"])]))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ def test_memory():
 
 def test_cpu_time_of_children_and_memory_of_a_worker_are_told(tmp_path: Path) -> None:
     (tmp_path / "test_spends.py").write_text(SPENDS, encoding="utf-8")
-    command = [sys.executable, "bench/tests.py", "--each", "-n", "1", f"--rootdir={tmp_path}"]
+    command = [sys.executable, "bench/suite_cost.py", "--each", "-n", "1", f"--rootdir={tmp_path}"]
     done = subprocess.run(
         [*command, "-c", "/dev/null", str(tmp_path)],
         cwd=ROOT,
