@@ -47,11 +47,10 @@ def _source_of(parts: list[str]) -> str | None:
     """The file of a module; its packages are looked into and not imported."""
     folders = None
     spec = None
-    for depth in range(1, len(parts) + 1 if len(parts) <= _DEEPEST else 0):
-        name = ".".join(parts[:depth])
-        if name in sys.builtin_module_names:
+    for name in parts if len(parts) <= _DEEPEST else ():
+        if folders is None and name in sys.builtin_module_names:
             return None
-        spec = PathFinder.find_spec(name, folders)
+        spec = PathFinder.find_spec(name, folders)  # with a dot, it would look for the package
         if spec is None:
             return None
         folders = list(spec.submodule_search_locations or ())

@@ -60,6 +60,13 @@ def test_names_of_a_module_are_found_in_its_text(packages: Path) -> None:
     assert lacks("robot:leg")
 
 
+def test_a_package_may_be_a_folder_with_nothing_but_others(packages: Path) -> None:
+    inner = packages.parent / "cell" / "left"
+    inner.mkdir(parents=True)
+    (inner / "arm.py").write_text("def grip(): ...\n")
+    assert lacks("cell.left.arm:leg") and not lacks("cell.left.arm:grip")
+
+
 @pytest.mark.parametrize(
     "text",
     [

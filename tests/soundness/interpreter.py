@@ -112,7 +112,7 @@ class Machine:
             kind, about = "UndecidedTransition", tuple(rows)
         except Absent as error:
             kind, about = "Absent", (str(error),)
-        except (ArithmeticError, ValueError):
+        except (ArithmeticError, ValueError, IndexError):  # the last: of a list without items
             kind, about = "StepFailed", ()
         if self.broken:
             return self._broken()

@@ -70,12 +70,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("soundness")
 
 
-def runs_of(text: str, folder: Path, ticks: int) -> tuple[Run, Run]:
+def runs_of(text: str, folder: Path, ticks: int, *, ok: bool = True) -> tuple[Run, Run]:
     """The runs of a specification without devices, by the interpreter and by generated code."""
     (folder / "fixed.yaml").write_text(text, encoding="utf-8")
     result = compile_spec(str(folder / "fixed.yaml"))
     system = result.system
-    assert result.ok
+    assert result.ok is ok
     assert system is not None
 
     def nothing(name: str, tick: int) -> Any:
@@ -109,6 +109,27 @@ def test_two_rates_by_hand(folder: Path) -> None:
         ("B", -1), ("B", 4), ("B", 5), ("B", 5),
     ]  # fmt: skip
     assert [memory["last"] for _, _, memory in fast] == [-1, -1, 5, 5, 5, 5, 12, 12, 12, 12, 26, 26]
+
+
+NO_ITEM = """specc: 1
+system: no_item
+agents:
+  one:
+    control:
+      rate: 10 Hz
+      memory:
+        k: {type: "list[real]", init: "[]"}
+        first: {type: real, init: 0.0}
+      behaviours: {read: {functions: [{first: "k[0]"}], terminal: never}}
+      states: {S0: read}
+      initial_state: S0
+"""
+
+
+def test_an_item_that_is_not_there_is_a_fault(folder: Path) -> None:
+    expected, found = runs_of(NO_ITEM, folder, 3, ok=False)
+    assert [failure.kind for failure in expected.failures] == ["StepFailed"]
+    assert differences(expected, found) == []
 
 
 def judged(tree: Tree, folder: Path, seed: str, tolerance: float = 0.0) -> Verdict:
