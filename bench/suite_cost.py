@@ -69,7 +69,7 @@ class Meter:
 
     config: pytest.Config
     costs: list[Cost]
-    whole_s: float = 0.0
+    workers_s: float = 0.0
     """Of all workers."""
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -99,11 +99,16 @@ class Meter:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object | None) -> None:
-        self.whole_s += getattr(node, "workeroutput", {}).get("cpu_s", 0.0)
+        self.workers_s += getattr(node, "workeroutput", {}).get("cpu_s", 0.0)
+
+    @property
+    def whole_s(self) -> float:
+        """Of all processes: the children of one that has workers are the workers."""
+        return self.workers_s + sum(os.times()[:2]) if self.workers_s else cpu_s()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.section("what tests take")
-        terminalreporter.write_line(told(self.costs, self.whole_s + cpu_s()))
+        terminalreporter.write_line(told(self.costs, self.whole_s))
         if os.environ.get(EACH):
             for cost in sorted(self.costs, key=lambda cost: -cost.cpu_s):
                 terminalreporter.write_line(f"{cost.cpu_s:8.2f} {cost.peak_mb:6.0f} {cost.test}")
