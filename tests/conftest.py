@@ -4,8 +4,10 @@ Whatever tests recorded is replayed, and the garbage of proofs does not pile up.
 """
 
 import gc
+import os
 import resource
 import signal
+from collections import deque
 from collections.abc import Generator
 from pathlib import Path
 
@@ -36,6 +38,22 @@ for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
 # Contexts of z3 are large, and Python's collector counts each as one small object.
 GROWN = 100_000
 peak = 0
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Share out tests of minutes, first in what each worker begins with: short ones end last."""
+    heavy = [item for item in items if "/scenarios/" in item.nodeid and _is_long(item)]
+    rare = set(heavy)
+    others = deque(item for item in items if item not in rare)
+    workers, count = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")), len(items)
+    items.clear()
+    for worker in range(workers):
+        items += heavy[worker::workers]
+        items += [others.popleft() for _ in range(count * (worker + 1) // workers - len(items))]
+
+
+def _is_long(item: pytest.Item) -> bool:
+    return item.get_closest_marker("long") is not None
 
 
 def pytest_collection_finish() -> None:

@@ -15,6 +15,7 @@ import functools
 import inspect
 import itertools
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from types import FunctionType, ModuleType
 from typing import Any
@@ -81,6 +82,8 @@ def _method(thing: object, asked: FunctionType) -> str:
 
 DEEPEST = 12
 """How many levels of a value are examined; opaque values may contain themselves."""
+_PLAIN = {bool, int, float, str, bytes, type(None)}
+"""Values of these types have no parts."""
 
 
 class WordBroken(Blamed):
@@ -107,7 +110,8 @@ def _examined(origin: str, function: Callable[..., Any]) -> Callable[..., Any]:
             raise WordBroken(
                 origin, "returns two results for equal arguments; pass state as an argument"
             )
-        if any(np.shares_memory(a, b) for a, b in itertools.product(_owned(result), _owned(again))):
+        owned = [*_owned(result)]
+        if owned and any(np.shares_memory(a, b) for a in _owned(again) for b in owned):
             raise WordBroken(origin, "keeps an array that it returns; return a copy")
         return result
 
@@ -119,13 +123,16 @@ def same(a: Any, b: Any, depth: int = DEEPEST) -> bool:
 
     What has neither an encoding nor parts is taken for equal.
     """
-    if type(a) is not type(b):
-        return False
-    try:
-        return encode(a) == encode(b)
-    except TypeError:
-        pairs = itertools.zip_longest(_parts(a), _parts(b)) if depth else ()
-        return all(same(p, q, depth - 1) for p, q in pairs)
+    if a is b or type(a) is not type(b):
+        return a is b
+    if type(a) is np.ndarray and not a.dtype.hasobject:
+        is_alike = a.dtype.str == b.dtype.str and a.shape == b.shape
+        return is_alike and bool(a.tobytes() == b.tobytes())
+    if not (depth and (isinstance(a, tuple) or is_dataclass(a))):
+        with suppress(TypeError):
+            return encode(a) == encode(b)
+    pairs = itertools.zip_longest(_parts(a), _parts(b)) if depth else ()
+    return all(same(p, q, depth - 1) for p, q in pairs)
 
 
 def _parts(value: Any) -> Iterator[Any]:
@@ -144,7 +151,7 @@ def _owned(value: Any, depth: int = DEEPEST) -> Iterator[np.ndarray[Any, Any]]:
     if isinstance(value, np.ndarray):
         if value.flags.writeable:
             yield value
-    elif depth:
+    elif depth and type(value) not in _PLAIN:
         for part in _parts(value):
             yield from _owned(part, depth - 1)
 

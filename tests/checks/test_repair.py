@@ -163,21 +163,6 @@ def test_the_row_of_the_report_makes_the_specification_pass(case: Path, tmp_path
     assert [d for d in result.diagnostics if d.severity == "error"] == []
 
 
-def _specified() -> dict[str, tuple[Subsystem, dict[str, Expr], frozenset[tuple[str, str]]]]:
-    found = {}
-    for name in ("irp_picking", "conveyor_gate"):
-        system = compile_spec(f"specs/{name}.yaml").system
-        assert system is not None
-        constants = {constant.name: constant.value for constant in system.constants}
-        for subsystem in system.subsystems:
-            always = Connections(system).always_present(subsystem)
-            found[f"{name}.{subsystem.qualified_name}"] = subsystem, constants, always
-    return found
-
-
-SPECIFIED = _specified()
-
-
 def faulty(subsystem: Subsystem) -> Iterator[tuple[Subsystem, Transition]]:
     """The subsystem without a row, with one that always applies, and with one's opposite."""
     rows = subsystem.transitions
@@ -189,9 +174,20 @@ def faulty(subsystem: Subsystem) -> Iterator[tuple[Subsystem, Transition]]:
             yield replace(subsystem, transitions=(*rows[:index], changed, *rows[index + 1 :])), row
 
 
-@pytest.mark.parametrize("name", SPECIFIED)
+@pytest.mark.parametrize("name", ["irp_picking", "conveyor_gate"])
 def test_repairs_of_seeded_faults_end_in_a_proof(name: str) -> None:
-    subsystem, constants, always = SPECIFIED[name]
+    system = compile_spec(f"specs/{name}.yaml").system
+    assert system is not None
+    constants = {constant.name: constant.value for constant in system.constants}
+    for subsystem in system.subsystems:
+        always = Connections(system).always_present(subsystem)
+        every_fault_is_repaired(subsystem, constants, always)
+
+
+def every_fault_is_repaired(
+    subsystem: Subsystem, constants: dict[str, Expr], always: frozenset[tuple[str, str]]
+) -> None:
+    """Those of each fault that is seeded in the subsystem."""
     repairs = 0
     for seeded, row in faulty(subsystem):
         for _ in range(MOST_REPAIRS):
@@ -201,7 +197,7 @@ def test_repairs_of_seeded_faults_end_in_a_proof(name: str) -> None:
             seeded = mended(seeded, verdict, row)
             repairs += 1
         else:
-            raise AssertionError(f"the repairs of {row} do not end")
+            raise AssertionError(f"in {subsystem.qualified_name} the repairs of {row} do not end")
     assert repairs or len(subsystem.transitions) < 2
 
 

@@ -136,7 +136,8 @@ def batched(names: list[str], size: int) -> Iterator[tuple[str, ...]]:
     return (tuple(names[i : i + size]) for i in range(0, len(names), size))
 
 
-NAMES = sorted({*identifiers(), *(name.lower() for name in identifiers())} - {"B"})
+_WRITTEN = set(identifiers())
+NAMES = sorted(_WRITTEN.union(map(str.lower, _WRITTEN)) - {"B"})
 Slots = dict[str, str]
 
 

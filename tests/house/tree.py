@@ -44,7 +44,7 @@ class Module:
 
 def _imported_by_call(node: ast.Call) -> Iterator[str]:
     """The name in `import_module("name")`, absolute and written out."""
-    called = ast.unparse(node.func).rpartition(".")[2]
+    called = getattr(node.func, "attr", getattr(node.func, "id", ""))
     if called in {"import_module", "__import__"} and node.args:
         name = node.args[0]
         if isinstance(name, ast.Constant) and isinstance(name.value, str):

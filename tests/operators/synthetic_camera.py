@@ -7,6 +7,7 @@ mesh's vertices define, and looks pixels up in the atlas.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -72,8 +73,12 @@ def box(name: str, X_BO: np.ndarray) -> Box:
         axis = int(np.argmax(np.abs(normal)))
         side = 2 * axis + (sum(normal) < 0)
         maps[side] = np.linalg.lstsq(four, uv, rcond=None)[0].T
-    atlas = cv2.imread(str(OBJECTS / f"{name}.png"))[..., ::-1].astype(np.float64)
-    return Box(name, X_BO, np.ptp(np.array(vertices), axis=0), atlas, maps)
+    return Box(name, X_BO, np.ptp(np.array(vertices), axis=0), atlas(name), maps)
+
+
+@cache
+def atlas(name: str) -> np.ndarray:
+    return cv2.imread(str(OBJECTS / f"{name}.png"))[..., ::-1].astype(np.float64)
 
 
 def lying_box(name: str, side: int, x: float, y: float, yaw: float) -> Box:

@@ -52,8 +52,12 @@ def lying_boxes(count, seed):
         yield recognised(box.X_BO, box.size, f"{name}_0")
 
 
-@pytest.mark.parametrize("target", tuple(lying_boxes(60, seed=1)))
-def test_a_box_on_the_table_is_taken_from_above_across_a_side_that_fits(target):
+def test_boxes_on_the_table_are_taken_from_above_across_a_side_that_fits():
+    for target in lying_boxes(60, seed=1):
+        is_taken_from_above_across_a_side_that_fits(target)
+
+
+def is_taken_from_above_across_a_side_that_fits(target):
     fingers = left_right_grasp(target)
     X_BE = grasp_pose(fingers, np.eye(4))
     height = np.abs(target.X[2, :3]) @ target.size
@@ -69,8 +73,12 @@ def test_a_box_on_the_table_is_taken_from_above_across_a_side_that_fits(target):
     assert FINGERS_LOWER <= finger_distance(fingers) < side < FINGERS_UPPER
 
 
-@pytest.mark.parametrize("target", tuple(lying_boxes(60, seed=2)))
-def test_the_arm_reaches_the_grasp_with_its_last_joint_near_the_middle(target):
+def test_the_arm_reaches_every_grasp_with_its_last_joint_near_the_middle():
+    for target in lying_boxes(60, seed=2):
+        is_reached_with_the_last_joint_near_the_middle(target)
+
+
+def is_reached_with_the_last_joint_near_the_middle(target):
     assert graspable(target, AT_TIPS, X_PG, Q_BEFORE)
     X_BE = grasp_pose(left_right_grasp(target), np.eye(4))
     q = inverse_kinematics(X_BE, Q_BEFORE)

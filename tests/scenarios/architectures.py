@@ -56,6 +56,8 @@ class Architecture:
     """Steps of exploring."""
     is_short: bool = False
     """Exploring ends at this bound."""
+    runs: int = 10
+    """How many runs of the ten that the page tells of the long tests repeat."""
     figures: tuple[Figure, ...] = ()
     """What the page says of its runs."""
 
@@ -204,6 +206,7 @@ ARCHITECTURES = (
         ),
         budget=200_000,
         is_short=True,
+        runs=4,  # half a minute each
         figures=(
             Figure(
                 "at least (?P<least>[0-9.]+) cm above", "within(59[s], state(irp.c) == S9", 0, 100
@@ -232,6 +235,7 @@ ARCHITECTURES = (
         fault_in="lib/irp_at_table.yaml",
         budget=150_000,
         is_short=True,
+        runs=4,  # half a minute each
         figures=(Figure("than (?P<least>[0-9.]+) m, and no box", "always(norm(plant.hand_1", 0.3),),
     ),
 )

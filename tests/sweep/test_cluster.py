@@ -15,7 +15,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from specc.tools.sweep.cluster import Shipment
 from specc.tools.sweep.running import Bundle, Job, Unfit, perform
 from tests.sweep.runs import GATE, command, environment, hazards, swept, table
 
@@ -112,6 +111,8 @@ def test_what_is_left_on_workers_and_who_is_gone(
 
 
 def test_a_worker_with_other_versions_is_refused(tmp_path: Path) -> None:
+    from specc.tools.sweep.cluster import Shipment  # of a package that takes a second
+
     shipment = Shipment("specc-test", Bundle({}, "base"))
     shipment.versions["numpy"] = "0.1"
     worker = SimpleNamespace(local_directory=str(tmp_path), address="tcp://there")

@@ -11,6 +11,7 @@ import pytest
 from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from tests.house.tree import ROOT
+from tests.seeds import FIRST
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, write
 
 FLAGSHIP = ROOT / "specs/irp_picking.yaml"
@@ -78,14 +79,14 @@ def test_a_few_small_edits_of_the_flagship() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + 8))
 def test_small_edits_of_the_flagship(seed: int) -> None:
     check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed, 12)
 
 
 @pytest.mark.parametrize(
     ("seed", "steps"),
-    [(0, 6), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(40))],
+    [(0, 6), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(FIRST, FIRST + 16))],
 )
 def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
     seed: int, steps: int, tmp_path: Path

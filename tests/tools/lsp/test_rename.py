@@ -1,7 +1,6 @@
 """Renaming changes every place that means the symbol, or nothing."""
 
 import random
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,10 +9,13 @@ from specc.tools.lsp import answers
 from specc.tools.lsp.project import Project
 from specc.tools.lsp.rename import RenameError, apply
 from tests.house.tree import ROOT
+from tests.seeds import short
 from tests.tools.lsp.workspace import LIBRARY, SYSTEM, opened, place, write
 
 FLAGSHIP = str(ROOT / "specs/irp_picking.yaml")
 FRESH = "quite_new"
+PARTS_OF_ALL = 8
+"""Tests among which symbols are shared out."""
 
 
 @pytest.fixture(scope="module")
@@ -30,11 +32,9 @@ def renamed(project: Project, path: str, offset: int, new: str) -> dict[str, str
     }
 
 
-def samples() -> Iterator[object]:
+def samples(project: Project) -> list[tuple[str, int]]:
     """One symbol of each kind in each subsystem of the flagship that can be renamed."""
-    project = Project()
-    view_of = {FLAGSHIP: project.analyse(FLAGSHIP).index}
-    index = view_of[FLAGSHIP]
+    index = project.analyse(FLAGSHIP).index
     found: dict[tuple[str, object], list[tuple[str, int]]] = {}
     for occurrence in index.occurrences(FLAGSHIP):
         symbol = occurrence.symbol
@@ -45,10 +45,7 @@ def samples() -> Iterator[object]:
         key = (symbol.kind, symbol.owner)
         found.setdefault(key, []).append((f"{symbol.kind} {symbol.name}", occurrence.start))
     rng = random.Random(3)
-    kinds: set[object] = set()
-    for (kind, _), places in found.items():
-        yield pytest.param(*rng.choice(places), marks=pytest.mark.long if kind in kinds else ())
-        kinds.add(kind)
+    return [rng.choice(places) for places in found.values()]
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +56,16 @@ def flagship() -> Project:
     return project
 
 
-@pytest.mark.parametrize(("name", "offset"), list(samples()))
-def test_renaming_there_and_back_is_nothing(name: str, offset: int, flagship: Project) -> None:
-    project = flagship
+@pytest.mark.parametrize("part", short(range(PARTS_OF_ALL), 0))
+def test_renaming_there_and_back_is_nothing(part: int, flagship: Project) -> None:
+    for name, offset in samples(flagship)[part::PARTS_OF_ALL]:
+        is_nothing_there_and_back(flagship, name, offset)
+
+
+def is_nothing_there_and_back(project: Project, name: str, offset: int) -> None:
     before = project.source(FLAGSHIP).text
     texts = renamed(project, FLAGSHIP, offset, FRESH)
-    assert texts
+    assert texts, name
     for path, text in texts.items():
         project.put(path, text)
     project.analyse(FLAGSHIP)

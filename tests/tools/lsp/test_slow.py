@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 from tests.tools.lsp.client import Client, ServerError
-from tests.tools.lsp.workspace import SYSTEM, place, write
+from tests.tools.lsp.workspace import SYSTEM, place
 
 SLOW = SYSTEM.replace("system: arm", "system: slow")
 GREEDY = SYSTEM.replace("system: arm", "system: greedy")
 DEADLY = SYSTEM.replace("system: arm", "system: deadly")
 MEDDLING = """\
-import os
+import os, time
 from specc.tools.lsp import project, worker
 
 analyse = project.Project.analyse
@@ -26,7 +26,7 @@ analyse = project.Project.analyse
 
 def slow(self, root):
     while "system: slow" in self.source(root).text:
-        pass
+        time.sleep(0.01)
     if "system: deadly" in self.source(root).text:
         os._exit(3)
     if "system: greedy" in self.source(root).text:
@@ -40,18 +40,22 @@ worker.LIMIT_S = 3.0
 INVALID_PARAMS = -32602
 
 
-@pytest.fixture
-def client(tmp_path: Path) -> Iterator[Client]:
+def meddled(folder: Path) -> Client:
     """A client of a server to which the check of some texts never ends."""
-    meddling = tmp_path / "meddling"
+    meddling = folder / "meddling"
     meddling.mkdir()
     (meddling / "sitecustomize.py").write_text(MEDDLING)
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    write(folder)
+    workspace = folder / "workspace"
+    workspace.mkdir()
     path = os.pathsep.join([str(meddling), os.environ.get("PYTHONPATH", "")])
     command = ["env", f"PYTHONPATH={path}", sys.executable, "-m", "specc", "lsp"]
-    with Client(command, folder) as client:
+    return Client(command, workspace)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """In place of that of the folder."""
+    with meddled(tmp_path_factory.mktemp("slow")) as client:
         yield client
     assert client.exit_code == 0
 
@@ -60,20 +64,22 @@ def errors(client: Client, uri: str) -> set[str]:
     return {item.get("code", "") for item in client.diagnostics(uri) if item["severity"] == 1}
 
 
-def test_shutdown_is_answered_while_a_check_runs(client: Client) -> None:
-    client.open(client.folder / "slow.yaml", SLOW)
+def test_shutdown_is_answered_while_a_check_runs(tmp_path: Path) -> None:
+    with meddled(tmp_path) as client:
+        client.open(client.folder / "slow.yaml", SLOW)
+    assert client.exit_code == 0
 
 
-def test_a_change_abandons_the_check(client: Client) -> None:
-    uri = client.open(client.folder / "slow.yaml", SLOW)
+def test_a_change_abandons_the_check(client: Client, folder: Path) -> None:
+    uri = client.open(folder / "slow.yaml", SLOW)
     client.change(uri, SYSTEM.replace("limit)", "limits)"))
     assert errors(client, uri) == {"E0201"}
 
 
-def test_a_check_that_takes_too_long_is_given_up(client: Client) -> None:
-    other = client.open(client.folder / "arm.yaml")
+def test_a_check_that_takes_too_long_is_given_up(client: Client, folder: Path) -> None:
+    other = client.open(folder / "arm.yaml")
     assert errors(client, other) == set()
-    uri = client.open(client.folder / "slow.yaml", SLOW)
+    uri = client.open(folder / "slow.yaml", SLOW)
     (found,) = client.diagnostics(uri)
     assert "given up" in found["message"]
     # What was known of the other text is found out anew.
@@ -85,29 +91,30 @@ def test_a_check_that_takes_too_long_is_given_up(client: Client) -> None:
     assert errors(client, uri) == set()
 
 
-def test_questions_behind_an_abandoned_check_are_answered(client: Client) -> None:
-    uri = client.open(client.folder / "slow.yaml", SLOW)
+def test_questions_behind_an_abandoned_check_are_answered(client: Client, folder: Path) -> None:
+    uri = client.open(folder / "slow.yaml", SLOW)
     client.change(uri, SYSTEM)
     with suppress(ServerError):  # or a hover, or none
         client.ask("hover", uri, 0, 0)
     assert errors(client, uri) == set()
 
 
-def test_a_process_that_dies_is_replaced(client: Client) -> None:
-    uri = client.open(client.folder / "deadly.yaml", DEADLY)
+def test_a_process_that_dies_is_replaced(client: Client, folder: Path) -> None:
+    uri = client.open(folder / "deadly.yaml", DEADLY)
     client.change(uri, SYSTEM)
     assert errors(client, uri) == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "why"), [(DEADLY, "ended its process"), (GREEDY, "more than 2 GB of memory")]
 )
 def test_what_ends_the_process_is_told_and_other_texts_are_found_anew(
-    client: Client, text: str, why: str
+    client: Client, folder: Path, text: str, why: str
 ) -> None:
-    other = client.open(client.folder / "arm.yaml")
+    other = client.open(folder / "arm.yaml")
     assert errors(client, other) == set()
-    uris = [client.open(client.folder / name, text) for name in ("a.yaml", "b.yaml")]
+    uris = [client.open(folder / name, text) for name in ("a.yaml", "b.yaml")]
     for uri in uris:
         (found,) = client.diagnostics(uri)
         assert why in found["message"]

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from tests.house.tree import ROOT
+from tests.seeds import short
 from tests.tools.lsp.client import Client
 from tests.tools.lsp.sessions import FLAGSHIP, SESSIONS, typed
 from tests.tools.lsp.workspace import SYSTEM, write
@@ -40,7 +41,7 @@ def editor() -> Iterator[tuple[Client, str]]:
     assert client.exit_code == 0
 
 
-@pytest.mark.parametrize(("before", "line", "wanted"), SESSIONS)
+@pytest.mark.parametrize(("before", "line", "wanted"), short(SESSIONS, 0))
 def test_what_is_wanted_is_among_the_first(
     editor: tuple[Client, str], before: str, line: str, wanted: dict[str, str]
 ) -> None:

@@ -1,0 +1,47 @@
+"""The ten runs that docs/architectures.md tells of, of architectures of which tests repeat fewer.
+
+What the page says of each is compared with it, as the tests do. The table is without the runs of
+all other architectures, which tests repeat.
+
+    python bench/architectures.py                 those of which tests repeat fewer
+    python bench/architectures.py reactive        another one
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from bench.harness.tables import table
+from tests.scenarios.architectures import ARCHITECTURES, Architecture
+from tests.scenarios.test_architectures import met_of
+
+RUNS = 10
+TITLE = f"Runs that meet all requirements, of seeds 0 to {RUNS - 1}; CPU time with its processes"
+HEAD = ("architecture", "simulated [s]", "met", "CPU of a run [s]")
+
+
+def measured(each: Architecture) -> tuple[str, ...]:
+    """The row of an architecture."""
+    before_s = sum(os.times()[:4])
+    with TemporaryDirectory(prefix="specc-architectures-") as scratch:
+        met = met_of(each, RUNS, Path(scratch))
+    cpu_s = sum(os.times()[:4]) - before_s
+    return each.name, str(each.duration_s), f"{met} of {RUNS}", f"{cpu_s / RUNS:.0f}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make the runs and print the table."""
+    names = list(sys.argv[1:] if arguments is None else arguments)
+    chosen = [a for a in ARCHITECTURES if (a.name in names if names else a.runs < RUNS)]
+    print(table(TITLE, HEAD, [measured(each) for each in chosen]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
