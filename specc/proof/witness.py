@@ -215,7 +215,8 @@ def describe(
 ) -> tuple[Facts, Answers, int]:
     """Facts that, within the combinations `allowed`, always lead to one of `faults`.
 
-    `faults` must have a combination. Facts about atoms that are not `asked` are left out first.
+    `faults` must have a combination. Facts about atoms that are not `asked` are left out first,
+    and of several about one thing wherever the others lead to a fault without them.
     The last of the result are the combinations in which the facts hold.
     """
     combination = (faults & -faults).bit_length() - 1
@@ -225,6 +226,10 @@ def describe(
         if not _common(table, rest) & allowed & ~faults:
             chosen = rest
     found = chosen.items()
+    for column in chosen:
+        if not _as_told(table, chosen, asked) & allowed & ~faults:
+            break
+        asked |= frozenset(column.atoms)
     facts = tuple(fact for column, answer in found for fact in _facts(column, answer, asked))
     answers = tuple(said for column, answer in found for said in _answers(column, answer))
     return facts, answers, _common(table, chosen)
@@ -237,17 +242,32 @@ def _common(table: Table, chosen: Mapping[Column, int]) -> int:
     return bits
 
 
-def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
-    """One answer of a column in words; atoms that are not asked only where none of it is."""
+def _as_told(table: Table, chosen: Mapping[Column, int], asked: frozenset[Atom]) -> int:
+    """The combinations in which the facts hold as they are put in words."""
+    bits = table.full
+    for column, answer in chosen.items():
+        for atom, yes in _told(column, answer, asked):
+            bits &= table.bits_of(atom) if yes else ~table.bits_of(atom)
+    return bits
+
+
+def _told(column: Column, answer: int, asked: frozenset[Atom]) -> list[tuple[Atom, bool]]:
+    """What is told of one answer; atoms that are not asked only where none of it is."""
     answered = list(zip(column.atoms, column.answers[answer], strict=True))
-    variable = column.variable
-    if isinstance(variable, EnumItem):
-        yield variable.text, " or ".join(_members(variable, answered))
-        return
-    if isinstance(variable, Arrival):
+    if isinstance(column.variable, EnumItem):
+        return answered
+    if isinstance(column.variable, Arrival):
         fresh = [item for item in answered if item[0].test == "fresh" and item[1]]
         answered = fresh or answered
-    told = [(atom, yes) for atom, yes in answered if atom in asked] or answered
+    return [(atom, yes) for atom, yes in answered if atom in asked] or answered
+
+
+def _facts(column: Column, answer: int, asked: frozenset[Atom]) -> Iterator[tuple[str, str]]:
+    """One answer of a column in words."""
+    told = _told(column, answer, asked)
+    if isinstance(column.variable, EnumItem):
+        yield column.variable.text, " or ".join(_members(column.variable, told))
+        return
     for atom, yes in told:
         yield atom.text, "true" if yes == atom.text_holds else "false"
 
