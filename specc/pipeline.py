@@ -147,20 +147,26 @@ def build(
     path: str,
     values: Mapping[str, str] = _AS_WRITTEN,
     texts: Mapping[str, str] = _AS_WRITTEN,
+    *,
+    is_read: bool = True,
 ) -> Build:
     """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
-    return generated(compile_spec(path, values, texts), path)
+    return generated(compile_spec(path, values, texts), path, is_read=is_read)
 
 
-def generated(result: Result, path: str) -> Build:
-    """Lower and emit what was compiled of the specification at `path`."""
+def generated(result: Result, path: str, *, is_read: bool = True) -> Build:
+    """Lower and emit what was compiled of the specification at `path`.
+
+    Code that nobody reads, since it runs at once and is gone, is not formatted.
+    """
     if not result.ok or result.system is None:
         return Build(result, "", {})
-    from specc.emit import FormatError, emit
+    from specc.emit import FormatError, emit, filled
     from specc.lower import TooLarge, lower
 
     try:
-        files = emit(lower(result.system, result.proofs))
+        plans = lower(result.system, result.proofs)
+        files = emit(plans) if is_read else filled(plans)
     except (TooLarge, FormatError) as error:
         code, at = "E0094", Place(path)
         if isinstance(error, TooLarge):

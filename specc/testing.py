@@ -43,7 +43,7 @@ class Stepped:
         Raises:
             ValueError: the specification has errors, or no such subsystem.
         """
-        built = build(str(spec), values)
+        built = build(str(spec), values, is_read=False)
         system = built.result.system
         if not built.files or system is None:
             raise ValueError(f"{spec} has errors: see `specc validate {spec}`")

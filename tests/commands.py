@@ -62,8 +62,8 @@ def modules_of(*folders: str | Path) -> Iterator[None]:
     finally:
         for folder in own:
             sys.path.remove(folder)
-        for name, module in list(sys.modules.items()):
-            file = getattr(module, "__file__", None) or ""
+        for name in sys.modules.keys() - before.keys():
+            file = getattr(sys.modules[name], "__file__", None) or ""
             if name.startswith("generated_") or any(map(Path(file).is_relative_to, own)):
                 del sys.modules[name]
         sys.modules.update(before)

@@ -12,6 +12,7 @@ import sys
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
@@ -209,12 +210,15 @@ def versions() -> dict[str, str]:
     """Python, specc and the packages in use."""
     found = {"python": platform.python_version()}
     used = {name: dist for name, dist in _DISTRIBUTIONS.items() if name in sys.modules}
-    for name, distribution in {"specc": "specc", **used}.items():
-        try:
-            found[name] = version(distribution)
-        except PackageNotFoundError:
-            found[name] = "unknown"
-    return found
+    return found | {name: _version(dist) for name, dist in {"specc": "specc", **used}.items()}
+
+
+@cache
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "unknown"
 
 
 def peak_memory_mb() -> float:

@@ -27,7 +27,7 @@ def run_explore(options: Namespace) -> int:
     from specc.cli import inspect
     from specc.tools.explore.explorer import explore
 
-    built = pipeline.build(options.spec) if options.traces else None
+    built = pipeline.build(options.spec, is_read=False) if options.traces else None
     result = built.result if built else pipeline.compile_spec(options.spec)
     if not result.ok or result.system is None:
         return streams.tell_of(result, options.spec) or 1

@@ -74,7 +74,7 @@ def _package(
             None,
             f"it names {_listed(foreign, {each.python for each in known})}; {spec} does not",
         )
-    then = pipeline.generated(result, spec)
+    then = pipeline.generated(result, spec, is_read=False)
     if not then.files:
         return None, then.result.diagnostics[-1].message
     package = scratch / then.system

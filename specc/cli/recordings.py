@@ -63,7 +63,7 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
     from specc.cli.streams import tell
     from specc.diagnostics.report import report, resolve
 
-    built = pipeline.build(spec, values_of(told))
+    built = pipeline.build(spec, values_of(told), is_read=False)
     result = built.result
     if not result.ok or result.system is None:
         return tell(report(resolve(result.diagnostics, result.sources), [spec])) or DIFFERS

@@ -142,7 +142,7 @@ def _built(options: Namespace, setting: Setting) -> Build:
     """The code of a setting. Raises _Refused when there is none."""
     from specc import pipeline
 
-    built = pipeline.build(options.spec, setting)
+    built = pipeline.build(options.spec, setting, is_read=False)
     findings, refused = judged(options.spec, built.result, overrides_of(options))
     if built.result.can("run"):
         unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))

@@ -63,7 +63,9 @@ class FakePipeline:
                 found.append(Diagnostic(code, f"key {key}", Place(path, (key,), "key")))
         return FakeResult(found, Sources([document.source]))
 
-    def build(self, path: str, values: Mapping[str, str] | None = None) -> FakeBuild:
+    def build(
+        self, path: str, values: Mapping[str, str] | None = None, *, is_read: bool = True
+    ) -> FakeBuild:
         result = self.compile_spec(path)
         self.built.append(path)
         if not result.ok:
