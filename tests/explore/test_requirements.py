@@ -24,16 +24,18 @@ from specc.tools.explore.explorer import explore
 from specc.tools.explore.graph import Graph
 from specc.tools.explore.monitor import Monitor, NotFollowedError, Truth
 from specc.tools.explore.required import groups
-from tests.explore.verdicts import misjudged
+from tests.explore.verdicts import misjudged, monitored
 from tests.scenarios.runs import SPECS
-from tests.seeds import blocks
+from tests.seeds import Seeds, blocks
 from tests.soundness.running import compiled
 from tests.soundness.specifications import specification
 
 CASES = sorted(Path(__file__).parent.glob("cases/required-*.yaml"))
 TICKS = 60
-FAILING = (5060, 5065, 5106, 5125)
+FAILING = (5060, 5106, 5125, 54129658)
 """Seeds of systems in which what is required fails with a step, or after one has failed."""
+DEAR = (1000, 1001, 5065)
+"""Others that are tried whatever the fresh ones are."""
 ORDER = {False: 0, None: 1, True: 2}
 
 
@@ -210,7 +212,13 @@ def required(seed: int, folder: Path) -> Result | None:
     return compiled(tree, folder)
 
 
-@pytest.mark.parametrize("seeds", blocks((*range(1000, 1002), *FAILING), long=120, each=30))
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        *blocks(FAILING, long=120, each=30),
+        pytest.param(Seeds(DEAR), id="dear", marks=pytest.mark.long),
+    ],
+)
 def test_what_is_said_of_random_requirements_holds(seeds: Sequence[int], tmp_path: Path) -> None:
     said = dict.fromkeys(["proved", "violated", "may be violated", "open", "not explored"], 0)
     for seed in seeds:
@@ -223,6 +231,45 @@ def test_what_is_said_of_random_requirements_holds(seeds: Sequence[int], tmp_pat
             said[judged.verdict] += 1
     assert said["proved"]
     assert said["violated"] + said["may be violated"]
+
+
+WITH_A_FAULT = """\
+specc: 1.1
+system: fault
+operators:
+  far: {signature: "(d: real[m]) -> bool", python: "tests.soundness.operators:far"}
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      y: {b: {ping: bool}}
+      memory: {k: {type: "real[m]", init: "0[m]"}}
+      functions: {tell: {y.b.ping: True}}
+      behaviours: {tell: {functions: [tell], terminal: never}}
+      states: {S0: tell}
+      initial_state: S0
+      assume: [{that: far(k), because: it is not}]
+  b:
+    control:
+      rate: 10 Hz
+      x: {a: {ping: bool}}
+      behaviours: {wait: {terminal: never}}
+      states: {S0: wait}
+      initial_state: S0
+require:
+  - {that: always(not present(b.c.x.a.ping)), because: it comes with the fault of who sent it}
+"""
+
+
+def test_what_is_violated_with_a_fault_is_said_of_runs_without_it(tmp_path: Path) -> None:
+    """The sender fails at the stamp at which others would see what it sent."""
+    (tmp_path / "spec.yaml").write_text(WITH_A_FAULT, encoding="utf-8")
+    result = compile_spec(str(tmp_path / "spec.yaml"))
+    found = explore(result.proofs, 1_000)
+    (judged,), ((verdict,), lasted_s) = found.requirements, monitored(result, 0, TICKS)
+    assert (judged.verdict, verdict, lasted_s) == ("violated", "unknown", Fraction(1, 10))
+    assert judged.words() == "violated in every run, unless a step fails by then"
+    assert misjudged(result, found, range(2), TICKS) == []
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 from specc_runtime.cycle import Executor
 
@@ -51,8 +53,11 @@ def belied(result: Result, there: Exploration, seeds: range, ticks: int) -> tupl
     return found, said
 
 
-def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], float]:
-    """The verdicts of a run on the requirements, and how long it went before a step failed."""
+def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], Fraction]:
+    """The verdicts of a run on the requirements, and how long it went before a step failed.
+
+    That time is exact: what happens at it must not come before it by rounding.
+    """
     assert result.system is not None
     script = Script(result.system, str(seed), marks_of(result.system), NASTY)
     with package(filled(lower(result.system, NothingProved()))) as modules:
@@ -70,7 +75,8 @@ def monitored(result: Result, seed: int, ticks: int) -> tuple[list[str], float]:
             executor.finish()
         required.finish(executor.tick)
         lasted_s = min((fault.time_s for fault in executor.faults), default=executor.time_s)
-        return [item["verdict"] for item in required.as_data()], lasted_s
+        exactly = Fraction(lasted_s).limit_denominator(10**6)
+        return [item["verdict"] for item in required.as_data()], exactly
 
 
 def misjudged(result: Result, found: Exploration, seeds: range, ticks: int) -> list[str]:

@@ -77,7 +77,8 @@ class Explored:
             named = [*conditions][:MOST_ALIKE]
             if len(conditions) > len(named):
                 named.append(f"{len(conditions) - len(named)} more")
-            what += f"; not judged is whether {listed(named, 'and')} ever come true"
+            comes = "comes" if len(named) == 1 else "come"
+            what += f"; not judged is whether {listed(named, 'and')} ever {comes} true"
         return what
 
 

@@ -47,7 +47,7 @@ class Judged:
         if not self.asked:
             return "proved, but never asked"
         if self.verdict == "violated":
-            return "violated in every run, unless a step fails before"
+            return "violated in every run, unless a step fails by then"
         return self.verdict
 
 
