@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from specc import output
 from specc.cli import streams
 from specc.cli.recordings import called, values_of
+from specc.diagnostics import stops
 from specc.source import Sources, real_path
 
 if TYPE_CHECKING:
@@ -66,14 +67,11 @@ def _package(
 
     result = pipeline.compile_spec(spec, values, placed(texts, spec))
     if not result.ok or result.system is None or built.result.system is None:
-        errors = [d.message for d in result.diagnostics if d.severity == "error"]
+        errors = [d.message for d in result.diagnostics if stops(d.code, "build")]
         return None, "it has errors: " + "; ".join(errors[:_TOLD])
     known = named_code(built.result.system)
     if foreign := named_code(result.system) - known:
-        return (
-            None,
-            f"it names {_listed(foreign, {each.python for each in known})}; {spec} does not",
-        )
+        return None, f"it names {_listed(foreign, known)}; {spec} does not"
     then = pipeline.generated(result, spec, is_read=False)
     if not then.files:
         return None, then.result.diagnostics[-1].message
@@ -83,9 +81,13 @@ def _package(
     return package, ""
 
 
-def _listed(foreign: Iterable[Named], known: Collection[str]) -> str:
+def _listed(foreign: Iterable[Named], known: Collection[Named]) -> str:
     """What is named, first what is not known at all."""
-    words = [str(each) for each in sorted(foreign, key=lambda n: (n.python in known, str(n)))]
+    modules, alike = {each.python for each in known}, {str(each) for each in known}
+    words = [
+        f"{each} with another type of that name" if str(each) in alike else str(each)
+        for each in sorted(foreign, key=lambda n: (n.python in modules, str(n)))
+    ]
     more = f" and {len(words) - _TOLD} more" if len(words) > _TOLD else ""
     return "; ".join(words[:_TOLD]) + more
 

@@ -5,6 +5,7 @@ Its module leaves a mark when it is imported, and so does the package around it.
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from collections.abc import Iterator
@@ -94,6 +95,42 @@ def test_these_commands_run_nothing(capsys: pytest.CaptureFixture[str]) -> None:
         assert "arm" not in sys.modules, command
     assert Path("generated/cell/system.py").exists() and Path("mended.mcap").exists()
     assert [*Path("scenarios").glob("test_*.py")]
+
+
+AS_SPECIFICATION = [
+    *(["validate"], ["validate", "--fix"], ["build"], ["run"], ["sweep"], ["fmt"], ["status"]),
+    *(["ages"], ["explore"], ["explore", "--traces=t"], ["diff", "talk.yaml"], ["witness"]),
+    *(["import", "scxml"], ["init"], ["replay", "run.mcap", "--spec"], ["replay"]),
+]
+PICKLED = b"cos\nsystem\n(S'touch marker'\ntR."
+
+
+def test_recordings_reports_and_pickles_are_no_specifications(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Whatever they are called, and whatever code they name."""
+    told = {"operators": {"E": {"python": "arm.force:up"}}, "spec": "talk.yaml", "faults": []}
+    files = {
+        "run.yaml": Path("run.mcap").read_bytes(),
+        "report.json": json.dumps(told).encode(),
+        "pickled.yaml": PICKLED,
+        "pickled.mcap": PICKLED,
+        "folder/runs.jsonl": b'{"python": "arm.force:up"}\n',
+    }
+    Path("folder").mkdir()
+    for name, data in files.items():
+        Path(name).write_bytes(data)
+    for name in ("run.mcap", "folder", *files):
+        for command in AS_SPECIFICATION:
+            if (command, name) == (["init"], "folder"):
+                continue
+            assert main([*command, name]) in (1, 2), (command, name)
+            assert "Traceback" not in capsys.readouterr().err
+    for name in ("report.json", "pickled.mcap", "folder", "folder/runs.jsonl"):
+        for command in (["run", "talk.yaml", f"--from={name}@1"], ["recover", name]):
+            assert main(command) == 2, command
+    assert {name: Path(name).read_bytes() for name in files} == files
+    assert not MARKER.exists() and "arm" not in sys.modules
 
 
 def test_the_editor_runs_nothing() -> None:

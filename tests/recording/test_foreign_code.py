@@ -113,6 +113,11 @@ NAMES = [
     "own:decoy",
 ]
 """In modules of the language, of the runtime, beside the specification; the last one it names."""
+ODD_SPELLINGS = [
+    *("\u043ewn:up", "\uff4fwn:up", "own:\uff55p", "own:up ", " own:up", "own: up", "own:up:"),
+    *("./own:up", "../own:up", "/own:up", "own/up:up", "own:up.__globals__", "own", ":up", "own:"),
+    *("own;import evil:up", "own:up\\nimport evil", "own as x:up", "class:up", "1own:up"),
+]
 KNOWN = "  DECOY: {signature: '(x: int) -> int', python: 'own:decoy'}\n"
 
 
@@ -144,24 +149,48 @@ def cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Cell:
     return Cell(tmp_path)
 
 
+def _naming(text: str, part: str, name: str) -> str:
+    """The specification with that Python in that place."""
+    old, new = PLACES[part]
+    if part == "type Evil":  # what is not used is no part of the system
+        more = "memory: {e: {type: 'optional[Evil]', init: None}, "
+        text = text.replace("memory: {", more).replace("[{y.m.f", "[{e: e, y.m.f")
+    return text.replace(old, new.format(name))
+
+
 def test_what_a_recording_names_has_to_stand_in_the_specification(
     cell: Cell, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Each of these objects in each of these places."""
-    for part, (old, new) in PLACES.items():
+    for part, (old, _) in PLACES.items():
         assert cell.text.count(old) == 1
         for name in NAMES:
-            text = cell.text
-            if part == "type Evil":
-                more = "memory: {e: {type: 'optional[Evil]', init: None}, "
-                text = text.replace("memory: {", more).replace("[{y.m.f", "[{e: e, y.m.f")
-            text = text.replace(old, new.format(name))
-            assert cell.package({"cell.yaml": text}) is None
+            assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
             told = capsys.readouterr().err
             assert f"cannot be run: it names {name} as {part}" in told, (part, name, told)
             assert "cell.yaml does not" in told
     assert len(PLACES) * len(NAMES) > 200
     assert not Path("marker").exists() and not Path("scratch").exists()
+
+
+def test_what_is_known_is_foreign_in_every_other_role(
+    cell: Cell, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known = {old.strip('"') for old, _ in PLACES.values() if old.startswith('"own:')}
+    for part, (old, _) in PLACES.items():
+        for name in known - {old.strip('"')}:
+            assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
+            told = capsys.readouterr().err
+            is_named = f"{name} as {part}" in told or "cell.yaml" in told
+            assert "cannot be run: " in told and is_named, (part, name, told)
+
+
+def test_odd_spellings_are_no_names(cell: Cell, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ODD_SPELLINGS:
+        for part in ("operator UP", "codec Cloud.decode", "through plant.at", "judge"):
+            assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
+            told = capsys.readouterr().err
+            assert "cannot be run: it has errors: `" in told, (part, name, told)
 
 
 def test_the_same_python_under_another_name_or_signature_is_foreign(
@@ -179,6 +208,7 @@ def test_the_same_python_under_another_name_or_signature_is_foreign(
         ("fields: {width: real}", "fields: {width: 'real[m]'}", "as type Grip (width: real[m])"),
         ("own:packed", "own:unpacked", "own:unpacked as codec Cloud.encode"),
         ('at: {type: "real[m]"', "at: {type: int", "own:seen as through plant.at (-> int)"),
+        (', python: "own:Cloud"', "", "own:up as operator UP (g: Grip, c: Cloud, -> real) with an"),
     ]:
         text = cell.text.replace(old, new).replace(
             "GRIP()", "GRAB()" if "GRAB" in new else "GRIP()"
@@ -187,6 +217,21 @@ def test_the_same_python_under_another_name_or_signature_is_foreign(
         assert cell.package({"cell.yaml": text}) is None
         told = capsys.readouterr().err
         assert "cannot be run: it names " in told and words in told, told
+
+
+def test_what_is_missing_in_a_recorded_specification_is_told(
+    cell: Cell, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Open points, too: names that nothing declares, Python that does not know a type."""
+    for old, new, words in [
+        ("UP(g, c) * 1[N]", "evil", "`evil`"),
+        ("UP(g, c) * 1[N]", "own.up", "`own`"),
+        ("UP(g, c) * 1[N]", "eval('1')", "`eval`"),
+        (', python: "own:Grip"', "", "`Grip`"),
+    ]:
+        assert cell.package({"cell.yaml": cell.text.replace(old, new)}) is None
+        told = capsys.readouterr().err
+        assert "cannot be run: it has errors: " in told and words in told, told
 
 
 def test_what_names_no_other_python_is_run(cell: Cell) -> None:
