@@ -31,6 +31,8 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # Arrays here are small: threads inside BLAS cost more than they bring.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+# Threads come and go: what each leaves in an arena of its own would stay there.
+export MALLOC_ARENA_MAX := 2
 # Tests start hundreds of processes: each would compile all that it imports.
 export PYTHONDONTWRITEBYTECODE :=
 

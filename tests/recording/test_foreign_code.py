@@ -158,13 +158,14 @@ def _naming(text: str, part: str, name: str) -> str:
     return text.replace(old, new.format(name))
 
 
+@pytest.mark.parametrize("names", [NAMES[::2], NAMES[1::2]])
 def test_what_a_recording_names_has_to_stand_in_the_specification(
-    cell: Cell, capsys: pytest.CaptureFixture[str]
+    names: list[str], cell: Cell, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Each of these objects in each of these places."""
     for part, (old, _) in PLACES.items():
         assert cell.text.count(old) == 1
-        for name in NAMES:
+        for name in names:
             assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
             told = capsys.readouterr().err
             assert f"cannot be run: it names {name} as {part}" in told, (part, name, told)

@@ -44,7 +44,8 @@ def formatted(text: str, change: Callable[[Collection], None] | None = None) -> 
     while lines and not lines[0]:
         del lines[0]
     new = "".join(f"{line.rstrip()}\n" for line in lines)
-    _compare(text, new, [comment.text for comment in comments], same=change is None)
+    if new != text:
+        _compare(text, new, [comment.text for comment in comments], same=change is None)
     return new
 
 
