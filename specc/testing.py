@@ -21,8 +21,10 @@ from specc.diagnostics.nearest import hint
 from specc.lang import Environment, ExprError, ExprErrors, Scope, evaluate, expression, members_of
 from specc.lang.errors import Declared
 from specc.model import expr as e
-from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector
+from specc.model.system import types_used
+from specc.model.types import Enum, PartialOf, Pose, Real, Spatial, Type, Vector, inner_types
 from specc.pipeline import build
+from specc.reachable import reachable
 
 Values = Mapping[str, Any]
 """Values by the names of the specification: `x.c.v_d`, or `v_p` of memory.
@@ -59,9 +61,10 @@ class Stepped:
         self._subsystem = loaded.scheduled(subsystem).subsystem
         self._stepper = Stepper(self._subsystem)
         constants = (*system.constants, *self._model.constants)
+        every = reachable(types_used(system), inner_types)
         self._scope = Scope(
             constants={c.name: Declared(c.value.type, c.place, c.value) for c in constants},
-            enums=members_of(type_ for _, type_ in system.types if isinstance(type_, Enum)),
+            enums=members_of(type_ for type_ in every if isinstance(type_, Enum)),
         )
         self._environment = _environment({c.name: c.value for c in constants})
         self._methods = {state: method for state, (*_, method) in layout.ends.items()}

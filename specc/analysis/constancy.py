@@ -26,8 +26,9 @@ from specc.model.types import Bool
 from specc.proof import Moment
 
 # Conditions, the lets that they name and time count, and so does memory that is only ever assigned
-# literals, or that only counts up or down. Literal `True` and `False`, constants and parameters are
-# taken as intended; what peers happen to send may change, which is the matter of assumptions.
+# literals, or that only counts up or down. Literal `True` and `False`, constants, and what is given
+# to parameters are taken as intended; what peers happen to send may change, which is the matter of
+# assumptions.
 
 
 MOST_PARTS = 64
@@ -62,7 +63,7 @@ class Constancy:
     def __init__(self, machine: Machine) -> None:
         subsystem = machine.subsystem
         self._subsystem = subsystem
-        self._prover = machine.prover
+        self._machine = machine
         self._misfits = machine.misfits
         lets = {item.name: item for item in subsystem.lets}
         self._of_lets = InOrder(
@@ -128,7 +129,7 @@ class Constancy:
         if part in tests or _opposite(part) in tests:
             return part in tests
         on = self._dependences.of(part)
-        if on.literal or on.constants & self._parameters:
+        if on.literal:
             return None
         if not self._misfits.varies(part) or self._misfits.within(part):
             return None
@@ -137,11 +138,13 @@ class Constancy:
         if condition and part is condition.when and not known:
             return None  # that of the condition itself is known
         moment: Moment = "conditions" if condition else "start"
+        of_any = on.constants & self._parameters
+        prover = self._machine.any_prover if of_any else self._machine.prover
         for fact, holds in ((part, True), (_opposite(part), False)):
             if self._in_conditions:
-                shown = self._prover.implies(known, fact, moment, assuming=False)
+                shown = prover.implies(known, fact, moment, assuming=False)
             else:
-                shown = self._prover.refutes((*known, _opposite(fact)))
+                shown = prover.refutes((*known, _opposite(fact)))
             if shown:
                 return holds
         return None

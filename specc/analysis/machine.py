@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
@@ -97,8 +98,15 @@ class Machine:
         """Answers about conditions."""
         return self._new_prover(self.subsystem)
 
+    @cached_property
+    def any_prover(self) -> Prover:
+        """Answers that hold whatever the parameters of the subsystem are."""
+        return self._new_prover(replace(self.subsystem, constants=()))
+
     def _new_prover(self, subsystem: Subsystem) -> Prover:
-        values = {name: constant.value for name, constant in self._constants.items()}
+        given = {constant.name for constant in self.subsystem.constants}
+        known = {name: c for name, c in self._constants.items() if name not in given}
+        values = {name: constant.value for name, constant in known.items()}
         self._provers.append(Prover(subsystem, values, self.arrivals.declared))
         return self._provers[-1]
 
@@ -241,13 +249,14 @@ class Machine:
     def settled(self, condition: Condition) -> bool | None:
         """The constant truth value of a condition that should change; None if it can change.
 
-        A literal `True` or `False` is intended, and a parameter may well decide a condition.
+        A literal `True` or `False` is intended, and what is given to parameters may well decide it.
         """
         key = id(condition.when)
         if key not in self._settled:
             parameters = {constant.name for constant in self.subsystem.constants}
-            meant = isinstance(condition.when, Truth) or names_any(condition.when, parameters)
-            self._settled[key] = None if meant else self.prover.constant(condition.when)
+            prover = self.any_prover if names_any(condition.when, parameters) else self.prover
+            meant = isinstance(condition.when, Truth)
+            self._settled[key] = None if meant else prover.constant(condition.when)
         return self._settled[key]
 
     # What must hold in its states.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Literal, NamedTuple
 
 from specc.analysis.reads import Dependences, Text, text_of, texts
@@ -27,6 +28,7 @@ from specc.model.expr import (
     Number,
     Quantifier,
     Span,
+    Unary,
     children,
     has_unknown,
     walk,
@@ -35,10 +37,13 @@ from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
-Kind = Literal["tolerance", "angle", "quaternion", "clamp", "itself", "unchanged"]
+Kind = Literal["tolerance", "angle", "quaternion", "clamp", "mirrored", "itself", "unchanged"]
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
+_ONE = -1
+"""Stands for what is known in a sum."""
+_ROUNDING = 1e-9
 _ANGLE_OF_ALL = math.pi * (1 - 1e-12)
 """No two orientations are further apart."""
 
@@ -115,7 +120,7 @@ class Misfits:
             case Builtin(name="pose", args=(_, quaternion)):
                 yield from self._quaternion(text, expr, quaternion)
             case Builtin(name="min" | "max"):
-                yield from self._clamp(text, expr)
+                yield from self._clamp(text, expr) or self._computed_clamp(text, expr)
             case Builtin(name="rest", args=(whole, Number(value=0))):
                 yield Misfit("unchanged", expr, text, (whole,), (text, expr))
         yield from self._itself(text, expr, bound)
@@ -153,11 +158,11 @@ class Misfits:
         if len(parts) == 4 and not abs(length - 1) <= UNIT_LENGTH_WITHIN:
             yield Misfit("quaternion", pose, text, (quaternion,), origin, length)
 
-    def _clamp(self, text: Text, outer: Builtin) -> Iterator[Misfit]:
+    def _clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
         """`min(max(a, 2), 1)` is 1, and `max(min(a, 1), 2)` is 2."""
         known = [(value, arg) for arg in outer.args if (value := self._value(arg)) is not None]
         if not known:
-            return
+            return []
         tightest = min if outer.name == "min" else max
         value, limit = tightest(known, key=lambda pair: pair[0])
         for inner in outer.args:
@@ -168,8 +173,50 @@ class Misfits:
                 continue
             bounds = self._bounds(whole)
             if bounds.least > value if outer.name == "min" else bounds.most < value:
-                yield Misfit("clamp", outer, text, (limit, inner), self._origin(text, limit), value)
-                return
+                because = limit, inner
+                return [Misfit("clamp", outer, text, because, self._origin(text, limit), value)]
+        return []
+
+    def _computed_clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
+        """`min(max(a, b + 1), b)` is b, and so is `min(max(a, b), -b)` unless b is negative."""
+        sign = 1 if outer.name == "min" else -1
+        for inner in outer.args:
+            if not isinstance(inner, Builtin) or {inner.name, outer.name} != {"min", "max"}:
+                continue
+            for limit, other in product(outer.args, inner.args):
+                if limit is inner:
+                    continue
+                apart = self._sum(other, sign)
+                for part, times in self._sum(limit, -sign).items():
+                    apart[part] = apart.get(part, 0.0) + times
+                left = {part: times for part, times in apart.items() if abs(times) > _ROUNDING}
+                because, origin = (limit, other), (text, outer)
+                if left.keys() == {_ONE} and left[_ONE] > 0:
+                    return [Misfit("clamp", outer, text, because, origin)]
+                upper, lower = because if sign > 0 else because[::-1]
+                if _is_opposite(upper, lower):
+                    return [Misfit("mirrored", outer, text, (lower, upper), origin)]
+        return []
+
+    def _sum(self, expr: Expr, times: float) -> dict[int, float]:
+        """An expression as a sum of multiples of what is not known, by its number."""
+        if (value := self._value(expr)) is not None:
+            return {_ONE: value * times}
+        match expr:
+            case Unary(op="-", operand=operand):
+                return self._sum(operand, -times)
+            case Binary(op="+" | "-" as op, left=left, right=right):
+                found = self._sum(left, times)
+                for part, more in self._sum(right, times if op == "+" else -times).items():
+                    found[part] = found.get(part, 0.0) + more
+                return found
+            case Binary(op="*", left=left, right=right):
+                for factor, other in ((left, right), (right, left)):
+                    if (value := self._value(factor)) is not None:
+                        return self._sum(other, times * value)
+            case Binary(op="/", left=left, right=right) if value := self._value(right):
+                return self._sum(left, times / value)
+        return {self._numbering.number(expr): times}
 
     def _bounds(self, expr: Expr) -> _Bounds:
         value = self._value(expr)
@@ -183,9 +230,9 @@ class Misfits:
 
     def _itself(self, text: Text, expr: Expr, bound: Depths) -> Iterator[Misfit]:
         match expr:
-            case Compare(left=left, right=right) | Binary(op="-", left=left, right=right):
+            case Compare(left=left, right=right) | Binary(op="-" | "/", left=left, right=right):
                 pairs = [(left, right)]
-            case Builtin(name="near", args=(left, right, *_)):
+            case Builtin(name="near" | "atan2", args=(left, right, *_)):
                 pairs = [(left, right)]
             case Builtin(name="min" | "max", args=args) | Logic(operands=args):
                 pairs = list(self._alike(args, bound))
@@ -196,7 +243,8 @@ class Misfits:
         for one, other in pairs:
             written_alike = isinstance(expr, Choice) and one == other and not has_unknown(one)
             if written_alike or self._same(one, other, bound):
-                yield Misfit("itself", expr, text, (one, other), (text, expr))
+                at = other if isinstance(expr, Logic) else expr
+                yield Misfit("itself", expr, text, (one, other), (text, at))
                 return
 
     def _alike(self, args: tuple[Expr, ...], bound: Depths) -> Iterator[tuple[Expr, Expr]]:
@@ -254,3 +302,8 @@ def _written(text: Text, node: Expr) -> tuple[Place, str, Span, type]:
 
 def _refers(expr: Expr) -> bool:
     return any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(expr))
+
+
+def _is_opposite(upper: Expr, lower: Expr) -> bool:
+    """Whether an upper bound is the lower one with a minus before it."""
+    return isinstance(upper, Unary) and upper.op == "-" and upper.operand == lower

@@ -10,9 +10,8 @@ from specc.analysis.lasting import Late
 from specc.diagnostics import Diagnostic, Related
 from specc.diagnostics.phrases import listed, ms
 from specc.lang import show
-from specc.model.expr import ConstantRef, Unary, walk
+from specc.model.expr import Unary
 from specc.model.fsm import Condition
-from specc.model.requirement import expressions
 from specc.model.system import Subsystem
 from specc.model.types import Bool
 from specc.source import Place
@@ -152,20 +151,4 @@ def _timed_part(condition: Condition, late: Late) -> str:
     return f"`{condition.name}` has ended it by then"
 
 
-# What is required, or waited for, depends on the run.
-
-
-def formulas_vary(facts: Facts) -> Iterator[Diagnostic]:
-    """W0613; a formula about constants is taken as intended."""
-    for item in (*facts.system.requirements, *facts.system.triggers):
-        parts = (node for part in expressions(item.formula) for node in walk(part))
-        if not item.readings and not any(isinstance(node, ConstantRef) for node in parts):
-            yield Diagnostic(
-                "W0613",
-                f"`{item.that}` says the same of every run",
-                item.place,
-                help="name a value of an agent or of the plant, or delete it",
-            )
-
-
-CHECKS = (conditions_vary, conditions_in_time, formulas_vary)
+CHECKS = (conditions_vary, conditions_in_time)

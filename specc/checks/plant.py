@@ -257,6 +257,35 @@ def actuators_driven_once(facts: Facts) -> Iterator[Diagnostic]:
 _AN_INDEX = "give each copy an actuator of its own: name it with the index, e.g. `drive_{i}`"
 
 
+# What two effectors report comes from different parts of the plant.
+
+
+def effectors_measured_apart(facts: Facts) -> Iterator[Diagnostic]:
+    """W0520; of sensors, which may be shared, where all copies of one description name the same."""
+    effectors = {d.qualified_name for d in facts.system.devices if d.kind == "real_effector"}
+    first: dict[tuple[str, str], tuple[str, Place]] = {}
+    told: set[Place] = set()
+    for binding in (bound.binding for bound in facts.bindings if not bound.commanded):
+        for kind in ("joints", "sensors") if binding.device in effectors else ():
+            for index, name in enumerate(getattr(binding, kind)):
+                place = binding.place.below(kind, index)
+                device, earlier = first.setdefault((kind, name), (binding.device, place))
+                copies = earlier == place
+                if device == binding.device or not (copies or kind == "joints") or place in told:
+                    continue
+                told.add(place)
+                part = kind.removesuffix("s")
+                yield Diagnostic(
+                    "W0520",
+                    f"{part} `{name}` stands behind `{device}` and `{binding.device}`",
+                    place,
+                    related=() if copies else (Related(earlier, "the other one"),),
+                    help=f"give each copy its own: name it with the index, e.g. `{part}_{{i}}`"
+                    if copies
+                    else "name what this effector moves",
+                )
+
+
 CHECKS = (
     model_readable,
     bindings_known,
@@ -265,4 +294,5 @@ CHECKS = (
     devices_bound,
     sizes_match,
     actuators_driven_once,
+    effectors_measured_apart,
 )

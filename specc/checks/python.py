@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from specc.analysis import Facts
 from specc.analysis.python import lacks
 from specc.diagnostics import Diagnostic
-from specc.model.system import System
-from specc.model.types import Opaque, Record
+from specc.model.system import System, types_used
+from specc.model.types import Opaque, Record, inner_types
+from specc.reachable import reachable
 from specc.source import Place
 
 
@@ -29,8 +30,8 @@ def _named(system: System) -> Iterator[tuple[str, Place]]:
     """What is named, and where."""
     for operator in system.operators:
         yield operator.python, operator.place.below("python")
-    places = {d.name: d.place for d in system.definitions if d.kind == "type"}
-    for type_, _ in system.types:
+    places = {named.name: named.place for named in system.types}
+    for type_ in reachable(types_used(system), inner_types):
         if isinstance(type_, Record | Opaque) and type_.name in places:
             place = places[type_.name]
             yield type_.python, place.below("python")

@@ -14,6 +14,7 @@ from specc.lang.show import show
 
 if TYPE_CHECKING:
     from specc.cli.traces import Recorded
+    from specc.model.requirement import Requirement
     from specc.pipeline import Build
     from specc.tools.explore.explorer import Exploration
     from specc.tools.explore.findings import Finding
@@ -69,7 +70,7 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
         lines.append(f"{', '.join(found.alone)}: nothing to decide")
     for name, axiom, verdict in found.assumptions:
         lines.append(f"{name}: assumption `{show(axiom.that)}`: {verdict}")
-    lines += [f"requirement `{r.requirement.that}`: {r.words()}" for r in found.requirements]
+    lines += [f"requirement {_called(r.requirement)}: {r.words()}" for r in found.requirements]
     if found.is_short:
         lines.append(f"not everything was explored in {budget} steps: --budget allows for more")
     elif not found.broken_off:
@@ -78,6 +79,10 @@ def _as_text(found: Exploration, kept: Sequence[Recorded], budget: int) -> str:
         said = trace.file or f"its trace is not recorded: {trace.lacks}"
         lines.append(f"{finding.code}, {finding.message}: {said}")
     return "".join(f"{line}\n" for line in lines)
+
+
+def _called(requirement: Requirement) -> str:
+    return f"{requirement.name} `{requirement.that}`".strip()
 
 
 def _as_json(
@@ -107,6 +112,7 @@ def _as_json(
     ]
     requirements = [
         {
+            "name": r.requirement.name,
             "that": r.requirement.that,
             "verdict": r.verdict,
             "asked": r.asked,

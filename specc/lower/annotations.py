@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 from specc.lower.names import OWN_NAMES, Imports, NamedPlan, Namespace, identifier, literal
-from specc.model.system import System
+from specc.model.system import System, types_used
 from specc.model.types import (
     Bool,
     Enum,
@@ -36,25 +36,12 @@ from specc.reachable import reachable
 def named_types(system: System) -> tuple[tuple[str, Type], ...]:
     """Name and type of every enum and record in use, in the order of their declaration."""
     found: dict[Type, tuple[str, Type]] = {}
-    for type_ in reachable(_types(system), inner_types):
+    for type_ in reachable(types_used(system), inner_types):
         if isinstance(type_, Enum | Opaque | Record) and type_.name:
             found.setdefault(plain(type_), (type_.name, type_))
-    order = {name: index for index, (name, _) in enumerate(system.types)}
+    order = {named.name: index for index, named in enumerate(system.types)}
     # Of several with one name, each in another file, the first in the system keeps it.
     return tuple(sorted(found.values(), key=lambda t: (order.get(t[0], len(order)), t[0])))
-
-
-def _types(system: System) -> Iterator[Type]:
-    for operator in system.operators:
-        yield from (type_ for _, type_ in operator.parameters)
-        yield operator.result
-    for constant in system.constants:
-        yield constant.value.type
-    for subsystem in system.subsystems:
-        yield from (element.type for port in subsystem.ports for element in port.elements)
-        yield from (item.type for item in subsystem.memory)
-        yield from (let.value.type for let in subsystem.lets)
-        yield from (constant.value.type for constant in subsystem.constants)
 
 
 # Annotations: the Python type of every type of the language.

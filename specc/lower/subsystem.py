@@ -46,7 +46,7 @@ class Equations:
     def __init__(self, system: System, subsystem: Subsystem) -> None:
         self._subsystem = subsystem
         self._operators = {o.name: _of(o.trace) for o in system.operators}
-        self._declared = {name: _of(trace) for name, trace in system.types}
+        self._declared = {named.name: _of(named.trace) for named in system.types}
         self._types: dict[Type, Numbers] = {}
         self._inputs = {key: _of(item.trace) for key, item in subsystem.inputs.items()}
         self._outputs = {key: self._of_place(item) for key, item in subsystem.outputs.items()}

@@ -285,7 +285,7 @@ def _types(system: System, types: PythonTypes, title: str) -> FilePlan:
     """The module of enums and records."""
     imports = Imports()
     annotations = Annotations(imports, types, own_module="")
-    traces = dict(system.types)
+    traces = {named.name: named.trace for named in system.types}
     literals, records = [], []
     for name, type_ in types.declared:
         if isinstance(type_, Enum):

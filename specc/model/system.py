@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -326,13 +327,21 @@ class Definition:
 
 
 @frozen
+class NamedType:
+    """A name of types: where it is defined, and where it comes from."""
+
+    name: str
+    trace: Trace
+    place: Place
+
+
+@frozen
 class System:
     name: str
     title: str
     file: str
     frames: tuple[tuple[str, str], ...]
-    types: tuple[tuple[str, Trace], ...]
-    """Name and trace of every named type."""
+    types: tuple[NamedType, ...]
     operators: tuple[Operator, ...]
     constants: tuple[Constant, ...]
     files: tuple[tuple[str, str], ...]
@@ -373,3 +382,17 @@ class System:
 
     def operator(self, name: str) -> Operator:
         return next(o for o in self.operators if o.name == name)
+
+
+def types_used(system: System) -> Iterator[Type]:
+    """The types of operators, constants, buffers, memory and lets, again and again."""
+    for operator in system.operators:
+        yield from (type_ for _, type_ in operator.parameters)
+        yield operator.result
+    for constant in system.constants:
+        yield constant.value.type
+    for subsystem in system.subsystems:
+        yield from (element.type for port in subsystem.ports for element in port.elements)
+        yield from (item.type for item in subsystem.memory)
+        yield from (let.value.type for let in subsystem.lets)
+        yield from (constant.value.type for constant in subsystem.constants)

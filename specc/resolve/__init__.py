@@ -15,7 +15,7 @@ from specc.model.task import Task
 from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions
+from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.disturbances import disturbances_of
 from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.expressions import Expressions
@@ -87,7 +87,7 @@ def resolve(
         spec.title,
         os.path.basename(file.path),
         tuple(sorted({f: t for d in known for f, t in d.frame_titles.items()}.items())),
-        tuple(sorted({n: t for d in known for n, t in d.type_traces.items()}.items())),
+        types_in(known),
         _operators(known),
         _constants(definitions, findings.kept),
         tuple(sorted({f for d in known for f in d.files.values()})),

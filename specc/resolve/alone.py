@@ -18,7 +18,7 @@ from specc.model.trace import Trace
 from specc.read import Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings
-from specc.resolve.definitions import Definitions
+from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.reuse import Setting, is_agent
@@ -102,7 +102,7 @@ def _system(agent: Agent, known: Definitions) -> System:
         title="",
         file="",
         frames=tuple(sorted(known.frame_titles.items())),
-        types=tuple(sorted(known.type_traces.items())),
+        types=types_in((known,)),
         operators=(*known.operators.values(), *_unknown(agent)),
         constants=tuple(known.constants.values()),
         files=tuple(sorted(known.files.values())),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import TypeVar
@@ -12,7 +12,7 @@ from specc.frozen import frozen
 from specc.lang import ExprError, TypeNames
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
-from specc.model.system import Constant, Operator, Outside
+from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
 from specc.model.types import Frame, Int, Type
 from specc.resolve.context import Findings, Where
@@ -232,3 +232,13 @@ class Definitions:
             self.frame_titles |= other.frame_titles
         if kind == "type" and name in other.type_traces:
             self.type_traces[name] = other.type_traces[name]
+
+
+def types_in(several: Iterable[Definitions]) -> tuple[NamedType, ...]:
+    """The named types of some files; of those of one name, one."""
+    found = {
+        name: NamedType(name, trace, known.places[f"type {name}"])
+        for known in several
+        for name, trace in known.type_traces.items()
+    }
+    return tuple(found[name] for name in sorted(found))

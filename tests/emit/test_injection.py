@@ -16,7 +16,7 @@ from specc.emit import emit, filled
 from specc.lower import lower
 from specc.model import expr as m
 from specc.model.fsm import Assignment, Axiom, Behaviour, Function, State, Transition
-from specc.model.system import Constant, Let, Memory, Operator, System
+from specc.model.system import Constant, Let, Memory, NamedType, Operator, System
 from specc.model.trace import Trace
 from specc.model.types import Bool, Enum, ListOf, Real, Record, Text
 from specc.model.units import METRE
@@ -125,7 +125,7 @@ def spec(t: tuple[str, ...]) -> System:
         replace(subsystem, rate_hz=Fraction(100), name=name + "2"),
         operators=(Operator(operator, (("a", REAL),), REAL, "tool:f", title, trace, HERE),),
         constants=(Constant(constant, m.Number(0.5, type=REAL), title, HERE),),
-        types=((row, trace), (record, NO_TRACE)),
+        types=(NamedType(row, trace, HERE), NamedType(record, NO_TRACE, HERE)),
         name=name,
         title=title,
     )

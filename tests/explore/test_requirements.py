@@ -474,12 +474,14 @@ def test_what_is_never_asked_is_told(tmp_path: Path) -> None:
         f"{agents}require:\n"
         f"  - {{that: 'always({never} implies state(a.eye) == S0)', because: a}}\n"
         "  - {that: 'always(state(a.c) == S1 implies state(a.eye) == S0)', because: b}\n"
-        f"  - {{that: 'always(not ({never}))', because: c}}\n",
+        f"  - {{that: 'always(not ({never}))', because: c}}\n"
+        f"  - {{that: 'always({never} and once(1[s], state(a.c) == S0) implies within(1[s], "
+        "state(a.eye) == S0))', because: d}\n",
         encoding="utf-8",
     )
     found = explore(compile_spec(str(spec)).proofs, 2_000)
     said = [each.words() for each in found.requirements]
-    assert said == ["proved, but never asked", "proved", "proved"]
+    assert said == ["proved, but never asked", "proved", "proved", "proved, but never asked"]
 
 
 def test_what_looks_ahead_from_the_past_is_decided_or_said_to_do_so(tmp_path: Path) -> None:

@@ -28,6 +28,7 @@ from specc.model.system import (
     Element,
     Let,
     Memory,
+    NamedType,
     Operator,
     Port,
     Subsystem,
@@ -176,7 +177,7 @@ class Spec:
             ),
             operators=tuple(self.operators.values()),
             constants=self.constant_items,
-            types=(("Mode", NO_TRACE),),
+            types=(NamedType("Mode", NO_TRACE, HERE),),
         )
 
 
@@ -221,7 +222,7 @@ def system_of(
     *subsystems: Subsystem,
     operators: tuple[Operator, ...] = (),
     constants: tuple[Constant, ...] = (),
-    types: tuple[tuple[str, Trace], ...] = (),
+    types: tuple[NamedType, ...] = (),
     name: str = "demo",
     title: str = "",
 ) -> System:

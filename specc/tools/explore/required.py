@@ -14,7 +14,15 @@ from typing import Literal
 from specc.analysis import Facts
 from specc.analysis.rates import base_tick
 from specc.diagnostics.phrases import listed
-from specc.model.requirement import Junction, Requirement, asked, is_timeless, reach_s
+from specc.model.requirement import (
+    Formula,
+    Junction,
+    Requirement,
+    Temporal,
+    asked,
+    is_timeless,
+    reach_s,
+)
 from specc.tools.explore.abstraction import Abstraction
 from specc.tools.explore.composition import Composition, Precision
 from specc.tools.explore.findings import Finding, Found
@@ -170,9 +178,30 @@ def _verdict(
 def _probe(requirement: Requirement) -> Requirement | None:
     """That a requirement never asks anything of a run; None if it always does, or asks too late."""
     when = asked(requirement.formula)
-    if when is None or not is_timeless(when):
-        return None
-    return replace(requirement, formula=Junction("not", (when,)))
+    ever = None if when is None else _ever(when)
+    return None if ever is None else replace(requirement, formula=Junction("not", (ever,)))
+
+
+def _ever(formula: Formula) -> Formula | None:
+    """What holds of some tick alone if a formula ever holds; None if that is not known."""
+    match formula:
+        case Temporal(operands=(*_, operand)):  # of `since`, what began it
+            return _ever(operand)
+        case Junction(op="and", operands=operands):
+            same = tuple(part for part in map(_now, operands) if part is not None)
+            found = (Junction("and", same),) if same else map(_ever, operands)
+            return next((part for part in found if part is not None), None)
+        case Junction(op="or", operands=operands):
+            parts = tuple(part for part in map(_ever, operands) if part is not None)
+            return Junction("or", parts) if len(parts) == len(operands) else None
+    return formula if is_timeless(formula) else None
+
+
+def _now(formula: Formula) -> Formula | None:
+    """What holds of a tick alone where a formula holds at it."""
+    if isinstance(formula, Temporal) and formula.op in ("historically", "throughout"):
+        return _now(formula.operands[0])
+    return formula if is_timeless(formula) else None
 
 
 def _is_proved(graphs: Sequence[Graph], index: int) -> bool:
