@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.seeds import short
+
 ROOT = Path(__file__).parents[2]
 RUN = ("numpy", "mujoco", "pinocchio", "rich", "cv2")
 WITHOUT = """\
@@ -72,13 +74,17 @@ def test_the_compiler_alone(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("spec", "lacking", "extra"),
-    [
-        ("conveyor_gate", "numpy", "run"),
-        ("conveyor_gate", "mujoco", "run"),
-        ("conveyor_gate", "rich", "run"),
-        ("irp_picking", "pinocchio", "run"),
-        ("irp_picking", "cv2", "vision"),
-    ],
+    short(
+        [
+            ("conveyor_gate", "numpy", "run"),
+            ("conveyor_gate", "mujoco", "run"),
+            ("conveyor_gate", "rich", "run"),
+            ("irp_picking", "pinocchio", "run"),
+            ("irp_picking", "cv2", "vision"),
+        ],
+        0,
+        4,
+    ),
 )
 def test_a_run_says_which_extra_it_lacks(
     spec: str, lacking: str, extra: str, tmp_path: Path
@@ -97,6 +103,7 @@ def test_a_witness_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert done.stderr == "specc: numpy is not installed: `pip install 'specc[run]'` brings it\n"
 
 
+@pytest.mark.long
 def test_a_sweep_of_this_machine_needs_its_extra_for_plots_alone(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     options = ("--seeds", "0", "--duration", "0.1", "--set", "cruise=0.4,0.5")

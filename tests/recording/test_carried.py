@@ -10,6 +10,7 @@ from specc_runtime.recording import budget, snapshots
 
 from tests.recording.runs import messages, report_of, specc
 from tests.runtime.test_disturbances import MODEL, SPEC
+from tests.seeds import short
 
 SQUARES = """specc: 1.1
 system: squares
@@ -41,12 +42,16 @@ def required(that: str) -> str:
 
 @pytest.mark.parametrize(
     ("that", "verdict", "margin", "shown"),
-    [
-        ("always(a.c.n > 1)", "met", 3.0, {}),
-        (f"always(a.c.n < {10**30})", "violated", None, {"a.c.n": str(2**128)}),
-        ("always(a.c.n < 5)", "violated", None, {"a.c.n": 16}),
-        ("within(1[s], a.c.n > 1000)", "met", None, {}),
-    ],
+    short(
+        [
+            ("always(a.c.n > 1)", "met", 3.0, {}),
+            (f"always(a.c.n < {10**30})", "violated", None, {"a.c.n": str(2**128)}),
+            ("always(a.c.n < 5)", "violated", None, {"a.c.n": 16}),
+            ("within(1[s], a.c.n > 1000)", "met", None, {}),
+        ],
+        0,
+        1,
+    ),
 )
 def test_whole_numbers_of_any_size(
     that: str, verdict: str, margin: float | None, shown: dict[str, object], tmp_path: Path

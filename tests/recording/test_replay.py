@@ -149,7 +149,7 @@ def _parting(one: Path, other: Path) -> tuple[float, str, int]:
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    short(CHANGES, 1, 6, 11, 16),
+    short(CHANGES, 1, 11),
 )
 def test_the_first_step_after_a_change_is_found(
     old: str, new: str, recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

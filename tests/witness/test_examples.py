@@ -25,7 +25,7 @@ from tests.lower.test_law import systems
 from tests.witness.runs import CASES as SMALL
 from tests.witness.runs import ROOT
 from tests.witness.shown import refuted_of, shown, shows
-from tests.witness.test_seeds import CASES, SPECS
+from tests.witness.test_seeds import FIRST_OF_EACH, SPECS
 from tests.witness.test_values import OVERLAPS, spec
 
 CODES = ("E0601", "E0602")
@@ -40,7 +40,7 @@ def refuted(path: Path) -> Iterator[tuple[Facts, Decided, Witness]]:
     yield from refuted_of(Facts(result.system, result.broken, faulty))
 
 
-@pytest.mark.parametrize(("bed", "seed"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
+@pytest.mark.parametrize(("bed", "seed"), FIRST_OF_EACH)
 def test_examples_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> None:
     specs = tmp_path / "specs"
     shutil.copytree(SPECS, specs, ignore=shutil.ignore_patterns("*.png", "*.ply", "*.npz"))

@@ -41,13 +41,13 @@ def firsts() -> Iterator[bool]:
         met.add(fault)
 
 
-@pytest.mark.parametrize(
-    ("bed", "seed"),
-    [
-        pytest.param(bed, seed, id=name, marks=() if is_first else pytest.mark.long)
-        for (name, bed, seed), is_first in zip(CASES, firsts(), strict=True)
-    ],
-)
+FIRST_OF_EACH = [
+    pytest.param(bed, seed, id=name, marks=() if is_first else pytest.mark.long)
+    for (name, bed, seed), is_first in zip(CASES, firsts(), strict=True)
+]
+
+
+@pytest.mark.parametrize(("bed", "seed"), FIRST_OF_EACH)
 def test_scenarios_of_seeded_faults(bed: Bed, seed: Seed, tmp_path: Path) -> None:
     specs = tmp_path / "specs"
     shutil.copytree(SPECS, specs, ignore=shutil.ignore_patterns("*.png", "*.ply", "*.npz"))
