@@ -56,11 +56,12 @@ ALLOWED: dict[Work, int] = {
     "parts": 60_000,
     "folding": 500_000,
 }
-"""Steps of a run: comparisons of names; steps of proofs, about 1 us each; parts of expressions that
-are written out for many, or in the place of names; steps and items of constants that are computed.
+"""Steps of a run: comparisons of names; steps of proofs, about 1 us each; parts of expressions and
+declarations, each time that they are given a meaning or written out for many, or in the place of
+names; steps and items of constants that are computed.
 """
 
-OUT_OF_PARTS = f"written out, all expressions together have more than {ALLOWED['parts']:,} parts"
+OUT_OF_PARTS = f"written out, all of this together has more than {ALLOWED['parts']:,} parts"
 OUT_OF_STEPS = "the proofs of this run have used up their search budget"
 
 _spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)

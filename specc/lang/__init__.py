@@ -6,6 +6,7 @@ Types and operator signatures are read here too. Nothing here executes what a fi
 
 from specc.lang.builtins import RESERVED
 from specc.lang.errors import (
+    FOLLOW_UP,
     FOR_WANT_OF_CONTEXT,
     Declared,
     ExprError,
@@ -18,7 +19,7 @@ from specc.lang.errors import (
 from specc.lang.evaluate import Environment, evaluate
 from specc.lang.interfaces import parse_interface
 from specc.lang.many import Members, spread
-from specc.lang.parse import CUT_SHORT, parse, parse_syntax
+from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
 from specc.lang.show import show
 from specc.lang.types import (
     TYPE_WORDS,
@@ -30,6 +31,7 @@ from specc.lang.typing import check, expression
 
 __all__ = [
     "CUT_SHORT",
+    "FOLLOW_UP",
     "FOR_WANT_OF_CONTEXT",
     "RESERVED",
     "TYPE_WORDS",
@@ -41,6 +43,7 @@ __all__ = [
     "Scope",
     "TypeNames",
     "check",
+    "count_parts",
     "evaluate",
     "expression",
     "members_of",

@@ -32,6 +32,8 @@ from specc.source import Place
 
 
 CLOCK_NAMES = ("elapsed", "entered", "period")
+FOLLOW_UP = ""
+"""Code of an error that is only that something has an error, which is reported at its place."""
 
 
 Name = TypeVar("Name")

@@ -9,7 +9,7 @@ rows, a list a tuple, a member of an enum its name, a missing component NaN.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -51,12 +51,18 @@ def _present(e: m.Present, env: Environment) -> bool:
     return (e.input.peer, e.input.element) in known
 
 
+def _go_through(env: Environment, values: Iterable[Value]) -> None:
+    """Count the components and items of values before something is made of each."""
+    env.count(sum(len(value) for value in values if isinstance(value, tuple)))
+
+
 def _arguments(args: tuple[m.Expr, ...], env: Environment) -> list[Value]:
     return [evaluate(arg, env) for arg in args]
 
 
 def _unary(e: m.Unary, env: Environment) -> Value:
     value = evaluate(e.operand, env)
+    _go_through(env, (value,))
     if e.op == "not":
         return not value
     return tuple(-v for v in value) if isinstance(value, tuple) else -value
@@ -64,6 +70,7 @@ def _unary(e: m.Unary, env: Environment) -> Value:
 
 def _binary(e: m.Binary, env: Environment) -> Value:
     left, right = evaluate(e.left, env), evaluate(e.right, env)
+    _go_through(env, (left, right))
     if e.op == "@":
         return _finite(moved(left, right) if isinstance(e.type, Vector) else compose(left, right))
     return _finite(elementwise(_ARITHMETIC[e.op], left, right))
@@ -98,6 +105,12 @@ def _bounded(a: Any, b: Any, times: int) -> bool:
     return True
 
 
+def _compare(e: m.Compare, env: Environment) -> bool:
+    left, right = evaluate(e.left, env), evaluate(e.right, env)
+    _go_through(env, (left, right))
+    return m.COMPARED[e.op](left, right)
+
+
 def _logic(e: m.Logic, env: Environment) -> bool:
     values = (evaluate(operand, env) for operand in e.operands)
     return all(values) if e.op == "and" else any(values)
@@ -113,7 +126,7 @@ def _items(e: m.Items, env: Environment) -> Value:
 def _quantifier(e: m.Quantifier, env: Environment) -> Value:
     assert isinstance(e.over.type, (Vector, ListOf))  # typing guarantees it
     items = evaluate(e.over, env)
-    env.count(len(items))
+    env.count(len(items) * sum(1 for _ in m.walk(e.body)))
     values = (
         evaluate(e.body, replace(env, bound={**env.bound, e.variable: item})) for item in items
     )
@@ -146,8 +159,7 @@ def _literal(e: Any, env: Environment) -> Value:
 
 def _builtin(e: m.Builtin, env: Environment) -> Value:
     args = _arguments(e.args, env)
-    if e.name == "joined":
-        env.count(sum(map(len, args)))
+    _go_through(env, args)
     value = FUNCTIONS[e.name].value(*_placed(e, args))
     return _finite(value) if FUNCTIONS[e.name].overflows else value
 
@@ -178,7 +190,7 @@ _EVALUATORS: dict[type, Callable[[Any, Environment], Value]] = {
     m.Builtin: _builtin,
     m.Unary: _unary,
     m.Binary: _binary,
-    m.Compare: lambda e, env: m.COMPARED[e.op](evaluate(e.left, env), evaluate(e.right, env)),
+    m.Compare: _compare,
     m.Among: lambda e, env: evaluate(e.item, env) in e.members,
     m.Logic: _logic,
     m.Choice: _choice,

@@ -32,7 +32,9 @@ _USES = {
 def spread(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> ast.expr:
     """The expression without groups; raises `ExprError` where one is used otherwise."""
     spreading = _Spreading(groups, root)
-    if not any(isinstance(n, ast.expr) and spreading.group(n) for n in ast.walk(tree)):
+    if not groups or not any(
+        isinstance(n, ast.expr) and spreading.group(n) for n in ast.walk(tree)
+    ):
         return tree
     found: ast.expr = spreading.visit(deepcopy(tree))
     return found

@@ -11,7 +11,8 @@ import re
 import warnings
 from functools import lru_cache
 
-from specc.lang.errors import ExprError
+from specc.lang.errors import FOLLOW_UP, ExprError
+from specc.limits import OUT_OF_PARTS, left, spend
 
 LONGEST = 10_000
 DEEPEST = 64
@@ -78,13 +79,25 @@ _SHORT, _KEPT = 200, 1_000
 _FOREIGN = re.compile("[\0\ud800-\udfff]")
 
 
-def parse(text: str) -> ast.expr:
-    """The syntax tree of an expression; raises `ExprError` with offsets into `text`."""
-    tree, nodes = _read(text)
+def parse(text: str, *, own: bool = False) -> ast.expr:
+    """The syntax tree of an expression; raises `ExprError` with offsets into `text`.
+
+    Its parts count as parts of the run. It is the caller's `own` to change, or nobody's.
+    """
+    tree, nodes = _parsed(text) if own else _read(text)
+    count_parts(len(nodes), 0, len(text))
     for node in nodes:
         if type(node) not in _LANGUAGE:
             raise _refusal(node, nodes)
     return tree
+
+
+def count_parts(parts: int, start: int, end: int) -> None:
+    """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
+    is_first = left("parts") >= 0
+    if not spend("parts", parts):
+        help = "describe less in one system, or compute more in operators"
+        raise ExprError(OUT_OF_PARTS, start, end, help, "E0017" if is_first else FOLLOW_UP)
 
 
 def parse_syntax(text: str) -> ast.expr:

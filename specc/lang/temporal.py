@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import copy
 import re
 from collections.abc import Iterable
 from types import MappingProxyType
@@ -25,10 +24,10 @@ _TOKEN = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|\b(?:implies|for)\b
 def parse_formula(text: str) -> ast.expr:
     """The syntax tree of a formula, one's own to change; raises `ExprError`."""
     if not re.search(r"\bimplies\b", text):
-        return copy.deepcopy(parse(text))
+        return parse(text, own=True)
     written, origins = _with_calls(text)
     try:
-        tree = copy.deepcopy(parse(written))
+        tree = parse(written, own=True)
     except ExprError as error:
         start, end = _original(origins, error.start, error.end)
         raise ExprError(error.message, start, end, error.help, error.code) from None

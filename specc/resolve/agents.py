@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from specc.diagnostics import Diagnostic
-from specc.limits import left
+from specc.limits import left, spend
 from specc.model.system import (
     Agent,
     Device,
@@ -233,14 +233,14 @@ class AgentResolver:
         if kept is None:
             return made()
         given = (*given, repr(raw))
-        known: tuple[Subsystem, list[Meaning]] | None = kept.answer(name, given)
-        if known is not None:
+        known: tuple[Subsystem, list[Meaning], int] | None = kept.answer(name, given)
+        if known is not None and spend("parts", known[2]):  # as if it were made
             findings.meanings += known[1]
             return known[0]
-        before, meant = self._told(), len(findings.meanings)
+        before, meant, parts = self._told(), len(findings.meanings), left("parts")
         subsystem = made()
         if self._told() == before:
-            kept.keep(name, given, (subsystem, findings.meanings[meant:]))
+            kept.keep(name, given, (subsystem, findings.meanings[meant:], parts - left("parts")))
         return subsystem
 
     def _told(self) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ from fractions import Fraction
 from specc.diagnostics import Diagnostic, Related, is_slip, nearest, renaming, surely_meant
 from specc.frozen import frozen
 from specc.kept import Kept
-from specc.lang import ExprError, Scope, or_else
+from specc.lang import FOLLOW_UP, ExprError, Scope, or_else
 from specc.model.expr import Expr, Unknown
 from specc.model.trace import Trace
 from specc.model.types import Type
@@ -58,10 +58,6 @@ class Where:
     def key(self) -> Place:
         """The key that names the value."""
         return Place(self.file, self.route, "key")
-
-
-FOLLOW_UP = ""
-"""Code of an error that is only that something has an error, which is reported at its place."""
 
 
 @frozen

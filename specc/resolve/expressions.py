@@ -13,6 +13,7 @@ from functools import partial
 from specc.diagnostics import Diagnostic, Related
 from specc.lang import (
     CUT_SHORT,
+    FOLLOW_UP,
     FOR_WANT_OF_CONTEXT,
     Declared,
     Environment,
@@ -21,6 +22,7 @@ from specc.lang import (
     Members,
     Scope,
     check,
+    count_parts,
     evaluate,
     parse,
     parse_type,
@@ -31,7 +33,7 @@ from specc.model.expr import Expr, constants_in, has_unknown
 from specc.model.system import Constant
 from specc.model.types import Bool, Type
 from specc.model.units import HERTZ, UnitError, parse_unit
-from specc.resolve.context import FOLLOW_UP, Findings, Meaning, Where
+from specc.resolve.context import Findings, Meaning, Where
 from specc.resolve.definitions import Definitions, indices_of, inlined, report_taken
 from specc.source import Place, Sources
 
@@ -57,6 +59,9 @@ def _before_comment(finding: Diagnostic, sources: Sources) -> bool:
     end = source.offsets(Place(place.file, place.route))[1]
     return _COMMENT.match(source.text, end) is not None
 
+
+_OF_A_DECLARATION = 4
+"""Parts that an element or memory counts for: so much work is done about it."""
 
 # Turns the texts of expressions, types and units into their meaning, reporting what is wrong.
 
@@ -97,6 +102,7 @@ class Expressions:
     def type(self, where: Where, text: str) -> Type | None:
         """The type that `text` spells, or None after reporting."""
         try:
+            count_parts(_OF_A_DECLARATION, 0, len(text))
             return parse_type(text, self.definitions.names())
         except ExprError as error:
             self.report(where, text, error)

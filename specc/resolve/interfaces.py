@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Literal
 
 from specc.diagnostics import Related
-from specc.lang import TYPE_WORDS, ExprError, parse_interface
+from specc.lang import FOLLOW_UP, TYPE_WORDS, ExprError, parse_interface
 from specc.model.system import Element, Shared
 from specc.model.types import Frame, Type
-from specc.resolve.context import FOLLOW_UP, Findings, Where
+from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.elements import resolve_elements
 from specc.resolve.expressions import Expressions

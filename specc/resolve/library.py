@@ -9,6 +9,7 @@ from typing import Literal
 
 from specc.frozen import frozen
 from specc.lang import (
+    FOLLOW_UP,
     RESERVED,
     TYPE_WORDS,
     Declared,
@@ -23,7 +24,7 @@ from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
 from specc.read import ANYWHERE, Reach
-from specc.resolve.context import FOLLOW_UP, Findings, Where, file_hint, trace_of
+from specc.resolve.context import Findings, Where, file_hint, trace_of
 from specc.resolve.definitions import Definitions, Interface, MakeType
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given

@@ -8,11 +8,11 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 
 from specc.diagnostics import Related
-from specc.lang import RESERVED, ExprError
+from specc.lang import FOLLOW_UP, RESERVED, ExprError
 from specc.lang.parse import DEEPEST, span
 from specc.lang.temporal import USAGE, parse_formula
 from specc.model.requirement import Named
-from specc.resolve.context import FOLLOW_UP, Findings, Where
+from specc.resolve.context import Findings, Where
 from specc.resolve.readings import World, formula_error
 from specc.schema.files import FormulaLetDef
 from specc.source import Place
@@ -50,7 +50,7 @@ class Lets:
 
     def names_in(self, text: str) -> frozenset[str]:
         """Those that a formula names."""
-        return frozenset(_names(text)) & self._trees.keys()
+        return frozenset(_names(text)) & self._trees.keys() if self._trees else frozenset()
 
     def written_out(self, tree: ast.expr) -> ast.expr:
         """A formula with the text of each name in its place.

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from specc.frozen import frozen
-from specc.lang import ExprError
+from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.many import Root
 from specc.lang.parse import span
 from specc.model.requirement import Reading
 from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
 from specc.model.types import Bool, Enum
-from specc.resolve.context import FOLLOW_UP, suggestion
+from specc.resolve.context import suggestion
 from specc.resolve.groups import Groups
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 
 from specc.diagnostics import Related
 from specc.frozen import frozen
-from specc.lang import Declared, ExprError, ExprErrors, Scope, check, spread
+from specc.lang import FOLLOW_UP, Declared, ExprError, ExprErrors, Scope, check, spread
 from specc.lang.errors import each
 from specc.lang.parse import span
 from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
@@ -31,7 +31,7 @@ from specc.model.requirement import (
 from specc.model.requirement import expressions as expressions_in
 from specc.model.types import Bool, Real
 from specc.model.units import SECOND
-from specc.resolve.context import FOLLOW_UP, Meaning, Where
+from specc.resolve.context import Meaning, Where
 from specc.resolve.expressions import Expressions, known_number
 from specc.resolve.library import constant_scope
 from specc.resolve.named import Lets, refuse_names

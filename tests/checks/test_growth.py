@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from bench.harness.hostile import HOSTILE
 from bench.harness.lists import COMPONENTS, DOUBLED, GROWING, MAIN, put, small, written
 from specc.cli.main import main
 from tests.seeds import short
@@ -140,3 +141,28 @@ def test_chains_of_deep_lets_are_followed(
     said = capsys.readouterr().err
     assert found == (1 if "always" in rows else 0), said
     assert ("E0602" in said) == ("always" in rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "words"),
+    [
+        ("interfaces", "E0237", "more than 60,000 parts"),
+        ("quantifiers", "E0334", "takes more than 500,000 steps"),
+        ("constants that triple", "E0334", "too large"),
+    ],
+)
+def test_what_multiplies_is_refused_once(
+    name: str,
+    code: str,
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Counted before it is made, against one budget of the command; what follows is not told."""
+    monkeypatch.chdir(tmp_path)
+    put(HOSTILE[name](), tmp_path)
+    assert main(["build", MAIN, "--out", "gen"]) == 1
+    told = capsys.readouterr().err
+    assert told.count(words) == 1
+    assert f"error[{code}]" in told
