@@ -175,10 +175,12 @@ class Cell:
         """The texts of values at these times; those of which something goes aside come in turn."""
         if self._form.is_aside:
             return map(self.text, values, repeat(shelf), *times)
-        distinct = len(set(map(id, values)))
-        if distinct == 1:
+        if values[0] is not values[1 % len(values)] and values[-2] is not values[-1]:
+            new, places = values, None  # what changes at both ends mostly does at every step
+        elif len(set(map(id, values))) == 1:
             return repeat(self.text(values[0], shelf), len(values))
-        new, places = (values, None) if distinct == len(values) else _changes(values)
+        else:
+            new, places = _changes(values)
         data = new if self._form.is_plain else [self._form.data(value, shelf) for value in new]
         texts = dumped_each(data, brief=self._brief)
         self._last = values[-1], texts[-1]

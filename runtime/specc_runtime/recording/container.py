@@ -13,6 +13,7 @@ import zlib
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import chain, repeat
+from math import inf
 from struct import Struct, pack
 from typing import IO
 
@@ -192,39 +193,34 @@ class Container:
         return self._file.tell() - len(span)
 
 
-class Chunks:
-    """Gathers messages into chunks of little simulated time and size.
+def write_chunks(
+    container: Container, messages: Iterable[Message], apart: Collection[int] = ()
+) -> None:
+    """Write messages in chunks of little simulated time and size.
 
     Those of channels that are `apart` have chunks of their own, so that they are found without the
     rest.
     """
+    waiting: list[Message] = []
+    size, first_ns, last_ns = 0, inf, -inf
+    for message in messages:
+        time_ns = message[1]
+        if time_ns > last_ns:
+            last_ns = time_ns
+        if time_ns < first_ns:
+            first_ns = time_ns
+        if last_ns - first_ns > _CHUNK_NS or size > CHUNK_BYTES:
+            _write_apart(container, waiting, apart)
+            waiting, size, first_ns, last_ns = [], 0, time_ns, time_ns
+        waiting.append(message)
+        size += len(message[3]) + 1
+    _write_apart(container, waiting, apart)
 
-    def __init__(self, container: Container, apart: Collection[int] = ()) -> None:
-        self._container = container
-        self._apart = apart
-        self._messages: list[Message] = []
-        self._aside: list[Message] = []
-        self._size = 0
-        self._first_ns = self._last_ns = 0
 
-    def add(self, message: Message) -> None:
-        """Take a message; it is written with others, or by `write`."""
-        time_ns, is_empty = message[1], not self._size
-        if time_ns > self._last_ns or is_empty:
-            self._last_ns = time_ns
-        if time_ns < self._first_ns or is_empty:
-            self._first_ns = time_ns
-        if self._last_ns - self._first_ns > _CHUNK_NS or self._size > CHUNK_BYTES:
-            self.write()
-            self._first_ns = self._last_ns = time_ns
-        (self._aside if message[0] in self._apart else self._messages).append(message)
-        self._size += len(message[3]) + 1
-
-    def write(self) -> None:
-        """Write all that there is."""
-        self._container.chunk(self._messages)
-        self._container.chunk(self._aside)
-        self._messages, self._aside, self._size = [], [], 0
+def _write_apart(container: Container, messages: Sequence[Message], apart: Collection[int]) -> None:
+    aside = [message for message in messages if message[0] in apart]
+    container.chunk([m for m in messages if m[0] not in apart] if aside else messages)
+    container.chunk(aside)
 
 
 def _written(record: records.McapRecord) -> bytes:

@@ -18,7 +18,7 @@ from specc_runtime.companion import OutputLost
 from specc_runtime.faults import said
 from specc_runtime.forms import Schema
 from specc_runtime.options import UsageError
-from specc_runtime.recording.container import CHUNK_BYTES, Chunks, Container
+from specc_runtime.recording.container import CHUNK_BYTES, Container, write_chunks
 from specc_runtime.recording.text import dumped
 
 LIBRARY = "specc"
@@ -165,7 +165,7 @@ class Log:
             order = sorted((date, i) for i, (dates, _) in enumerate(taken) for date in dates)
             messages = [next(taken[i][1]) for _, i in order]
         self._batch += messages
-        self._size += sum([len(text) for *_, text in messages])
+        self._size += sum([len(message[3]) for message in messages])
         for each in group if messages else ():
             each.adapt((self._size - before) // len(messages))
         if self._size > CHUNK_BYTES:
@@ -199,11 +199,11 @@ class Log:
         for channel in list(self._channels.values()):
             self._take(channel)
         self._batch.sort(key=_date)
-        chunks = Chunks(self._container, self._apart)
-        for channel_, time_ns, date_ns, content in self._batch:
-            data = content if isinstance(content, bytes) else content()
-            chunks.add((channel_, time_ns, date_ns, data))
-        chunks.write()
+        messages = (
+            (number, time_ns, date_ns, content if isinstance(content, bytes) else content())
+            for number, time_ns, date_ns, content in self._batch
+        )
+        write_chunks(self._container, messages, self._apart)
         self._batch.clear()
         self._size = 0
         self._file.flush()

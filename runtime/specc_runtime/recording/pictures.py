@@ -52,7 +52,7 @@ class Look:
 
 
 LOOKS = {
-    "small": Look(0.4, (640, 320), 85, is_calm=True),
+    "small": Look(1.0, (640, 320), 85, is_calm=True),
     "full": Look(0.0, (np.inf, np.inf), 95, is_calm=False),
 }
 

@@ -24,7 +24,8 @@ from mcap.stream_reader import StreamReader
 
 from specc_runtime.aside import replacing
 from specc_runtime.recording.budget import Budget, Unusable
-from specc_runtime.recording.container import Chunks, Container
+from specc_runtime.recording.container import Container, write_chunks
+from specc_runtime.recording.container import Message as Written
 from specc_runtime.recording.log import LIBRARY, check_unowned
 from specc_runtime.recording.spans import FRAME, LARGEST_BYTES, MAGIC, Spans, is_copies
 from specc_runtime.recording.unpacking import unpacked_chunk
@@ -193,10 +194,7 @@ class Recovered:
         with replacing(out) as aside:
             with aside.open("wb") as file:
                 container = Container(file, LIBRARY)
-                chunks = Chunks(container)
-                for record in reading:
-                    self._copy(record, container, chunks)
-                chunks.write()
+                write_chunks(container, self._copied(reading, container))
                 container.finish()
             if not self.messages and (reading.cut or reading.damaged):
                 raise Unusable(f"{path}: nothing is left in it that can be read")
@@ -204,7 +202,19 @@ class Recovered:
                 raise Unusable(f"{path} stays as it is, for parts of it are damaged; name --out")
         self.cut, self.damaged = reading.cut, reading.damaged
 
-    def _copy(self, record: McapRecord, to: Container, chunks: Chunks) -> None:
+    def _copied(self, reading: Reading, to: Container) -> Iterator[Written]:
+        """The messages; all else is written."""
+        for record in reading:
+            if not isinstance(record, Message):
+                self._copy(record, to)
+            elif record.channel_id in self._channels:
+                self.messages += 1
+                self.last_s = max(self.last_s, record.log_time / 1e9)
+                number = self._channels[record.channel_id]
+                times = record.log_time, record.publish_time
+                yield number, *times, record.data, record.sequence
+
+    def _copy(self, record: McapRecord, to: Container) -> None:
         match record:
             case Schema(id=id, name=name, encoding=encoding, data=data):
                 if id not in self._schemas:
@@ -213,11 +223,6 @@ class Recovered:
                 if id not in self._channels:
                     number = self._schemas.get(schema, 0)
                     self._channels[id] = to.channel(topic, number, encoding, record.metadata)
-            case Message(channel_id=id, log_time=log, publish_time=publish, data=data):
-                if id in self._channels:
-                    chunks.add((self._channels[id], log, publish, data, record.sequence))
-                    self.messages += 1
-                    self.last_s = max(self.last_s, log / 1e9)
             case Metadata(name=name, metadata=told):
                 if self._is_new(f"{name} {sorted(told.items())}".encode()):
                     to.metadata(name, told)
