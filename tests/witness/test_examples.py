@@ -134,14 +134,7 @@ def test_vectors_in_words(value: tuple[float, ...], text: str) -> None:
     assert worded(value, Vector(len(value), Real(METRE))) == text
 
 
-@settings(
-    max_examples=60,
-    deadline=None,
-    phases=(Phase.generate,),
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
-@given(systems(decided=False))
-def check_random(system: System) -> None:
+def has_examples(system: System) -> None:
     facts = Facts(system)
     for refutation in refuted_of(facts):
         _, decided, witness = refutation
@@ -153,6 +146,12 @@ def check_random(system: System) -> None:
             assert again == found
 
 
-def test_examples_of_random_machines() -> None:
-    check_random()
+@pytest.mark.parametrize("examples", [30, pytest.param(60, marks=pytest.mark.long)])
+def test_examples_of_random_machines(examples: int) -> None:
+    settings(
+        max_examples=examples,
+        deadline=None,
+        phases=(Phase.generate,),
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+    )(given(systems(decided=False))(has_examples))()
     assert outcomes["found"]
