@@ -64,9 +64,10 @@ def inspect_and_mend(arguments: Sequence[str], overrides: Overrides) -> Report:
     from specc.cli.rewrite import ROUNDS, mend, refusal, report_left
 
     found = inspect_all(arguments, overrides)
+    earlier = set[str]()
     for _ in range(ROUNDS):
         try:
-            if not mend(found.findings, arguments):
+            if not mend(found.findings, arguments, earlier):
                 break
         except OSError as error:
             findings = [*found.findings, *resolve([refusal(error)], Sources())]

@@ -86,14 +86,17 @@ ROUNDS = 10
 _MARK = "\ufeff"
 
 
-def mend(findings: Iterable[Finding], arguments: Sequence[str]) -> bool:
+def mend(findings: Iterable[Finding], arguments: Sequence[str], earlier: set[str]) -> bool:
     """Make the repairs of findings in files that arguments name, and say which; whether any was.
+
+    No repair leads back to one of the `earlier` texts; those that are repaired now join them.
 
     Raises:
         OSError: a file cannot be written; those before it are repaired.
     """
     found = by_file(findings)
-    made = [_mend(path, wanted) for path, wanted in found.items() if is_named(path, arguments)]
+    named = [(path, wanted) for path, wanted in found.items() if is_named(path, arguments)]
+    made = [_mend(path, wanted, earlier) for path, wanted in named]
     return any(made)
 
 
@@ -125,11 +128,17 @@ def by_file(findings: Iterable[Finding]) -> dict[str, dict[Repair, Finding]]:
     return found
 
 
-def _mend(path: str, wanted: dict[Repair, Finding]) -> bool:
+def _mend(path: str, wanted: dict[Repair, Finding], earlier: set[str]) -> bool:
     with open(path, encoding="utf-8", newline="") as file:
         text = file.read()
     mark = _MARK if text.startswith(_MARK) else ""
-    result = repaired(text.removeprefix(_MARK), wanted, _accepts(path, wanted))
+    earlier.add(text.removeprefix(_MARK))
+    is_meant = _accepts(path, wanted)
+
+    def accepts(new: str, repairs: tuple[Repair, ...]) -> bool:
+        return new not in earlier and is_meant(new, repairs)
+
+    result = repaired(text.removeprefix(_MARK), wanted, accepts)
     if result.made:
         rewrite(path, mark + result.text)
     for repair in result.made:

@@ -13,6 +13,7 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import field, replace
+from functools import partial
 from typing import NamedTuple
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix
@@ -54,6 +55,8 @@ class _Slip(NamedTuple):
     wrong: str
     right: str
     is_peer: bool
+    is_group: bool = False
+    """Whether the names are those of all that one `for` stands for, without an index."""
 
 
 @frozen
@@ -130,28 +133,47 @@ def _settle(
     slip: _Slip, uses: list[Diagnostic], sources: Sources, wrong: Collection[Place]
 ) -> Iterator[tuple[Diagnostic, Fix | None]]:
     """Uses whose repair changes, each with its other repair or none; what is `wrong` is told."""
-    by_definition: dict[_Definition, list[Diagnostic]] = defaultdict(list)
+    by_definition: dict[tuple[_Slip, _Definition], list[Diagnostic]] = defaultdict(list)
     for use in uses:
-        known = _definitions(slip, _SECTIONS.get(use.code, ()), sources)
-        if served := [d for d in known if d.serves(use.primary)]:
-            own = [d for d in served if d.source.path == use.primary.file]
-            by_definition[max(own or served, key=lambda d: len(d.scope))].append(use)
-        elif _is_member_once(slip.right, sources):
-            yield use, None
-    for definition, here in by_definition.items():
+        for meant in dict.fromkeys((slip, _without_index(slip))):
+            known = _definitions(meant, _SECTIONS.get(use.code, ()), sources)
+            if served := [d for d in known if d.serves(use.primary)]:
+                own = [d for d in served if d.source.path == use.primary.file]
+                chosen = max(own or served, key=lambda d: len(d.scope))
+                by_definition[meant, chosen].append(use)
+                break
+        else:
+            if _is_member_once(slip.right, sources):
+                yield use, None
+    for (slip, definition), here in by_definition.items():
         scope = () if definition.is_element else definition.scope
         readers = [definition.source] if scope else list(sources)
         places = len({use.primary for use in here})  # copies of one text are one use
-        if sum(_count(slip.right, reader, scope) for reader in readers) > 1:
+        count = partial(
+            _count, scope=scope, is_element=definition.is_element, is_group=slip.is_group
+        )
+        if sum(count(slip.right, reader) for reader in readers) > 1:
             if places > 1:  # several have the same slip, which is rare: another name may be right
                 yield from ((use, None) for use in here)
             continue
-        elsewhere = sum(_count(slip.wrong, reader, scope) for reader in readers) > places
+        elsewhere = sum(count(slip.wrong, reader) for reader in readers) > places
         if _is_misspelt(slip, definition, places, elsewhere):
             fix = _other_fix(slip, definition, here)
             yield from ((use, fix) for use in here)
         elif not definition.is_unseen and not (slip.is_peer and definition.is_there(wrong)):
             yield from ((use, None) for use in here)
+
+
+def _without_index(slip: _Slip) -> _Slip:
+    """Of the names of all that one `for` stands for, which it may define without the index."""
+    wrong, right = (_INDEX.sub("", name) for name in (slip.wrong, slip.right))
+    same = slip.wrong[len(wrong) :] == slip.right[len(right) :]
+    if not same or wrong == right:
+        return slip
+    return slip._replace(wrong=wrong, right=right, is_group=True)
+
+
+_INDEX = re.compile(r"(?:_(?:\{[^{}]*\}|\d+))+$")
 
 
 def _other_fix(slip: _Slip, definition: _Definition, uses: list[Diagnostic]) -> Fix | None:
@@ -213,7 +235,7 @@ def _is_called(key: str | int, name: str) -> bool:
 
 def _is_member_once(name: str, sources: Sources) -> bool:
     """Whether a name stands nowhere but among the members of an enum."""
-    if sum(_count(name, source, ()) for source in sources) != 1:
+    if sum(_count(name, source) for source in sources) != 1:
         return False
     texts = (value for source in sources for _, value in _routes(source.spans, ()))
     return any(name in _NAME.findall(text) and "enum[" in text for text in texts)
@@ -223,16 +245,36 @@ _NAME = re.compile(r"\w+(?:\{[^{}]*\}\w*)*")
 _BRACES = re.compile(r"\{[^{}]*\}")
 
 
-def _count(name: str, source: SourceFile, scope: Route) -> int:
-    """How often a name stands in keys and values below `scope`, but in prose; by any index."""
+def _count(
+    name: str,
+    source: SourceFile,
+    scope: Route = (),
+    *,
+    is_element: bool = False,
+    is_group: bool = False,
+) -> int:
+    """How often a name stands in keys and values below `scope`, but in prose; by any index.
+
+    That of an element or a peer is a whole key, or stands behind a point; that of a group counts
+    with an index too.
+    """
     name = _BRACES.sub("{}", name)
     return sum(
-        _BRACES.sub("{}", found) == name
+        name in (_BRACES.sub("{}", one[0]), _INDEX.sub("", one[0]) if is_group else "")
         for route, value in _routes(source.spans, ())
-        if route[: len(scope)] == scope and route and route[-1] not in _PROSE
-        for text in (str(route[-1]) if isinstance(route[-1], str) else "", value)
-        for found in _NAME.findall(text)
+        if route[: len(scope)] == scope and route[-1] not in _PROSE
+        for text, is_key in ((route[-1], True), (value, False))
+        for one in (_NAME.finditer(text) if isinstance(text, str) else ())
+        if not is_element
+        or one.string[: one.start()].endswith(".")
+        or (is_key and one[0] == text and _is_in_buffer(route))
     )
+
+
+def _is_in_buffer(route: Route) -> bool:
+    """Whether a key is that of a peer, or of an element of a buffer or an interface."""
+    section, above = ("", "", *route)[-2], ("", "", "", *route)[-3]
+    return section in ("x", "y") or above in ("x", "y", "interfaces")
 
 
 def _routes(node: Node | None, route: Route) -> Iterator[tuple[Route, str]]:

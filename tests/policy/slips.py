@@ -111,9 +111,9 @@ def mended(slip: Slip, good: str, meant: Result, whole: bool = False) -> Outcome
     path = str(slip.path)
     slip.path.write_text(slip.text(good), encoding="utf-8")
     try:
-        repaired = False
+        repaired, earlier = False, set[str]()
         for _ in range(ROUNDS):
-            if not mend(_findings(path, whole), [path]):
+            if not mend(_findings(path, whole), [path], earlier):
                 break
             repaired = True
         text = slip.path.read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.policy.slips import mended, read, slips, specifications
+from tests.policy.slips import Slip, mended, read, slips, specifications
 
 SMALL = ("conveyor_gate.yaml", "follow.yaml", "told.yaml", "services.yaml")
 
@@ -23,6 +23,29 @@ def wrong_repairs(paths: list[Path], seed: int, count: int) -> tuple[int, list[s
         if outcome.fault:
             faults.append(f"{slip.path.name}: {slip.right} -> {slip.wrong}: {outcome.fault}")
     return done, faults
+
+
+FOUND = (  # file, what stands before the slip, what was meant, the slip
+    ("told.yaml", "y: {c: {", "side", "Side"),  # which is also the name of its type
+    ("told.yaml", "x: {eye: {", "side", "Side"),
+    (
+        "syndicate.yaml",
+        "given_up]\n\n  ",
+        "sequencers",
+        "seQuencers",
+    ),  # named with an index elsewhere
+)
+
+
+def test_repairs_of_slips_that_were_found_change_nothing_else(tmp_path: Path) -> None:
+    paths = {path.name: path for path in specifications(tmp_path)}
+    faults = []
+    for name, before, right, wrong in FOUND:
+        good = paths[name].read_text(encoding="utf-8")
+        start = good.index(before + right) + len(before)
+        slip = Slip(paths[name], start, right, wrong)
+        faults.append(mended(slip, good, read(str(paths[name]))).fault)
+    assert not any(faults), faults
 
 
 def test_repairs_change_nothing_else(tmp_path: Path) -> None:
