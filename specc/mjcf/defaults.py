@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 _OUTERMOST = ""
+_READ = "actuator camera class cutoff data dim gear joint limited range resolution type"
+"""All that anybody asks of the attributes of an element; a class may have any number of others."""
 _ACTUATORS = "general motor position velocity intvelocity damper cylinder muscle adhesion plugin"
 
 
@@ -19,6 +21,8 @@ class Defaults:
     def __init__(self) -> None:
         self._set: dict[str, dict[str, dict[str, str]]] = {}
         self._outer: dict[str, str] = {}
+        self._whole: dict[tuple[str, str], dict[str, str]] = {}
+        """What each class has with those around it, for a kind of element, once it was asked."""
 
     def entered(self, tag: str, attributes: Mapping[str, str], around: str, *, inside: bool) -> str:
         """The class that holds inside an element, where another one holds around it.
@@ -38,17 +42,24 @@ class Defaults:
     def set(self, name: str, tag: str, attributes: Mapping[str, str]) -> None:
         """Elements of a class have attributes."""
         own = self._set.setdefault(name, {}).setdefault(_kind(tag), {})
-        own |= attributes
+        read = _READ.split()
+        own |= {key: value for key, value in attributes.items() if key in read}
 
     def applied(self, name: str, tag: str, attributes: Mapping[str, str]) -> dict[str, str]:
         """The attributes of an element with those of its class."""
+        asked = name, _kind(tag)
+        if asked not in self._whole:
+            self._whole[asked] = self._of_class(*asked)
+        return {**self._whole[asked], **attributes}
+
+    def _of_class(self, name: str, kind: str) -> dict[str, str]:
         found: dict[str, str] = {}
         for _ in range(len(self._outer) + 1):
-            found = {**self._set.get(name, {}).get(_kind(tag), {}), **found}
+            found = {**self._set.get(name, {}).get(kind, {}), **found}
             if name == _OUTERMOST:
                 break
             name = self._outer.get(name, _OUTERMOST)
-        return {**found, **attributes}
+        return found
 
 
 def _kind(tag: str) -> str:

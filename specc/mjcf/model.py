@@ -62,6 +62,13 @@ class Model:
         """How many names there are."""
         return len(self.parts) + len(self.cameras) + len(self.bodies)
 
+    @property
+    def letters(self) -> int:
+        """How many letters the names have, all together."""
+        return sum(len(name) for _, name in self.parts) + sum(
+            map(len, (*self.cameras, *self.bodies))
+        )
+
     def attach(self, other: Model, prefix: str) -> None:
         """Take in another model, with a prefix before all its names."""
         self.joints |= {prefix + name: size for name, size in other.joints.items()}

@@ -23,7 +23,8 @@ MAX_BYTES = 10_000_000
 _MOST_FILES = 100
 _DEEPEST = 200
 _MOST_NAMES = 20_000
-"""That attachments copy."""
+_MOST_LETTERS = 2_000_000
+"""That attachments copy, and letters of these."""
 _MOST_PLACES = 20_000
 
 # Elements that make further named things when MuJoCo compiles the model.
@@ -74,7 +75,7 @@ class _Reader:
         self._attached: list[tuple[str, str]] = []
         self._times = [1]
         """How many copies are made of what stands in each open element, and outside of all."""
-        self._copied = 0
+        self._copied = self._letters = 0
         self._weight = 0
         self._places = 0
         self._models: dict[str, Model] = {}
@@ -116,20 +117,23 @@ class _Reader:
         others = self._others(assets.models(base))
         for name, prefix in dict.fromkeys(attached):
             if name in others:
-                self._count(path, model, others[name])
+                self._count(path, model, others[name], prefix)
                 model.attach(others[name], prefix)
             else:
                 model.complete = False
         self._models[real_path(path)] = model
         return model
 
-    def _count(self, path: str, model: Model, other: Model) -> None:
+    def _count(self, path: str, model: Model, other: Model, prefix: str) -> None:
         """Count what is about to be copied."""
         self._copied += len(other) + 1
+        self._letters += len(other) * len(prefix) + other.letters
         model.size += other.size
         shown = os.path.basename(path)
         if self._copied > _MOST_NAMES:
             raise ModelError(f"what {shown} attaches has more than {_MOST_NAMES:,} names")
+        if self._letters > _MOST_LETTERS:
+            raise ModelError(f"what {shown} attaches has names of over {_MOST_LETTERS:,} letters")
         if model.size > MOST_ELEMENTS:
             raise ModelError(f"with what it attaches {shown} has more than {_MOST}")
 

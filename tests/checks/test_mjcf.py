@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 import pytest
@@ -329,3 +330,28 @@ def test_meshes_are_weighed_and_not_read(tmp_path: Path) -> None:
         mesh.truncate(600_000_000)
     with pytest.raises(ModelError, match=r"with a\.stl its files have more than 500,000,000 bytes"):
         read_model(str(tmp_path / "m.xml"))
+
+
+def test_what_classes_and_prefixes_multiply_is_counted(tmp_path: Path) -> None:
+    """Before it is made: 150 classes in one another, and 100 prefixes of 90 kB before 190 names."""
+    others = " ".join(f'a{i}="1"' for i in range(99))
+    classes = "".join(
+        f'<default class="c{i}"><joint range="0 {i + 1}" {others}/>' for i in range(150)
+    )
+    joints = "".join(f'<joint name="j{i}" class="c149"/>' for i in range(9000))
+    path = tmp_path / "model.xml"
+    path.write_text(
+        f"<mujoco><default>{classes}{'</default>' * 150}</default>"
+        f"<worldbody><body>{joints}</body></worldbody></mujoco>"
+    )
+    assert read_model(str(path)).joint_range("j8999") == (0.0, radians(150))
+    bodies = "".join(f'<body name="b{i}"/>' for i in range(190))
+    (tmp_path / "part.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    long = "z" * 90_000
+    prefixes = "".join(f'<attach model="p" prefix="{long}{i}"/>' for i in range(100))
+    path.write_text(
+        '<mujoco><asset><model name="p" file="part.xml"/></asset>'
+        f"<worldbody>{prefixes}</worldbody></mujoco>"
+    )
+    with pytest.raises(ModelError, match="names of over 2,000,000 letters"):
+        read_model(str(path))
