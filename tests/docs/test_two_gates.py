@@ -59,7 +59,8 @@ def written(folder: Path) -> Path:
     return spec
 
 
-def test_the_changes_fit_and_exploring_answers_as_shown(tmp_path: Path) -> None:
+def test_the_changes_fit_and_exploring_answers_at_first_as_shown(tmp_path: Path) -> None:
+    """The short form of the test below, with the first exploration alone."""
     spec = written(tmp_path)
     explored = 0
     for kind, block in BLOCK.findall(TEXT):
@@ -67,11 +68,11 @@ def test_the_changes_fit_and_exploring_answers_as_shown(tmp_path: Path) -> None:
             spec.write_text(changed(spec.read_text(encoding="utf-8"), block), encoding="utf-8")
         for step in block.split("$ ")[1:]:
             command, _, shown = step.partition("\n")
-            if command.startswith("specc explore "):
+            if command.startswith("specc explore ") and not explored:
                 said = in_process(*command.split()[1:], cwd=tmp_path, together=True).stdout
                 assert re.fullmatch(pattern(shown), said), f"$ {command}\n{said}"
                 explored += 1
-    assert explored > 1
+    assert explored == 1
 
 
 @pytest.mark.long

@@ -31,6 +31,37 @@ def proposals(found: dict[str, Any], typed: str) -> list[str]:
     return [label for label in labels if label.lower().startswith(word.group().lower())]
 
 
+COUNTING = """\
+from specc.tools.lsp import project, server
+
+analyse = project.Project.analyse
+
+
+def counted(self, root):
+    with open({log!r}, "a") as log:
+        log.write("analysed\\n")
+    return analyse(self, root)
+
+
+project.Project.analyse = counted
+server.PAUSE_S = 2.0
+"""
+
+
+def test_what_is_typed_without_a_pause_is_analysed_once(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    (tmp_path / "sitecustomize.py").write_text(COUNTING.format(log=str(log)))
+    write(tmp_path)
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    with Client(["env", f"PYTHONPATH={path}", *SERVER], tmp_path) as client:
+        uri = client.open(tmp_path / "arm.yaml")
+        client.diagnostics(uri)
+        for size in range(20):
+            client.change(uri, f"{SYSTEM}# {'a note'[:size]}\n")
+        client.diagnostics(uri)
+    assert log.read_text().splitlines() == ["analysed"] * 2
+
+
 @pytest.fixture(scope="module")
 def editor() -> Iterator[tuple[Client, str]]:
     """A client in which the flagship is open."""
@@ -64,34 +95,3 @@ def test_what_is_wanted_is_among_the_first(
     client.change(uri, text)
     assert client.diagnostics(uri) == []
     assert left == {}
-
-
-COUNTING = """\
-from specc.tools.lsp import project, server
-
-analyse = project.Project.analyse
-
-
-def counted(self, root):
-    with open({log!r}, "a") as log:
-        log.write("analysed\\n")
-    return analyse(self, root)
-
-
-project.Project.analyse = counted
-server.PAUSE_S = 2.0
-"""
-
-
-def test_what_is_typed_without_a_pause_is_analysed_once(tmp_path: Path) -> None:
-    log = tmp_path / "log"
-    (tmp_path / "sitecustomize.py").write_text(COUNTING.format(log=str(log)))
-    write(tmp_path)
-    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    with Client(["env", f"PYTHONPATH={path}", *SERVER], tmp_path) as client:
-        uri = client.open(tmp_path / "arm.yaml")
-        client.diagnostics(uri)
-        for size in range(20):
-            client.change(uri, f"{SYSTEM}# {'a note'[:size]}\n")
-        client.diagnostics(uri)
-    assert log.read_text().splitlines() == ["analysed"] * 2
