@@ -184,8 +184,8 @@ class Phrases:
             case "wrench[E]":
                 return self.one((f"({named} + {named})", f"-{named}", f"({named} * 0.5)"))
             case "pose[B, E]":
-                return self.one((
-                    f"({named} @ X_EE)", f"({named} @ inverse({named}) @ {named})",
+                return self.one((  # with the pose itself twice, what rounding does would grow
+                    f"({named} @ X_EE)", f"({named} @ inverse(X_EE) @ X_EE)",
                     f"inverse(inverse({named}))", f"turned({named}, {self.rooted('int', 0)})",
                 ))  # fmt: skip
         return ""

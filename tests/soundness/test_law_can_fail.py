@@ -158,10 +158,6 @@ def test_a_prover_that_believes_everything(tmp_path: Path, monkeypatch: pytest.M
     result = compiled(small({"low": "x.E.p < 0.5", "high": "x.E.p > 0.5"}), tmp_path)
     tried(result, "1", 300, found)
     assert found.faults
-    # Few random rows are wrong: these seeds come to such ones soon.
-    seeds = range(120, 300)
-    verdicts = (compare(specification(Random(s)), tmp_path, str(s), TICKS) for s in seeds)
-    assert any(verdict.differences or verdict.unsound for verdict in verdicts)
 
 
 def test_proofs_that_take_operators_for_constant(

@@ -48,7 +48,7 @@ PREDICATES = tuple(
 ATOMS: dict[str, tuple[str, ...]] = {
     "p": ("{p} < {c}", "{p} >= {c}", "{c} <= {p}", "-{p} < {c}", "near({p}, {c}, 0.5)",
           "abs({p}) <= {c}", "{c} < {p} <= 1.5", "2 * {p} > {c}", "{p} / 2 <= {c}"),
-    "pq": ("{p} < {q}", "{q} <= {p}", "{p} + {q} < {c}", "{q} - {p} >= {c}", "near({p}, {q}, {c})",
+    "pq": ("{p} < {q}", "{q} <= {p}", "{p} + {q} < {c}", "{q} - {p} >= {c}", "near({p}, {q}, {t})",
            "max({p}, {q}) > {c}", "min({q}, {p}) <= {c}", "abs({p} - {q}) > {c}"),
     "n": ("{n} == {i}", "{n} < {i}", "{n} >= {i}", "{n} != {i}", "2 * {n} > {i}", "{n} + 1 <= {i}"),
     "nk": ("{n} < {k}", "{n} == {k}", "{n} + {k} > {i}", "{n} - {k} == {i}", "max({n}, {k}) < {i}"),
@@ -59,7 +59,7 @@ ATOMS: dict[str, tuple[str, ...]] = {
           "all(v in {{{a}, {o}}} for v in {b})", "all(passes(v) for v in {b})",
           "{b} == [{a}, {o}]", "all(v != {a} for v in {b})"),
     "bm": ("any(v == {m} for v in {b})", "all(v == {m} for v in {b})", "{b}[1] == {m}"),
-    "w": ("{w}[0] < {c}", "{w}[0] <= {w}[1]", "{w}[0] + {w}[1] > {c}", "near({w}, [0, 0.5], {c})",
+    "w": ("{w}[0] < {c}", "{w}[0] <= {w}[1]", "{w}[0] + {w}[1] > {c}", "near({w}, [0, 0.5], {t})",
           "all(v < {c} for v in {w})", "any(v >= {c} for v in {w})"),
     "l": ("len({l}) > {i}", "len({l}) == 0", "any(v > {i} for v in {l})",
           "all(v < {i} for v in {l})", "any(v == 1 for v in {l})"),
@@ -67,7 +67,7 @@ ATOMS: dict[str, tuple[str, ...]] = {
     "lgo": ("any(v > 0 and {go} for v in {l})",),
     "": ("fresh(x.c.g)", "present(x.c.g)", "fresh(x.c.g) and x.c.g > 0"),
 }  # fmt: skip
-"""Questions about elements; {c} is a half, {i} a whole number, {a} and {o} are modes."""
+"""Questions: {c} is a number, {t} a tolerance, {i} a whole number, {a} and {o} are modes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,8 @@ class _Author:
         key = "" if rng.randrange(8) == 0 else rng.choice([*fitting, *related * 3])
         a, o = rng.sample(MODES, 2)
         c, i = rng.choice(("0", "0.5", "1")), rng.choice(("0", "1", "2"))
-        return f"({rng.choice(ATOMS[key]).format(a=a, o=o, c=c, i=i, **texts)})"
+        t = "0.25" if c == "0" else c
+        return f"({rng.choice(ATOMS[key]).format(a=a, o=o, c=c, t=t, i=i, **texts)})"
 
     def condition(self, depth: int) -> str:
         if depth == 0 or self.rng.randrange(4) == 0:
