@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from specc.frozen import frozen
 from specc.model.expr import (
@@ -24,6 +24,8 @@ from specc.model.requirement import expressions
 from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import InputName
 from specc.source import Place
+
+Name = TypeVar("Name")
 
 # The expressions of a subsystem with the texts in which they stand.
 
@@ -101,8 +103,14 @@ def names_any(expr: Expr, constants: Collection[str]) -> bool:
 
 @frozen
 class Dependence:
-    """What the value of an expression depends on."""
+    """What the value of an expression depends on.
 
+    Of `inputs`, it reads the `values` of some, and asks of the `arrivals` whether they are fresh.
+    """
+
+    inputs: frozenset[InputName] = frozenset()
+    values: frozenset[InputName] = frozenset()
+    arrivals: frozenset[InputName] = frozenset()
     memory: frozenset[str] = frozenset()
     constants: frozenset[str] = frozenset()
     lasts: bool = True
@@ -132,15 +140,41 @@ class Dependences:
                 return Dependence(literal=True)
             case Clock(name="elapsed" | "entered"):
                 return Dependence(lasts=False, clock=True)
-            case Input() | Fresh() | Present() | BoundVariable():
+            case Input() | Fresh() | Present():
+                return _of_input(expr)
+            case BoundVariable():
                 return Dependence(lasts=False)
             case LetRef(name=name) if name in self._lets:
                 return self._lets[name]
-        parts = [self.of(child) for child in children(expr)]
+        return self.all(children(expr))
+
+    def all(self, exprs: Iterable[Expr]) -> Dependence:
+        """What any of some expressions depends on."""
+        parts = [self.of(expr) for expr in exprs]
+        if len(parts) == 1:
+            return parts[0]
         return Dependence(
-            frozenset[str]().union(*(part.memory for part in parts)),
-            frozenset[str]().union(*(part.constants for part in parts)),
+            _any_of(part.inputs for part in parts),
+            _any_of(part.values for part in parts),
+            _any_of(part.arrivals for part in parts),
+            _any_of(part.memory for part in parts),
+            _any_of(part.constants for part in parts),
             all(part.lasts for part in parts),
             any(part.clock for part in parts),
             any(part.literal for part in parts),
         )
+
+
+def _of_input(expr: Input | Fresh | Present) -> Dependence:
+    element = expr if isinstance(expr, Input) else expr.input
+    key, nothing = frozenset(((element.peer, element.element),)), frozenset[InputName]()
+    return Dependence(
+        key,
+        key if isinstance(expr, Input) else nothing,
+        key if isinstance(expr, Fresh) else nothing,
+        lasts=False,
+    )
+
+
+def _any_of(names: Iterable[frozenset[Name]]) -> frozenset[Name]:
+    return frozenset[Name]().union(*names)

@@ -13,71 +13,13 @@ from fractions import Fraction
 from functools import cached_property
 
 from specc.analysis import Facts, Machine
-from specc.analysis.reads import texts
+from specc.analysis.reads import Dependences, texts
 from specc.model import expr as m
 from specc.model import requirement as r
 from specc.model.system import Port, Subsystem
 from specc.proof import InputName
 from specc.reachable import reachable
 from specc.tools.explore.partial import Known, filled, static
-
-
-@dataclass(frozen=True, slots=True)
-class Rests:
-    """The inputs and the memory that an expression rests on.
-
-    `values` are inputs that it reads, `arrivals` those of which it asks whether they are fresh.
-    """
-
-    inputs: frozenset[InputName] = frozenset()
-    memory: frozenset[str] = frozenset()
-    values: frozenset[InputName] = frozenset()
-    arrivals: frozenset[InputName] = frozenset()
-    clock: bool = False
-
-    def __or__(self, other: Rests) -> Rests:
-        return Rests(
-            self.inputs | other.inputs,
-            self.memory | other.memory,
-            self.values | other.values,
-            self.arrivals | other.arrivals,
-            self.clock or other.clock,
-        )
-
-
-class Reading:
-    """What expressions of a subsystem rest on, through lets."""
-
-    def __init__(self, subsystem: Subsystem) -> None:
-        self._lets: dict[str, Rests] = {}
-        for item in subsystem.lets:
-            self._lets[item.name] = self.of(item.value)
-
-    def of(self, expr: m.Expr) -> Rests:
-        """What `expr` rests on."""
-        match expr:
-            case m.Fresh(input=element):
-                key = frozenset(((element.peer, element.element),))
-                return Rests(inputs=key, arrivals=key)
-            case m.Present(input=element):
-                return Rests(inputs=frozenset(((element.peer, element.element),)))
-            case m.Input(peer=peer, element=name):
-                key = frozenset(((peer, name),))
-                return Rests(inputs=key, values=key)
-            case m.MemoryRef(name=name):
-                return Rests(memory=frozenset((name,)))
-            case m.LetRef(name=name):
-                return self._lets.get(name, Rests())
-            case m.Clock(name="elapsed"):
-                return Rests(clock=True)
-        return self.all(m.children(expr))
-
-    def all(self, exprs: Iterable[m.Expr]) -> Rests:
-        """What any of some expressions rests on."""
-        found = Rests()
-        for expr in exprs:
-            found |= self.of(expr)
-        return found
 
 
 def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
@@ -94,7 +36,6 @@ class Kept:
     """What is kept of one subsystem."""
 
     machine: Machine
-    reading: Reading
     inputs: set[InputName] = field(default_factory=set)
     memory: set[str] = field(default_factory=set)
     outputs: set[InputName] = field(default_factory=set)
@@ -103,6 +44,11 @@ class Kept:
     def subsystem(self) -> Subsystem:
         """The subsystem."""
         return self.machine.subsystem
+
+    @property
+    def rests(self) -> Dependences:
+        """What its expressions rest on."""
+        return self.machine.dependences
 
     @property
     def decides(self) -> bool:
@@ -119,10 +65,7 @@ class Abstraction:
     def __init__(self, facts: Facts, requirements: Iterable[r.Requirement] = ()) -> None:
         """What these requirements read of memory and of what is sent is kept as well."""
         self.facts = facts
-        self.kept = {
-            machine.subsystem.qualified_name: Kept(machine, Reading(machine.subsystem))
-            for machine in facts.machines
-        }
+        self.kept = {machine.subsystem.qualified_name: Kept(machine) for machine in facts.machines}
         self._origins = {
             (name, port.peer, element.name): self._origin(kept.subsystem, port)
             for name, kept in self.kept.items()
@@ -183,7 +126,7 @@ class Abstraction:
         return bool(sent) and all(
             any(
                 self.sender_of(sender, name) is None or (sender, name) in noise
-                for name in kept.reading.of(expr).values
+                for name in kept.rests.of(expr).values
             )
             for expr in sent
         )
@@ -213,7 +156,7 @@ class Abstraction:
     def _need(self, name: str, exprs: Iterable[m.Expr]) -> None:
         """Keep what some expressions of a subsystem rest on, and what that rests on."""
         kept = self.kept[name]
-        rests = kept.reading.all(exprs)
+        rests = kept.rests.all(exprs)
         for item in rests.memory - kept.memory:
             kept.memory.add(item)
             written = kept.subsystem.written.get(("", item), {})

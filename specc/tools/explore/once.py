@@ -93,7 +93,7 @@ class _Sent:
         """The states that ask if it came; none if one asks for its value alone, which stays."""
         kept = self._composition.walkers[self.reader].kept
         names = [state.name for state in kept.subsystem.states]
-        asked = {s: kept.reading.all(conditions_of(kept.subsystem, s)) for s in names}
+        asked = {s: kept.rests.all(conditions_of(kept.subsystem, s)) for s in names}
         found = {s for s, rests in asked.items() if self.key in rests.inputs}
         return found if all(self.key in asked[s].arrivals for s in found) else set()
 

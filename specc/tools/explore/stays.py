@@ -163,7 +163,7 @@ class Lasting:
             (name, *others) = self.states[index]
             ways = [] if others else self._ways(walker, name)
             if ways:
-                needs = walker.kept.reading.all(ways).inputs & walker.slots.keys()
+                needs = walker.kept.rests.all(ways).inputs & walker.slots.keys()
                 missing = frozenset(k for k in needs if self.sender(index, k) not in self.sent)
                 blocked = not any(one == index for one, _ in self.rows)
                 state = walker.subsystem.state(name)

@@ -231,7 +231,7 @@ def _signature(
             if (key := (item.peer, item.name)) in kept.outputs
             or (not item.peer and item.name in kept.memory)
         )
-        read = kept.reading.all(item.value for item in state.behaviour.assignments).inputs
+        read = kept.rests.all(item.value for item in state.behaviour.assignments).inputs
         looked = frozenset(inputs.get(key, key) for key in read)
         ignored = frozenset(inputs.get(key, key) for key in state.ignores)
         ends = bool(list(conditions_of(subsystem, state.name)))

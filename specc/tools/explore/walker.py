@@ -12,9 +12,10 @@ from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
+from specc.analysis.reads import Dependence
 from specc.model import expr as m
 from specc.proof import InputName
-from specc.tools.explore.abstraction import Abstraction, Kept, Rests, conditions_of
+from specc.tools.explore.abstraction import Abstraction, Kept, conditions_of
 from specc.tools.explore.partial import (
     Known,
     filled,
@@ -308,13 +309,13 @@ class Walker:
     def looks_at(self) -> dict[str, frozenset[InputName]]:
         """The inputs that conditions ask about, by state."""
         states = (state.name for state in self.subsystem.states)
-        return {s: self.kept.reading.all(conditions_of(self.subsystem, s)).inputs for s in states}
+        return {s: self.kept.rests.all(conditions_of(self.subsystem, s)).inputs for s in states}
 
     @cached_property
     def looks_into(self) -> dict[str, frozenset[InputName]]:
         """The inputs that functions read, by state."""
         return {
-            state.name: self.kept.reading.all(i.value for i in state.behaviour.assignments).inputs
+            state.name: self.kept.rests.all(i.value for i in state.behaviour.assignments).inputs
             for state in self.subsystem.states
         }
 
@@ -343,13 +344,13 @@ class Walker:
 
     # Answers about unknown values.
 
-    def _rests(self, formula: int) -> Rests:
-        return self.kept.reading.of(self._formulas.things[formula])
+    def _rests(self, formula: int) -> Dependence:
+        return self.kept.rests.of(self._formulas.things[formula])
 
     def _remembered(self, expr: m.Expr) -> Iterator[int]:
         """What stays true until an input or memory is renewed, as numbers of formulas."""
         for part in _conjuncts(expr):
-            rests = self.kept.reading.of(part)
+            rests = self.kept.rests.of(part)
             if part != m.TRUE and not rests.clock and rests.inputs <= self.slots.keys():
                 yield self._formulas.of(part)
 
