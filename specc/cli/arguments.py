@@ -3,42 +3,89 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from importlib import import_module
 from math import inf
+from types import MappingProxyType
 from typing import Any
 
 from specc import __version__
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 DIFF_FORMATS = ("text", "markdown", "json")
+SHELLS = ("bash", "zsh", "fish")
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> Parser:
     """The parser of a whole command line."""
-    whole = argparse.ArgumentParser(
+    whole = Parser(
         prog="specc", description="Compiler of robot control specifications.", allow_abbrev=False
     )
     whole.add_argument("--version", action="version", version=f"specc {__version__}")
-    commands = whole.add_subparsers(
-        prog="specc", dest="command", metavar="COMMAND", required=True, parser_class=_Command
-    )
-    for add in (_compiling, _writing, _looking, _comparing, _importing, _editing, _replaying):
+    commands = whole.add_commands(prog="specc", dest="command", metavar="COMMAND")
+    for add in (
+        _compiling,
+        _writing,
+        _looking,
+        _comparing,
+        _importing,
+        _editing,
+        _replaying,
+        _completing,
+    ):
         add(commands)
     return whole
 
 
-class _Command(argparse.ArgumentParser):
-    """A command whose options are known only once it is chosen."""
+class Parser(argparse.ArgumentParser):
+    """Names what a mistyped command or option was probably meant to be, under its own usage.
+
+    The options of a command may be known only once it is chosen: `late` adds them.
+    """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
+    commands: Mapping[str, Parser] = MappingProxyType({})
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+    def add_commands(self, **options: Any) -> Any:
+        """Subparsers, one of which must be chosen."""
+        made = self.add_subparsers(required=True, parser_class=Parser, **options)
+        self.commands = made.choices
+        return made
+
+    def prepare(self) -> None:
+        """Add the options that are known late."""
         if late := self.late:
             self.late = None
             late(self)
-        return super().parse_known_args(args, namespace)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse as argparse does, and refuse what is not known."""
+        self.prepare()
+        words = list(sys.argv[1:] if args is None else args)
+        command = next((word for word in words if not word.startswith("-")), "")
+        if self.commands and command and command not in self.commands:
+            meant = _meant(command, self.commands) or f": {self.prog} --help lists them"
+            self.error(f"there is no command {command!r}{meant}")
+        found, unknown = super().parse_known_args(words, namespace)
+        if unknown:
+            option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
+            meant = _meant(option, _OPTION.findall(self.format_help()))
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
+        return found, unknown
+
+
+_OPTION = re.compile(r"--[a-z][\w-]*")
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """A question about the nearest known name, if there is one."""
+    from specc.diagnostics.nearest import nearest
+
+    close = nearest(name, known)
+    return f": did you mean {close[0]}?" if close else ""
 
 
 def _command(commands: Any, name: str, run: str, words: str) -> Any:
@@ -152,8 +199,8 @@ def _comparing(commands: Any) -> None:
 
 def _importing(commands: Any) -> None:
     words = "make a specification from state machines of other tools"
-    formats = commands.add_parser("import", help=words).add_subparsers(
-        prog="specc import", dest="source", metavar="FORMAT", required=True
+    formats = commands.add_parser("import", help=words).add_commands(
+        prog="specc import", dest="source", metavar="FORMAT"
     )
     run = "importing:run_import"
     fabric = _command(formats, "fabric", run, "subsystem definitions of FABRIC")
@@ -186,6 +233,12 @@ def _editing(commands: Any) -> None:
         action="store_true",
         help="accepted; the server always uses standard input and output",
     )
+
+
+def _completing(commands: Any) -> None:
+    words = "print what makes a shell complete the commands of specc"
+    completion = _command(commands, "completion", "completing:completion", words)
+    completion.add_argument("shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS))
 
 
 def _replaying(commands: Any) -> None:

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from specc.cli import interruption, streams
+from specc.cli import completing, interruption, streams
 from specc.cli.arguments import parser
 
 UNWRITTEN, FAULT, BROKEN_PIPE = 2, 70, 141
@@ -82,8 +82,10 @@ def _guarded(arguments: Sequence[str] | None) -> int:
 
 
 def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    whole = parser()
+    completing.answer(whole)
     try:
-        return parser().parse_args(arguments)
+        return whole.parse_args(arguments)
     except SystemExit:
         sys.stdout.flush()
         raise

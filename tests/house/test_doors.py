@@ -11,6 +11,7 @@ RUNTIME = modules("runtime", "specc_runtime")
 # Package -> the modules, with what is inside them, that may import it.
 DOORS = {
     "_ruamel_yaml": {"specc.read"},
+    "argcomplete": {"specc.cli.completing"},
     "cv2": {
         "specc_runtime.operators.vision.opencv",
         "specc_runtime.recording.pictures",
