@@ -17,6 +17,7 @@ from specc.read import Document, read_file
 from specc.schema.json_schema import json_schema
 from specc.tools.diff import compare
 from tests.tools.fmt.layout import keeps_what_is_written
+from tests.tools.graph import laws
 from tests.witness.shown import refuted_of, shown
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -88,7 +89,14 @@ def a_run_is_planned_to_each_error(subject: Subject) -> None:
             planned(Code(facts.system, refutation.subsystem, Path(scratch)), facts, refutation)
 
 
+def every_part_is_in_one_picture(subject: Subject) -> None:
+    """What is known of a specification can be drawn, also of one with errors."""
+    if subject.result.system is not None:
+        laws.every_part_is_drawn_once(subject.result.system)
+
+
 LAWS = (
+    every_part_is_in_one_picture,
     layout_keeps_data_and_comments,
     the_schema_accepts_what_compiles,
     nothing_differs_from_itself,

@@ -48,6 +48,9 @@ class Parser(argparse.ArgumentParser):
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
     commands: Mapping[str, Parser] = MappingProxyType({})
+    is_mixed = False
+    """Whether an argument that may be left out may also stand behind options."""
+    _parses = False
 
     def add_commands(self, **options: Any) -> Any:
         """Subparsers, one of which must be chosen."""
@@ -63,13 +66,17 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, and refuse what is not known."""
+        if self._parses:  # for parts of a mixed command line
+            return super().parse_known_args(args, namespace)
+        self._parses = True
         self.prepare()
         words = list(sys.argv[1:] if args is None else args)
         command = next((word for word in words if not word.startswith("-")), "")
         if self.commands and command and command not in self.commands:
             meant = _meant(command, self.commands) or f": {self.prog} --help lists them"
             self.error(f"there is no command {command!r}{meant}")
-        found, unknown = super().parse_known_args(words, namespace)
+        parse = self.parse_known_intermixed_args if self.is_mixed else super().parse_known_args
+        found, unknown = parse(words, namespace)
         if unknown:
             option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
             meant = _meant(option, _OPTION.findall(self.format_help()))
@@ -162,6 +169,9 @@ def _looking(commands: Any) -> None:
     ages = _command(commands, "ages", "ages:ages", "show how old values are where they are read")
     ages.add_argument("spec", metavar="SPEC")
     ages.add_argument("--format", choices=("text", "json"), default="text")
+    words = "draw the structure, a state machine, frames or a data flow"
+    graph = _command(commands, "graph", "graph:graph", words)
+    graph.late, graph.is_mixed = _of_graph, True
     words = "step all machines together and show where they cannot go on"
     explore = _command(commands, "explore", "explore:run_explore", words)
     explore.add_argument("spec", metavar="SPEC")
@@ -279,6 +289,19 @@ def _add_policy(command: Any) -> None:
         action=argparse.BooleanOptionalAction,
         help="count warnings and open points as errors",
     )
+
+
+def _of_graph(command: argparse.ArgumentParser) -> None:
+    command.add_argument("spec", metavar="SPEC")
+    words = "agent, subsystem, function or behaviour: irp, irp.m, irp.m.p2p (default: the system)"
+    command.add_argument("place", metavar="PLACE", nargs="?", default="", help=words)
+    kinds = ("structure", "inside", "states", "frames", "flow")
+    words = "structure of a system or agent, states of a subsystem, flow of a function by default"
+    command.add_argument("--of", choices=kinds, help=words)
+    words = "svg by default, or what the name of the file says; dot goes to standard output"
+    command.add_argument("--format", choices=("svg", "png", "dot"), help=words)
+    words = "file to write (default: SPEC-PLACE-KIND.FORMAT in the working directory)"
+    command.add_argument("--out", metavar="FILE", help=words)
 
 
 def _of_run(command: argparse.ArgumentParser) -> None:

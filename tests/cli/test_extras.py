@@ -53,6 +53,7 @@ def test_the_compiler_alone(tmp_path: Path) -> None:
         f"fmt --check {specs}",
         f"status {spec}",
         f"ages {spec}",
+        f"graph {spec} --format dot",
         f"diff {spec} {spec}",
         "explain E0601",
         "schema",
@@ -94,6 +95,14 @@ def test_a_run_says_which_extra_it_lacks(
     assert done.returncode == 2
     assert f"{lacking} is not installed: `pip install 'specc[{extra}]'` brings it" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_picture_says_which_extra_it_lacks(tmp_path: Path) -> None:
+    path = str(ROOT / "specs/conveyor_gate.yaml")
+    done = specc("graph", path, without=("pygraphviz",), folder=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    words = "specc: pygraphviz is not installed: `pip install 'specc[graph]'` brings it\n"
+    assert done.stderr == words
 
 
 def test_a_witness_says_which_extra_it_lacks(tmp_path: Path) -> None:

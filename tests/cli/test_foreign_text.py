@@ -25,6 +25,7 @@ COMMANDS = (
     ["status", "--format=json"],
     ["ages"],
     ["ages", "--format=json"],
+    *(["graph", f"--of={kind}", "--format=dot"] for kind in ("structure", "frames", "states")),
     ["witness", "--out=scenarios"],
     ["fmt", "--diff"],
 )

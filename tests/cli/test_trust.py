@@ -71,6 +71,7 @@ NOTHING_RUNS = [
     ["build", "cell.yaml", "talk.yaml", "--check"],
     ["status", "cell.yaml"],
     ["ages", "cell.yaml"],
+    ["graph", "cell.yaml"],
     ["explore", "cell.yaml"],
     ["explore", "talk.yaml", "--format=json"],
     ["diff", "cell.yaml", "talk.yaml"],

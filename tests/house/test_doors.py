@@ -33,6 +33,7 @@ DOORS = {
     "pinocchio": {"specc_runtime.operators.dynamics"},
     "pydantic": {"specc.schema.json_schema"},
     "pygls": {"specc.tools.lsp.protocol", "specc.tools.lsp.server"},
+    "pygraphviz": {"specc.tools.graph.drawing"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
     "zstandard": {"specc_runtime.recording.container", "specc_runtime.recording.unpacking"},

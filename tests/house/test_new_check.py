@@ -21,6 +21,7 @@ COPIED = (
     "tests/diagnostics",
     "tests/docs",
     "tests/tools/fmt/layout.py",
+    "tests/tools/graph/laws.py",
     "tests/witness/shown.py",
 )
 

@@ -1,0 +1,163 @@
+"""Diagrams in DOT, the language of Graphviz.
+
+Names and texts of specifications get into it in two ways only: as identifiers in quotes, and as
+text of HTML-like labels. Both are escaped here, and characters that cannot be seen are written out
+first. In labels of the other kind Graphviz would replace escapes such as `\\N`; there are none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from html import escape
+
+from specc.diagnostics.render.visible import visible
+from specc.tools.graph.diagram import (
+    Arc,
+    Diagram,
+    Face,
+    Group,
+    Line,
+    Look,
+    Node,
+    Points,
+    Row,
+    Stroke,
+    Text,
+)
+
+_FONT = 'fontname="Helvetica"'
+_LOOKS: dict[Look, str] = {
+    "subsystem": 'shape=box style="rounded,filled" fillcolor="#eef3fa"',
+    "device": 'shape=box style=filled fillcolor="#eeeeee"',
+    "other": 'shape=box style="rounded" color="#777777"',
+    "missing": 'shape=box style="rounded,dashed" color="#777777"',
+    "state": 'shape=box style="rounded,filled" fillcolor="#eef3fa"',
+    "start": "shape=circle style=filled fillcolor=black width=0.12 height=0.12 fixedsize=true",
+    "frame": 'shape=box style="rounded,filled" fillcolor="#eef3fa"',
+    "table": "shape=plain",
+    "memory": 'shape=box style=filled fillcolor="#fbf3dc"',
+    "input": 'shape=box style=filled fillcolor="#e7f2e7"',
+    "output": 'shape=box style=filled fillcolor="#f8e8e4"',
+    "operator": 'shape=ellipse style=filled fillcolor=white margin="0.04,0.02"',
+    "value": 'shape=plaintext margin="0.04,0.02"',
+}
+_STROKES: dict[Stroke, str] = {
+    "solid": "",
+    "dashed": "style=dashed",
+    "error": "style=dashed weight=0",
+    "none": "style=invis",
+}
+_POINTS: dict[Points, str] = {"down": "", "up": "dir=back", "both": "dir=both"}
+_FACES: dict[Face, tuple[str, str]] = {
+    "plain": ("", ""),
+    "name": ("<B>", "</B>"),
+    "italic": ("<I>", "</I>"),
+    "note": ('<FONT COLOR="#666666">', "</FONT>"),
+    "lower": ("<SUB>", "</SUB>"),
+}
+
+
+_MANY = 120
+"""Arcs that may be bent and placed with all care; of more, that takes nearly all the time."""
+_PLAIN = 'BORDER="0" CELLBORDER="0" CELLSPACING="0"'
+
+
+def as_dot(diagram: Diagram) -> str:
+    """The text of a diagram; that of equal diagrams is the same, byte for byte."""
+    return "\n".join(_lines(diagram)) + "\n"
+
+
+def _lines(diagram: Diagram) -> Iterator[str]:
+    yield f"digraph {_quoted(diagram.title)} {{"
+    yield f"  graph [charset=utf8 rankdir=TB newrank=true {_FONT} fontsize=10"
+    if len(diagram.arcs) > _MANY:
+        yield "         splines=line nslimit=1 nslimit1=1"
+    yield "         nodesep=0.15 ranksep=0.3 labelloc=b labeljust=l"
+    yield f"         label={_notes(diagram)}]"
+    yield f'  node [{_FONT} fontsize=10 height=0.3 width=0.3 margin="0.08,0.05" penwidth=0.8]'
+    yield f"  edge [{_FONT} fontsize=10 arrowsize=0.6 penwidth=0.8]"
+    for group in diagram.groups:
+        yield from _group(group)
+    for node in diagram.nodes:
+        yield f"  {_node(node)}"
+    for level in diagram.levels:
+        yield f"  {{rank=same; {'; '.join(map(_quoted, level))}}}"
+    for arc in diagram.arcs:
+        yield f"  {_arc(arc)}"
+    yield "}"
+
+
+def _group(group: Group) -> Iterator[str]:
+    yield f"  subgraph {_quoted(f'cluster {group.id}')} {{"
+    yield '    graph [style=rounded color="#555555" labelloc=b labeljust=l margin=12'
+    yield f"           label={_label(group.lines, 'LEFT')}]"
+    for node in group.nodes:
+        yield f"    {_node(node)}"
+    yield "  }"
+
+
+def _node(node: Node) -> str:
+    has_subscripts = any(part.face == "lower" for each in node.lines for part in each)
+    label = _table(node) if node.rows else (_spaced if has_subscripts else _label)(node.lines)
+    return f"{_quoted(node.id)} [{_LOOKS[node.look]} label={label}]"
+
+
+def _arc(arc: Arc) -> str:
+    label = f"label={_spaced(arc.lines, 2)}" if arc.lines else ""
+    attributes = " ".join(filter(None, (_STROKES[arc.stroke], _POINTS[arc.points], label)))
+    ends = f"{_quoted(arc.tail)} -> {_quoted(arc.head)}"
+    return f"{ends} [{attributes}]" if attributes else ends
+
+
+def _label(lines: Iterable[Line], align: str = "") -> str:
+    """Lines below one another."""
+    texts = [text for each in lines if (text := _text(each))]
+    if not texts:
+        return '""'
+    end = f'<BR ALIGN="{align}"/>' if align else "<BR/>"
+    return f"<{end.join(texts)}{end if align else ''}>"
+
+
+def _spaced(lines: Iterable[Line], padding: int = 0) -> str:
+    """Lines that keep away from the subscripts of one another, or from what is around them."""
+    rows = "".join(f"<TR><TD>{text}</TD></TR>" for each in lines if (text := _text(each)))
+    return f'<<TABLE {_PLAIN} CELLPADDING="{padding}">{rows}</TABLE>>'
+
+
+def _table(node: Node) -> str:
+    """Lines as the head of a table with the rows."""
+    heads = "".join(
+        f'<TR><TD ALIGN="LEFT">{text}</TD></TR>' for each in node.lines if (text := _text(each))
+    )
+    rule = "<HR/>" if heads else ""
+    body = f"{heads}{rule}<TR><TD>{_rows(node.rows)}</TD></TR>"
+    outer = 'BORDER="1" CELLBORDER="0" CELLSPACING="0" CELLPADDING="2" STYLE="ROUNDED"'
+    return f"<<TABLE {outer}>{body}</TABLE>>"
+
+
+def _rows(rows: Iterable[Row]) -> str:
+    """A table whose columns are as wide as what is in them."""
+    texts = ("".join(f'<TD ALIGN="LEFT">{_text(cell)}</TD>' for cell in row.cells) for row in rows)
+    inner = "".join(f"<TR>{text}</TR>" for text in texts)
+    return f'<TABLE ALIGN="LEFT" {_PLAIN} CELLPADDING="2">{inner}</TABLE>'
+
+
+def _notes(diagram: Diagram) -> str:
+    return f"<{_rows(diagram.notes)}>" if diagram.notes else '""'
+
+
+def _text(parts: Line) -> str:
+    return "".join(map(_part, parts))
+
+
+def _part(part: Text) -> str:
+    if not part.text:
+        return ""
+    before, after = _FACES[part.face]
+    return f"{before}{escape(visible(part.text))}{after}"
+
+
+def _quoted(name: str) -> str:
+    """An identifier in quotes, in which a backslash and a quote mean themselves."""
+    shown = visible(name).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{shown}"'

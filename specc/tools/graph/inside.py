@@ -1,0 +1,139 @@
+"""The inner structure of a subsystem: buffers, memory and functions (Figs 9, 16, 20)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.model.system import Element, Memory, Port, Subsystem, System
+from specc.tools.graph.diagram import (
+    Arc,
+    Diagram,
+    Group,
+    Line,
+    Node,
+    Points,
+    Row,
+    Text,
+    broken,
+    equations,
+    line,
+)
+from specc.tools.graph.names import (
+    Copies,
+    Part,
+    base,
+    copies,
+    is_named,
+    parts_of,
+    rate,
+    span,
+    symbol,
+)
+
+_WORK, _MEMORY = "behaviours", "memory"
+_APART = "      "
+"""A label without ink: what stands side by side is as far apart as the label is long."""
+_TYPE, _FUNCTIONS, _TITLE = 38, 40, 22
+
+
+def inside(system: System, subsystem: Subsystem) -> Diagram:
+    """Buffers by what is at their other end, which stands outside: the control subsystem above."""
+    parts = parts_of(system)
+    copied = {agent.name: each for each in copies(system) for agent in each.agents}
+    nodes, others = [_work(subsystem)], []
+    arcs: list[Arc] = []
+    for ports in _together(subsystem, parts, copied):
+        end = parts.get(ports[0].other_end)
+        buffer, other = _buffer(ports), _other(ports, end)
+        nodes.append(buffer)
+        others.append(other)
+        arcs += _ways(other, buffer, ports, above=_is_control(end))
+    levels = []
+    if subsystem.memory:
+        nodes.append(_memory(subsystem))
+        arcs.append(Arc(_WORK, _MEMORY, (line(_APART),), points="both"))
+        levels.append((_WORK, _MEMORY))
+    note = rate(subsystem.rate_hz) if subsystem.rated else ""
+    head = (*symbol(subsystem), Text(f"  {subsystem.title}", "name"), Text(f"  {note}", "note"))
+    group = Group(subsystem.qualified_name, (head,), tuple(nodes))
+    return Diagram(subsystem.qualified_name, tuple(others), tuple(arcs), (group,), tuple(levels))
+
+
+def _together(
+    subsystem: Subsystem, parts: dict[str, Part], copied: dict[str, Copies]
+) -> list[list[Port]]:
+    """Ports by what is at their other end; copies of a part are one."""
+    found: dict[object, list[Port]] = {}
+    for port in subsystem.ports:
+        end = parts.get(port.other_end)
+        key: object = port.peer
+        if end is not None:
+            key = copied[end.agent].name, end.place.file, end.place.route
+        found.setdefault(key, []).append(port)
+    return list(found.values())
+
+
+def _is_control(end: Part | None) -> bool:
+    return end is not None and end.kind == "control"
+
+
+def _ways(other: Node, buffer: Node, ports: list[Port], *, above: bool) -> Iterator[Arc]:
+    """What comes in and goes out, through the buffer; a part that is above has arcs downwards."""
+    directions = {port.direction for port in ports}
+    points: Points = "down" if ("x" in directions) == above else "up"
+    if len(directions) > 1:
+        points = "both"
+    route = (other.id, buffer.id, _WORK) if above else (_WORK, buffer.id, other.id)
+    yield Arc(route[0], route[1], points=points)
+    yield Arc(route[1], route[2], points=points)
+
+
+def _buffer(ports: list[Port]) -> Node:
+    elements: dict[tuple[str, str], Element] = {}
+    for port in ports:
+        for element in port.elements:
+            elements.setdefault((port.direction, element.name), element)
+    rows = tuple(
+        Row((line(direction, "italic"), *_declared(elements[direction, name])))
+        for direction, name in sorted(elements, key=lambda key: key[0])
+    )
+    covers = tuple(f"{p.direction}.{p.peer}.{e.name}" for p in ports for e in p.elements)
+    names = list(dict.fromkeys(port.peer for port in ports))
+    head = (Text("buffers  ", "italic"), Text(span(names)))
+    return Node(f"buffers {names[0]}", "table", (head,), rows or _nothing(), covers)
+
+
+def _declared(part: Element | Memory) -> tuple[Line, Line]:
+    """Its name and its type."""
+    kind = broken(str(part.type), _TYPE, "note", most=1) or (line(""),)
+    return (Text(part.name, "name"), *equations(part.trace.eq)), kind[0]
+
+
+def _nothing() -> tuple[Row, ...]:
+    return (Row((line("nothing yet", "note"),)),)
+
+
+def _memory(subsystem: Subsystem) -> Node:
+    rows = tuple(Row(_declared(each)) for each in subsystem.memory)
+    covers = tuple(each.name for each in subsystem.memory)
+    return Node(_MEMORY, "table", (line("memory", "italic"),), rows, covers)
+
+
+def _work(subsystem: Subsystem) -> Node:
+    """The behaviours with their functions."""
+    rows: list[Row] = []
+    for behaviour in dict.fromkeys(state.behaviour for state in subsystem.states):
+        named = [f.name for f in behaviour.functions if is_named(f)]
+        first, *rest = broken(", ".join(named), _FUNCTIONS) or (line(" "),)
+        head = (Text(behaviour.name, "italic"), *equations(behaviour.trace.eq))
+        rows += [Row((head, first)), *(Row((line(" "), each)) for each in rest)]
+    title = line("behaviours and their functions", "italic")
+    return Node(_WORK, "table", (title,), tuple(rows) or _nothing())
+
+
+def _other(ports: list[Port], end: Part | None) -> Node:
+    id = f"other {ports[0].peer}"
+    if end is None:
+        return Node(id, "missing", (line(ports[0].other_end), line("not there", "note")))
+    agents = list(dict.fromkeys(port.other_end.partition(".")[0] for port in ports))
+    return Node(id, "other", (symbol(end, base(agents)), *broken(end.title, _TITLE)))

@@ -1,0 +1,93 @@
+"""What parts of a specification are called in pictures, and copies that are drawn as one."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from fractions import Fraction
+from itertools import takewhile
+from typing import TypeVar
+
+from specc.frozen import frozen
+from specc.model.fsm import Condition, Function
+from specc.model.system import Agent, Device, Subsystem, System
+from specc.tools.graph.diagram import Line, Text
+
+_LETTERS = {
+    "control": "c",
+    "virtual_effector": "e",
+    "virtual_receptor": "r",
+    "real_effector": "E",
+    "real_receptor": "R",
+}
+_Named = TypeVar("_Named", Agent, Subsystem, Device)
+
+
+Part = Subsystem | Device
+
+
+def parts_of(system: System) -> dict[str, Part]:
+    """Subsystems and devices by their qualified names."""
+    parts: tuple[Part, ...] = (*system.subsystems, *system.devices)
+    return {part.qualified_name: part for part in parts}
+
+
+def symbol(part: Part, agent: str = "") -> Line:
+    """The paper's symbol, with the agent and the name as its index."""
+    index = (agent or part.agent, *(() if part.name == "c" else (part.name,)))
+    return Text(_LETTERS[part.kind], "italic"), Text(",".join(index), "lower")
+
+
+def is_named(part: Condition | Function) -> bool:
+    """Whether a part has a name of its own; what stands in place is called after its place."""
+    return "." not in part.name and "[" not in part.name
+
+
+def rate(hz: Fraction) -> str:
+    """A rate in Hz."""
+    return f"{float(hz):.6g} Hz"
+
+
+def base(names: Sequence[str]) -> str:
+    """A name, or what the names of copies begin with."""
+    first, last = min(names), max(names)
+    same = takewhile(lambda pair: pair[0] == pair[1], zip(first, last, strict=False))
+    start = "".join(letter for letter, _ in same).rstrip("_0123456789")
+    return names[0] if len(names) == 1 else start or names[0]
+
+
+def span(names: Sequence[str]) -> str:
+    """A name, or the first and the last of several copies."""
+    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
+
+
+@frozen
+class Copies:
+    """Agents that one `for` makes of one description; of others, just the one."""
+
+    agents: tuple[Agent, ...]
+
+    @property
+    def name(self) -> str:
+        """That of the agent, or those of the first and the last one."""
+        return span([agent.name for agent in self.agents])
+
+    def subsystems(self) -> list[list[Subsystem]]:
+        """Each with its copies in all agents, in the order of the file."""
+        return _by_place([s for agent in self.agents for s in agent.subsystems])
+
+    def devices(self) -> list[list[Device]]:
+        """Likewise."""
+        return _by_place([d for agent in self.agents for d in agent.devices])
+
+
+def copies(system: System) -> list[Copies]:
+    """The agents of a system; those that one `for` makes are together."""
+    return [Copies(tuple(agents)) for agents in _by_place(system.agents)]
+
+
+def _by_place(parts: Sequence[_Named]) -> list[list[_Named]]:
+    """Parts together that one place of a file describes; those of one agent differ by a `for`."""
+    found: dict[Hashable, list[_Named]] = {}
+    for part in parts:
+        found.setdefault((part.place.file, part.place.route), []).append(part)
+    return list(found.values())

@@ -1,0 +1,111 @@
+"""The state machine of a subsystem, with the conditions on its arcs (Figs 10, 17, 22)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from specc.lang.show import show
+from specc.model import expr as m
+from specc.model.fsm import Cause, Condition, State, Transition
+from specc.model.system import Subsystem
+from specc.tools.graph.diagram import (
+    Arc,
+    Diagram,
+    Line,
+    Node,
+    Row,
+    Stroke,
+    Text,
+    broken,
+    equations,
+    line,
+)
+from specc.tools.graph.names import is_named
+
+_START = "start of the machine"
+_COLUMNS = 26
+_EXPRESSION = 84
+
+
+def states(subsystem: Subsystem) -> Diagram:
+    """A node for each state, an arc for the rows of one cause between two states."""
+    nodes = [_state(state) for state in subsystem.states]
+    known = {state.name for state in subsystem.states}
+    ends = dict.fromkeys(end for row in subsystem.transitions for end in (row.source, row.target))
+    nodes += [
+        Node(end, "missing", (line(end), line("not there", "note")))
+        for end in ends
+        if end not in known
+    ]
+    arcs = list(_arcs(subsystem))
+    if subsystem.begun and subsystem.initial_state in known:
+        nodes.insert(0, Node(_START, "start", ()))
+        arcs.insert(0, Arc(_START, subsystem.initial_state))
+    return Diagram(
+        subsystem.qualified_name, tuple(nodes), tuple(arcs), notes=tuple(_notes(subsystem))
+    )
+
+
+def _state(state: State) -> Node:
+    behaviour = state.behaviour
+    lines: list[Line] = [
+        (
+            *(Text(state.name, "name"), Text("  "), Text(behaviour.name, "italic")),
+            *equations(behaviour.trace.eq),
+        ),
+        *broken(state.title or behaviour.title, 34),
+    ]
+    for cause, condition in reversed(behaviour.endings):
+        if condition.when != m.FALSE:
+            lines += _ending(cause, condition)
+    return Node(state.name, "state", tuple(lines), covers=(state.name,))
+
+
+def _ending(cause: Cause, condition: Condition) -> Iterator[Line]:
+    """What ends a behaviour, in the colour of a note."""
+    sign = "ends" if cause == "terminal" else "error"
+    said = "at once" if condition.when == m.TRUE else _called(condition)
+    first, *rest = broken(f"{sign}: {said}" if said != "at once" else f"{sign} {said}", 36, "note")
+    yield first + (() if rest else equations(condition.trace.eq))
+    for number, each in enumerate(rest):
+        yield each + (equations(condition.trace.eq) if number == len(rest) - 1 else ())
+
+
+def _called(condition: Condition) -> str:
+    """Its name; what it says if it has none, since it stands where it is used."""
+    return condition.name if is_named(condition) else show(condition.when)
+
+
+def _arcs(subsystem: Subsystem) -> Iterator[Arc]:
+    together: dict[tuple[str, str, Cause], list[tuple[int, Transition]]] = {}
+    for index, row in enumerate(subsystem.transitions):
+        together.setdefault((row.source, row.target, row.cause), []).append((index, row))
+    for (source, target, cause), rows in together.items():
+        lines = [each for _, row in rows for each in _row(row)]
+        covers = tuple(str(index) for index, _ in rows)
+        stroke: Stroke = "solid" if cause == "terminal" else "error"
+        yield Arc(source, target, tuple(lines), stroke, covers=covers)
+
+
+def _row(row: Transition) -> Iterator[Line]:
+    """The initial condition of a row, unless nothing can be said of it but that it holds."""
+    if row.condition.name == "always" and not row.trace.eq:
+        return
+    *most, last = broken(_called(row.condition), _COLUMNS) or ((),)
+    yield from most
+    yield last + equations(row.condition.trace.eq or row.trace.eq)
+
+
+def _notes(subsystem: Subsystem) -> Iterator[Row]:
+    """What conditions with a name say, and what dashed arcs are."""
+    used = {row.condition.name for row in subsystem.transitions}
+    endings = [c for s in subsystem.states for _, c in s.behaviour.endings]
+    used |= {condition.name for condition in endings if condition.when != m.FALSE}
+    for condition in subsystem.conditions:
+        if condition.name in used and is_named(condition):
+            said = broken(show(condition.when), _EXPRESSION)
+            head = (Text(condition.name, "name"), *equations(condition.trace.eq))
+            for number, each in enumerate(said):
+                yield Row((head if number == 0 else line(" "), each))
+    if any(row.cause == "error" for row in subsystem.transitions):
+        yield Row((line("dashed", "italic"), line("after an error")))
