@@ -14,6 +14,7 @@ import numpy as np
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, Keeper, OutputLost, Viewer
 from specc_runtime.cycle import REST_S
+from specc_runtime.ending import tell
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
@@ -48,7 +49,7 @@ def execute(options: Options) -> int:
         interruption.allow(always=False)
         report = attempt.report()
         code = _write(report, files)
-    _show(report, options)
+    tell(report, options)
     for film in attempt.lost:
         say(f"error: {film}")
     if code or attempt.lost:
@@ -236,7 +237,7 @@ class _Attempt:
             _write(report, self._options)
             if not self._is_closing:
                 self._close()
-            _show(report, self._options)
+            tell(report, self._options)
         finally:
             os._exit(code)
 
@@ -378,22 +379,3 @@ def _write(report: Report, options: Options) -> int:
         say(f"error: cannot write {options.report}: {why}")
         return WRONG_USAGE
     return FULFILLED
-
-
-def _show(report: Report, options: Options) -> None:
-    """Print what happened."""
-    if options.quiet:
-        for fault in report.faults:
-            say(f"fault: {fault['culprit']}: {fault['message']}")
-        for requirement in report.requirements:
-            if requirement["verdict"] == "violated":
-                called = f"{requirement['name']}: " if "name" in requirement else ""
-                say(f"violated: {called}{requirement['that']}, because: {requirement['because']}")
-    else:
-        from specc_runtime.progress.summary import show
-
-        show(report)
-    for name, last in report.last_outputs.items():
-        if last["problem"]:
-            got = f"got {last['value']} from {last['by']}" if last["by"] else "got nothing"
-            say(f"safe output: {name} {got}: {last['problem']}")

@@ -50,6 +50,8 @@ class Options:
     """The specification, first, and the files that it uses: names and texts, for recordings."""
     built_with: Mapping[str, str] = field(default_factory=dict)
     """Constants and the texts of their values that the code was built with instead of its own."""
+    spec: str = ""
+    """The specification, as it was named; empty where only the package is known."""
 
     def named_absolutely(self) -> Options:
         """The same files, whatever the folder of the process becomes."""

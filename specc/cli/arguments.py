@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from importlib import import_module
 from math import inf
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -267,6 +268,13 @@ def _replaying(commands: Any) -> None:
     )
     words = "exit code 1 also if something cannot be compared"
     replay.add_argument("--check", action="store_true", help=words)
+    words = "say where machines were at a moment of a recorded run, and what they waited for"
+    why = _command(commands, "why", "why:why", words)
+    why.add_argument("moment", metavar="FILE.mcap@S", type=_moment)
+    words = "all about this one: irp.m (default: a line for each)"
+    why.add_argument("subsystem", metavar="SUBSYSTEM", nargs="?", help=words)
+    words = "the specification, which is never taken from the file"
+    why.add_argument("--spec", metavar="SPEC", help=words)
     words = "make a clean file of a recording that was cut"
     recover = _command(commands, "recover", "recordings:recover", words)
     recover.add_argument("file", metavar="FILE.mcap")
@@ -404,6 +412,13 @@ def _ranged(
         return number
 
     return taken
+
+
+def _moment(text: str) -> tuple[Path, float]:
+    file, at, seconds = text.rpartition("@")
+    if not (file and at):
+        raise argparse.ArgumentTypeError(f"{text!r} is not FILE.mcap@SECONDS")
+    return Path(file), float(_ranged(float, 0, inf)(seconds))
 
 
 def _wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:

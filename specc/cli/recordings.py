@@ -52,7 +52,7 @@ def replay(options: Namespace) -> int:
     try:
         told = called("recording.replay", "about", Path(options.file))
         if not options.spec:
-            raise _unnamed(options.file, told)
+            raise unnamed(options.file, told, ["specc", "replay", options.file])
         return _replay(options, options.spec, told)
     except Refused as refused:
         return unusable(str(refused))
@@ -83,14 +83,14 @@ def _replay(options: Namespace, spec: str, told: Any) -> int:
     code = _tell(outcomes, result, options)
     if watch is not None:
         code = max(code, _required(watch))
-    code = code or _lost(reading)
+    code = code or lost(reading)
     judged = watch is not None and any(r["verdict"] != "unknown" for r in watch.as_data())
     if judged or any(outcome.steps or outcome.difference for outcome in outcomes):
         return code
     raise Refused(f"nothing in {options.file} can be compared with {spec}")
 
 
-def _lost(reading: Any) -> int:
+def lost(reading: Any) -> int:
     """Say what of a recording is not there any more; the exit code."""
     words = [f"damaged parts left out: {reading.damaged}"] if reading.damaged else []
     words += [f"it was cut after {reading.last_s:.3f} s"] if reading.cut else []
@@ -171,8 +171,8 @@ def _places(subsystem: Subsystem, difference: Any) -> Iterator[tuple[str, Place]
             yield d.what, item.place
 
 
-def _unnamed(file: str, told: Any) -> Refused:
-    """Why there is no replay without a specification: the file must not choose whose code runs."""
+def unnamed(file: str, told: Any, command: Sequence[str]) -> Refused:
+    """Why nothing is done without a specification: the file must not choose whose code runs."""
     spec = str(told.get("spec", ""))
     try:
         inside = Path(os.path.realpath(spec)).is_relative_to(os.path.realpath("."))
@@ -183,9 +183,9 @@ def _unnamed(file: str, told: Any) -> Refused:
         return Refused(
             f"{file} is of {_clipped(spec, _LONGEST) or 'no file'}, which is not here; say --spec"
         )
-    command = shlex.join(["specc", "replay", file, f"--spec={spec}"])
+    words = shlex.join([*command, f"--spec={spec}"])
     return Refused(
-        f"{file} is of {spec}; no recording decides which specification runs, so name it: {command}"
+        f"{file} is of {spec}; no recording decides which specification runs, so name it: {words}"
     )
 
 

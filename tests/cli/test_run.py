@@ -46,6 +46,7 @@ def test_the_runtime_gets_the_code_the_base_and_the_options(
     assert runtime.options == Options(
         directory,
         Path("specs"),
+        spec="specs/good.yaml",
         seed=7,
         cycles=2,
         report=Path("r.json"),
@@ -62,7 +63,7 @@ def test_options_that_are_not_given_are_left_to_the_runtime(
     workspace: Path, runtime: Runtime, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", "good.yaml", "--duration", "1.5"]) == 0
-    assert runtime.options == Options(runtime.options.directory, duration_s=1.5)
+    assert runtime.options == Options(runtime.options.directory, duration_s=1.5, spec="good.yaml")
     assert capsys.readouterr().err == ""
 
 

@@ -23,6 +23,8 @@ pytestmark = pytest.mark.no_replay
 COMMANDS = [
     ["replay", "bomb.mcap", "--spec", "talk.yaml"],
     ["recover", "bomb.mcap", "--out", "out.mcap"],
+    ["why", "bomb.mcap@0.4", "--spec", "talk.yaml"],
+    ["why", "bomb.mcap@0", "talker.c", "--spec", "talk.yaml"],
     ["run", "talk.yaml", "--duration", "0.5", "--from", "bomb.mcap@0.4"],
 ]
 MOST_S, MOST_MB = 12.0, 300.0

@@ -1,0 +1,158 @@
+"""What a recording says of a moment: the last step of each subsystem until then, and its past."""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.forms import Misshapen
+from specc_runtime.recording.messages import Shelved, simulated_s, step_of, steps_of
+from specc_runtime.recording.reading import Reading, Unusable
+from specc_runtime.recording.snapshots import WRONG, every_snapshot
+from specc_runtime.recording.steps import topic_of
+from specc_runtime.sampling import PLANT
+
+_EARLIER_S = 1e-6
+_RECENT = 5
+"""Transitions that are kept, the last ones."""
+_OF_SUBSYSTEM = 2000
+"""Bytes that are kept of a subsystem besides its messages."""
+_LONGEST_ROW = 300
+_STAYED = re.compile(
+    rb'\{"stamp":(\d{1,15}),"time":[^,]{1,30},"before":"[^"\\]+","state":"[^"\\]+",'
+    rb'"cause":"","row":-1,"transition":"",'
+)
+"""How a message begins of a step, not the first one, without a transition."""
+
+
+@dataclass(slots=True)
+class Seen:
+    """A subsystem at the moment.
+
+    `step` is what the message of its last step says, `memory` what it remembered before, None
+    where that is lost. It had entered the state in which that step began at `entered_s`, and the
+    one that it is in now at `since_s`, by the row `row`; None and "" where that is not in the file.
+    """
+
+    name: str
+    step: Mapping[str, Any] = field(default_factory=dict)
+    memory: Mapping[str, Any] | None = None
+    entered_s: float | None = None
+    since_s: float | None = None
+    row: str = ""
+    recent: deque[tuple[float, float, int, str]] = field(
+        default_factory=lambda: deque(maxlen=_RECENT)
+    )
+    """The last rows that were taken: first and last time in s, how often without another, text."""
+    known_from: int = -1
+    """Stamp from which on all steps are there."""
+    _texts: tuple[bytes, bytes] = b"", b""
+    """Of the step before the last one, which is empty if it is lost, and of the last one."""
+    _stamp: int = -2
+    _held: int = 0
+
+    def take(self, time_s: float, text: bytes) -> int:
+        """The next step; returns for how many more bytes this stands. Raises Misshapen."""
+        stayed = _STAYED.match(text)
+        told = None if stayed else step_of(text)
+        stamp = int(stayed[1]) if stayed else told["stamp"] if told else 0
+        if stamp != self._stamp + 1:
+            self._texts, self.known_from = (b"", b""), stamp
+            self.since_s, self.row = None, ""
+        self._texts, self._stamp = (self._texts[1], text), stamp
+        self.entered_s = self.since_s
+        if told is not None and (told.get("row", -1) != -1 or not told.get("before")):
+            self.since_s, self.row = time_s, str(told["transition"])[:_LONGEST_ROW]
+            self._note(time_s)
+        held, self._held = self._held, max(self._held, sum(map(len, self._texts)))
+        return self._held - held
+
+    def _note(self, time_s: float) -> None:
+        begin_s, times = time_s, 1
+        if self.recent and self.recent[-1][-1] == self.row:
+            begin_s, _, times, _ = self.recent.pop()
+            times += 1
+        if self.row:
+            self.recent.append((begin_s, time_s, times, self.row))
+
+    def finish(self) -> None:
+        """Read what the last messages say. Raises Misshapen."""
+        before, last = self._texts
+        self.step = step_of(last)
+        if self.step["state"] != self.step.get("before") and not self.step.get("transition"):
+            self.since_s, self.row = float(self.step["time"]), ""  # it failed behind its row
+        if before:
+            memory = step_of(before).get("memory")
+            self.memory = memory if isinstance(memory, dict) else None
+
+    def go_on_from(self, stamp: int, saved: Mapping[str, Any]) -> None:
+        """What a snapshot after the step of that stamp says in place of what is lost."""
+        last = self.step["stamp"]
+        if not self.known_from - 1 <= stamp < last or not saved["state"]:
+            return
+        if self.entered_s is None:  # no transition is known since then
+            self.entered_s = float(saved["entered"])
+            self.since_s = self.entered_s if self.since_s is None else self.since_s
+        if self.memory is None and stamp == last - 1:
+            self.memory = {name: data for name, data in saved["memory"].items() if "." not in name}
+
+
+def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen]:
+    """The subsystems of which there is a step until then; `only` one of them if it has a name.
+
+    Raises Unusable, also for a moment that the file does not have.
+    """
+    shelf, found = Shelved(), dict[str, Seen]()
+    begin_s, end_s = float("inf"), 0.0
+    for topic, at_s, text in steps_of(reading, shelf, images=False):
+        if topic == topic_of(PLANT):
+            continue
+        begin_s, end_s = min(begin_s, at_s), max(end_s, at_s)
+        if at_s > time_s + _EARLIER_S or only not in ("", topic[1:]):
+            continue
+        if topic not in found:
+            reading.budget.keep(_OF_SUBSYSTEM + len(topic))
+            found[topic] = Seen(topic[1:])
+        with _telling(file, topic, at_s):
+            reading.budget.keep(found[topic].take(at_s, text))
+    _check_inside(file, time_s, begin_s, max(end_s, simulated_s(shelf.report) or 0.0))
+    for topic, one in found.items():
+        with _telling(file, topic, one.since_s or 0.0):
+            one.finish()
+    _fill(file, [one for one in found.values() if one.entered_s is None or one.memory is None])
+    return list(found.values())
+
+
+@contextmanager
+def _telling(file: Path, topic: str, time_s: float) -> Iterator[None]:
+    """Has what is misshapen in the file told with its topic and time, as Unusable."""
+    try:
+        yield
+    except Misshapen as error:
+        raise Unusable(f"{file}: {topic} at {time_s:g} s: {error}") from None
+
+
+def _check_inside(file: Path, time_s: float, begin_s: float, end_s: float) -> None:
+    if begin_s > end_s:
+        raise Unusable(f"{file} has no steps")
+    if time_s > end_s + _EARLIER_S:
+        raise Unusable(f"{file} ends at {end_s:g} s, before {time_s:g} s")
+    if time_s < begin_s - _EARLIER_S:
+        raise Unusable(f"{file} begins at {begin_s:g} s, after {time_s:g} s")
+
+
+def _fill(file: Path, seen: list[Seen]) -> None:
+    """Take from snapshots what is not in the messages: a run went on, or parts are lost."""
+    lacking = [one for one in seen if one.known_from > 0]
+    for told in every_snapshot(file) if lacking else ():
+        for one in lacking:
+            try:
+                if type(stamp := told["stamps"][one.name]) is int:
+                    one.go_on_from(stamp, told["subsystems"][one.name])
+            except WRONG:  # a snapshot that is none
+                continue

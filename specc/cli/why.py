@@ -1,0 +1,224 @@
+"""`specc why`: what a recording says of a moment, and why each machine is where it is."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Iterator
+from typing import Any
+
+from specc.cli import streams
+from specc.cli.recorded import texts_of
+from specc.cli.recordings import DIFFERS, Refused, called, lost, unnamed, unusable, values_of
+from specc.model.fsm import Behaviour, Cause, Condition
+from specc.model.system import Subsystem, System
+from specc.source import Place, Sources
+from specc.tools.because import Moment, NotKnown, value_of
+from specc.tools.reasons import Reasons, clipped, shown
+
+_LONGEST_NAME, _LONGEST_MESSAGE = 80, 300
+
+
+def why(options: Namespace) -> int:
+    """Say where the machines of a recorded run were at a moment, and why."""
+    from specc import pipeline
+
+    file, time_s = options.moment
+    try:
+        told, texts = called("recording.messages", "recorded", file)
+        if not options.spec:
+            words = ["specc", "why", f"{file}@{time_s:g}", *filter(None, [options.subsystem])]
+            raise unnamed(str(file), told, words)
+        result = pipeline.compile_spec(options.spec, values_of(told))
+        if not result.ok or result.system is None:
+            return streams.tell_of(result, options.spec) or DIFFERS
+        return _Answer(options, told, result.system, result.sources, texts).tell()
+    except Refused as refused:
+        return unusable(str(refused))
+
+
+class _Answer:
+    """What is told of one moment."""
+
+    def __init__(
+        self, options: Namespace, told: Any, system: System, sources: Sources, texts: Any
+    ) -> None:
+        self._file, self._time_s = options.moment
+        self._spec, self._only = options.spec, options.subsystem or ""
+        self._told, self._system, self._sources = told, system, sources
+        self._is_other = [*texts.values()] != [*texts_of(sources, options.spec).values()]
+        self._known = {s.qualified_name: s for s in system.subsystems}
+
+    def tell(self) -> int:
+        """Print it; the exit code."""
+        if self._only and self._only not in self._known:
+            names = ", ".join(self._known)
+            raise Refused(f"there is no subsystem {self._only}; there are {names}")
+        reading = called("recording.reading", "Reading", self._file)
+        seen = called("recording.moment", "seen_at", self._file, self._time_s, self._only, reading)
+        if not seen:
+            until = f" until {self._time_s:g} s"
+            raise Refused(f"{self._file} has no step of {self._only or 'any subsystem'}{until}")
+        if self._is_other:
+            streams.say(f"specc: {self._spec} is not as it was recorded")
+        if self._only:
+            lines = self._of(seen[0], self._known[self._only])
+            streams.show("".join(f"{line}\n" for line in lines))
+        else:
+            self._overview(seen)
+        return int(lost(reading))
+
+    def _overview(self, seen: list[Any]) -> None:
+        """A line for each subsystem, in the order of the specification."""
+        order = {name: place for place, name in enumerate(self._known)}
+        rows = []
+        for one in sorted(seen, key=lambda s: (order.get(s.name, len(order)), s.name)):
+            state, by = str(one.step["state"]), clipped(one.row, _LONGEST_MESSAGE)
+            if fault := one.step.get("fault"):
+                by = f"fault at {_seconds(one.step['time'])}: {_clipped(fault)}"
+            since = f"since {_seconds(one.since_s)}" if one.since_s is not None else ""
+            rows.append(
+                (clipped(one.name, _LONGEST_NAME), clipped(state, _LONGEST_NAME), since, by)
+            )
+        streams.show(streams.table(rows))
+
+    def _of(self, one: Any, subsystem: Subsystem) -> Iterator[str]:
+        """All that is told of one subsystem."""
+        step = one.step
+        state, before = str(step["state"]), str(step.get("before"))
+        at = f"{one.name} at {_seconds(step['time'])} (stamp {step['stamp']})"
+        yield f"{at}: in {clipped(state, _LONGEST_NAME)}{self._since(one)}"
+        if one.row:
+            yield f"  by {one.row}{self._row_at(subsystem, one.row)}"
+        if fault := step.get("fault"):
+            yield f"  fault in this step: {_clipped(fault)}"
+        if not before:
+            yield "  its first period, in which no condition is asked"
+        elif before not in {s.name for s in subsystem.states}:
+            yield f"  {self._spec} has no state {clipped(before, _LONGEST_NAME)}"
+        else:
+            yield from self._conditions(one, subsystem, before)
+        yield from self._sent(step, subsystem)
+        yield from self._recent(one)
+
+    def _since(self, one: Any) -> str:
+        if one.since_s is None:
+            return ", since when is not in the file"
+        lasted_s = one.step["time"] - one.since_s
+        return f" since {_seconds(one.since_s)}" + (
+            f", for {_seconds(lasted_s)}" if lasted_s > 1e-6 else ", entered in this step"
+        )
+
+    def _conditions(self, one: Any, subsystem: Subsystem, before: str) -> Iterator[str]:
+        step, behaviour = one.step, subsystem.state(before).behaviour
+        elapsed_s = None if one.entered_s is None else step["time"] - one.entered_s
+        moment = Moment(
+            self._system,
+            subsystem,
+            step,
+            one.memory,
+            elapsed_s,
+            is_exact=self._told.get("exact") == "true",
+            array=lambda value: called("stepping", "array", value),
+        )
+        failed = bool(step.get("fault"))  # what was asked before it failed is not recorded
+        cause = _cause(behaviour, moment) if failed else str(step.get("cause", ""))
+        now = ", from the values that the step read" if failed else ""
+        yield f"  conditions of {before}{now}:"
+        for kind, condition in behaviour.endings:
+            words = f"{kind} {condition.name}"
+            if kind == "terminal" and cause == "error":
+                yield f"    {words}: not asked, for error {behaviour.error.name} occurred"
+            else:
+                recorded = None if failed else cause == kind
+                yield from self._condition(words, condition, moment, recorded)
+        taken = None if failed else str(step["transition"])
+        for kind, _ in behaviour.endings:
+            yield from self._rows(subsystem, (before, kind, cause), taken, moment)
+        if step["state"] != before and not failed:
+            yield f"  conditions of {step['state']}: asked first in the next step"
+
+    def _rows(
+        self,
+        subsystem: Subsystem,
+        asked: tuple[str, Cause, str | None],
+        taken: str | None,
+        moment: Moment,
+    ) -> Iterator[str]:
+        """The rows of a state and kind, if that was the cause of which they were asked."""
+        state, kind, cause = asked
+        rows = [row for _, row in subsystem.rows(state, kind)]
+        if cause != kind:
+            named = ", ".join(f"{row.condition.name} -> {row.target}" for row in rows)
+            why = "not known" if cause is None else f"not asked, for {kind} did not occur"
+            if rows:
+                yield f"    rows of {kind}: {why}: {clipped(named, _LONGEST_MESSAGE)}"
+            return
+        for row in rows:
+            text = f"{state} {kind} {row.condition.name} -> {row.target}"
+            holds = None if taken is None else text == taken
+            if row.remainder:
+                others = "no other row applies" if holds else "another row applies"
+                yield f"    row {text}: " + ("else" if holds is None else f"{holds}, for {others}")
+            else:
+                yield from self._condition(f"row {text}", row.condition, moment, holds)
+
+    def _condition(
+        self, words: str, condition: Condition, moment: Moment, recorded: bool | None
+    ) -> Iterator[str]:
+        """A condition with its truth, which is the recorded one if there is one, and why."""
+        found = moment.truth(condition.when)
+        truth = found if recorded is None else recorded
+        line = f"    {words}: {'not known' if truth is None else truth}"
+        constant = condition.name in ("always", "never")
+        yield line if constant else f"{line}{self._at(condition.place)}"
+        if recorded is not None and found is (not recorded):
+            yield f"      {self._spec} says {found} of what was recorded: it, or an operator, is"
+            yield "      not as it was then"
+            return
+        yield from (f"      {line}" for line in Reasons(moment).lines(condition.when))
+
+    def _sent(self, step: Any, subsystem: Subsystem) -> Iterator[str]:
+        values = step.get("y", {})
+        for (peer, name), element in subsystem.outputs.items():
+            inside = values.get(peer) if isinstance(values, dict) else None
+            if isinstance(inside, dict) and name in inside:
+                try:
+                    text = shown(element.type, value_of(element.type, inside[name]))
+                except NotKnown as reason:
+                    text = str(reason)
+                yield f"  sent y.{peer}.{name} = {text}"
+
+    def _recent(self, one: Any) -> Iterator[str]:
+        if one.known_from > 0:
+            yield f"  the steps before stamp {one.known_from} are not in the file"
+        if one.recent:
+            yield "  last transitions:"
+            for begin_s, end_s, times, row in one.recent:
+                more = f", {times} times until {_seconds(end_s)}" if times > 1 else ""
+                yield f"    {_seconds(begin_s):>9}  {row}{more}"
+
+    def _row_at(self, subsystem: Subsystem, text: str) -> str:
+        for row in subsystem.transitions:
+            if f"{row.source} {row.cause} {row.condition.name} -> {row.target}" == text:
+                return self._at(row.place)
+        return ""
+
+    def _at(self, place: Place) -> str:
+        span = self._sources.span(place)
+        return f"  ({span.file}:{span.line})"
+
+
+def _cause(behaviour: Behaviour, moment: Moment) -> str | None:
+    """What ended it as far as the values tell; None where they do not."""
+    for kind, condition in behaviour.endings:
+        if (truth := moment.truth(condition.when)) is not False:
+            return kind if truth else None
+    return ""
+
+
+def _seconds(time_s: float) -> str:
+    return f"{round(time_s, 9):g} s" if abs(time_s) < 1000 else f"{round(time_s, 6)} s"
+
+
+def _clipped(text: object) -> str:
+    return clipped(" ".join(str(text).split()), _LONGEST_MESSAGE)

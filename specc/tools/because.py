@@ -1,0 +1,320 @@
+"""Why a condition holds or not: the values behind it, taken from what a recording has of them.
+
+What is not there, or not as exactly as it would have to be, is `NotKnown`; nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
+from importlib import import_module
+from types import SimpleNamespace
+from typing import Any
+
+from specc.lang.evaluate import Environment, evaluate
+from specc.model import expr as m
+from specc.model.system import Subsystem, System
+from specc.model.types import (
+    Bool,
+    Enum,
+    Image,
+    Int,
+    ListOf,
+    Opaque,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Text,
+    Type,
+    Vector,
+    whole,
+)
+
+Value = Any
+_VARIANTS = 8
+"""Ways in which what has single precision may have been something else."""
+_ULP = 2.0**-23
+_LEAVES = m.Input, m.MemoryRef, m.Clock, m.Fresh, m.Present, m.LetRef, m.ConstantRef
+_MOST_ITEMS = 1_000_000
+"""Of lists that are looked through for the conditions of a moment."""
+_LONG = re.compile(r"-?([1-9][0-9]{0,4000}|0x[0-9a-f]+)", re.ASCII)
+"""Whole numbers beyond 64 bits."""
+
+
+class NotKnown(Exception):
+    """A value that cannot be had from the recording; the message says why."""
+
+
+class Gone:
+    """An image, or a value that only operators look into, of which nothing is recorded."""
+
+
+def value_of(type_: Type, data: Any) -> Value:  # noqa: C901, PLR0911, PLR0912  # a case for each type
+    """The value of data of a recording; raises NotKnown for data of another type."""
+    match type_:
+        case Bool() if type(data) is bool:
+            return data
+        case Int() if type(data) is int:
+            return data
+        case Int() if type(data) is str and _LONG.fullmatch(data):
+            return int(data, 0)
+        case Real() if type(data) in (float, int):
+            return float(data)
+        case Text() if type(data) is str:
+            return data
+        case Enum() if type(data) is str and data in type_.members:
+            return data
+        case OptionalOf(value=inner):
+            return None if data is None else value_of(inner, data)
+        case PartialOf(value=inner) if type(data) is list:
+            return value_of(inner, [math.nan if item is None else item for item in data])
+        case Vector(size=size, element=element) if type(data) is list and len(data) == size:
+            return tuple([value_of(element, item) for item in data])
+        case Spatial() if type(data) is list and len(data) == 6:
+            return tuple([value_of(Real(), item) for item in data])
+        case Pose() if type(data) is list and len(data) == 16:
+            numbers = [value_of(Real(), item) for item in data]
+            return tuple([tuple(numbers[i : i + 4]) for i in range(0, 16, 4)])
+        case ListOf(element=element) if type(data) is list:
+            return tuple([value_of(element, item) for item in data])
+        case Record(fields=fields) if type(data) is dict and data.keys() == dict(fields).keys():
+            return SimpleNamespace(**{name: value_of(t, data[name]) for name, t in fields})
+        case Image() | Opaque():
+            return Gone()
+    raise NotKnown(f"what is recorded is no {type_}")
+
+
+class _Lazy(dict[Any, Any]):
+    """Values that are made when they are asked for."""
+
+    def __init__(self, make: Callable[[Any], Value]) -> None:
+        super().__init__()
+        self._make = make
+
+    def __missing__(self, name: Any) -> Value:
+        self[name] = value = self._make(name)
+        return value
+
+
+class _Fresh(Collection[Any]):
+    """What is fresh, as far as something asked."""
+
+    def __init__(self, told: Mapping[str, Any]) -> None:
+        self._told = told
+
+    def __contains__(self, key: object) -> bool:
+        name = ".".join(key) if isinstance(key, tuple) else ""
+        if type(self._told.get(name)) is not bool:
+            raise NotKnown("nothing asked then whether it is fresh")
+        return bool(self._told[name])
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(())
+
+    def __len__(self) -> int:
+        return len(self._told)
+
+
+class Moment:
+    """What the conditions of a subsystem read in a step."""
+
+    def __init__(
+        self,
+        system: System,
+        subsystem: Subsystem,
+        step: Mapping[str, Any],
+        memory: Mapping[str, Any] | None,
+        elapsed_s: float | None,
+        *,
+        is_exact: bool,
+        array: Callable[[Value], Any],
+    ) -> None:
+        """`step` is what a message says; `memory` that of the step before; None: not known.
+
+        `array` makes what operators take of a vector or a pose.
+        """
+        self.subsystem = subsystem
+        self._system, self._step, self._memory = system, step, memory
+        self._elapsed_s, self._is_exact, self._array = elapsed_s, is_exact, array
+        self._counted = 0
+        self.environment = self._environment(0)
+        self._others: list[Environment] = []
+
+    def value(self, expr: m.Expr, **bound: Value) -> Value:
+        """Raises NotKnown."""
+        found = self._value(expr, self.environment, bound)
+        if isinstance(expr.type, Bool) and not self._is_exact and self._reads_rounded(expr):
+            self._others = self._others or [self._environment(k) for k in range(1, _VARIANTS + 1)]
+            if any(self._value(expr, other, bound) != found for other in self._others):
+                raise NotKnown("arrays of memory are recorded in single precision, too near to say")
+        return found
+
+    def truth(self, expr: m.Expr, **bound: Value) -> bool | None:
+        """None where it is not known."""
+        try:
+            return bool(self.value(expr, **bound))
+        except NotKnown:
+            return None
+
+    def _value(self, expr: m.Expr, env: Environment, bound: Mapping[str, Value]) -> Value:
+        try:
+            value = evaluate(expr, replace(env, bound=bound))
+        except (NotKnown, RecursionError) as error:
+            raise NotKnown(str(error) or "it is nested too deeply") from None
+        except (KeyError, AttributeError, TypeError) as error:
+            raise NotKnown("a part of it is not recorded") from error
+        except (ArithmeticError, ValueError, LookupError) as error:
+            raise NotKnown(f"it has no value: {error}") from error
+        if isinstance(value, Gone):
+            raise NotKnown("it is not recorded")
+        return value
+
+    def leaves(self, expr: m.Expr) -> list[m.Expr]:
+        """The inputs, memory, times, constants and names of parts that it reads, each once."""
+        found: dict[m.Expr, None] = {}
+        inside = [expr]
+        while inside:
+            node = inside.pop()
+            if isinstance(node, _LEAVES):
+                if node in found:
+                    continue
+                found[node] = None
+            if isinstance(node, m.LetRef):
+                inside.append(self.subsystem.let(node.name).value)
+            elif not isinstance(node, m.Fresh | m.Present):
+                inside += reversed(list(m.children(node)))
+        return list(found)
+
+    def _reads_rounded(self, expr: m.Expr) -> bool:
+        return any(isinstance(e, m.MemoryRef) and _is_array(e.type) for e in self.leaves(expr))
+
+    def _environment(self, variant: int) -> Environment:
+        """What was recorded, or another variant of what it may have been."""
+        values = {c.name: c.value for c in (*self._system.constants, *self.subsystem.constants)}
+        files, folder = dict(self._system.files), os.path.dirname(self._system.file)
+        operators = {o.name: self._called(o) for o in self._system.operators}
+        env = Environment(
+            inputs=_Lazy(self._input),
+            fresh=_Fresh(self._step["fresh"]),
+            present={key for key in self.subsystem.inputs if self._data_of(key) is not None},
+            memory=_Lazy(lambda name: self._remembered(name, variant)),
+            lets=_Lazy(lambda name: evaluate(self.subsystem.let(name).value, env)),
+            constants=_Lazy(lambda name: evaluate(values[name], env)),
+            files=_Lazy(lambda name: os.path.join(folder, files[name])),
+            clock=_Lazy(self._clock),
+            operators=operators,
+            count=self._count,
+        )
+        return env
+
+    def _data_of(self, key: tuple[str, str]) -> list[Any] | None:
+        """The data of an input, in a list; None where it has none."""
+        peer = self._step["x"].get(key[0])
+        return [peer[key[1]]] if isinstance(peer, dict) and key[1] in peer else None
+
+    def _input(self, key: tuple[str, str]) -> Value:
+        data = self._data_of(key)
+        if data is None:
+            raise NotKnown(f"x.{'.'.join(key)} has no value yet")
+        return value_of(self.subsystem.inputs[key].type, data[0])
+
+    def _remembered(self, name: str, variant: int) -> Value:
+        item = next(item for item in self.subsystem.memory if item.name == name)
+        if self._memory is None or name not in self._memory:
+            raise NotKnown(f"memory {name} is not recorded")
+        value = value_of(item.type, self._memory[name])
+        return _nudged(value, variant) if variant and _is_array(item.type) else value
+
+    def _clock(self, name: str) -> Value:
+        rate_hz = self.subsystem.rate_hz
+        if name == "period":
+            return float(1 / rate_hz)
+        if name == "entered":
+            return False  # no condition is asked in the first period of a state
+        if self._elapsed_s is None:
+            raise NotKnown("since when it is in that state is not recorded")
+        return float(round(self._elapsed_s * rate_hz) / rate_hz)
+
+    def _count(self, items: int) -> None:
+        self._counted += items
+        if self._counted > _MOST_ITEMS:
+            raise NotKnown("its lists are too long")
+
+    def _called(self, operator: Any) -> Callable[..., Value]:
+        def call(*args: Value) -> Value:
+            module, _, name = operator.python.partition(":")
+            types = [type_ for _, type_ in operator.parameters]
+            try:
+                given = [self._given(t, v) for t, v in zip(types, args, strict=True)]
+                return _taken(operator.result, getattr(import_module(module), name)(*given))
+            except NotKnown:
+                raise
+            except (Exception, SystemExit) as error:  # whatever the user's function raises
+                words = f"{m.written(operator.name)} raised {type(error).__name__}"
+                raise NotKnown(words) from error
+
+        return call
+
+    def _given(self, type_: Type, value: Value) -> Any:
+        """A value as operators take it."""
+        if isinstance(value, Gone):
+            raise NotKnown("what an operator looks into is not recorded")
+        match type_:
+            case OptionalOf(value=inner):
+                return None if value is None else self._given(inner, value)
+            case Pose() | Spatial() | PartialOf() | Vector(element=Real()):
+                return self._array(value)
+            case ListOf(element=element):
+                return tuple([self._given(element, item) for item in value])
+            case Record(fields=fields, python=python):
+                parts = {name: self._given(t, getattr(value, name)) for name, t in fields}
+                module, _, name = python.partition(":")
+                kind = getattr(import_module(module), name) if python else SimpleNamespace
+                return kind(**parts)
+            case Real():
+                return float(value)
+        return value
+
+
+def _taken(type_: Type, value: Any) -> Value:
+    """A value that an operator gave."""
+    match type_:
+        case OptionalOf(value=inner):
+            return None if value is None else _taken(inner, value)
+        case Pose() | Spatial() | PartialOf() | Vector(element=Real()):
+            return _tuples(value.tolist())
+        case ListOf(element=element):
+            return tuple([_taken(element, item) for item in value])
+        case Record(fields=fields):
+            return SimpleNamespace(**{name: _taken(t, getattr(value, name)) for name, t in fields})
+        case Real():
+            return float(value)
+    return value
+
+
+def _tuples(items: Any) -> Value:
+    return tuple(map(_tuples, items)) if isinstance(items, list) else float(items)
+
+
+def _is_array(type_: Type) -> bool:
+    """Whether its values in memory are rounded where the recording is not exact."""
+    inner = whole(type_.value if isinstance(type_, OptionalOf) else type_)
+    return isinstance(inner, Spatial | Pose) or (
+        isinstance(inner, Vector) and isinstance(inner.element, Real)
+    )
+
+
+def _nudged(value: Value, variant: int, place: int = 0) -> Value:
+    """A value whose floats are off by rounding, each up or down as a variant has it."""
+    if isinstance(value, tuple):
+        return tuple([_nudged(v, variant, 4 * place + i) for i, v in enumerate(value)])
+    if not isinstance(value, float):
+        return value
+    is_up = variant + (place * variant * 2654435761 >> 7 if variant > 2 else 0)
+    return value * (1 + (_ULP if is_up % 2 else -_ULP))

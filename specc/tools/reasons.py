@@ -1,0 +1,289 @@
+"""What is missing for a condition to hold, in words: values, and how far they are from a limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from specc.lang.show import show
+from specc.lang.values import angle, position
+from specc.model import expr as m
+from specc.model.types import (
+    Int,
+    ListOf,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
+from specc.model.units import DIMENSIONLESS
+from specc.tools.because import Gone, Moment, NotKnown
+
+_LONGEST_TEXT, _LONGEST_VALUE = 140, 120
+_MOST_LINES, _MOST_ITEMS = 30, 4
+_DEEPEST = 8
+"""Named parts in named parts whose reasons are told."""
+
+
+class Reasons:
+    """The reasons of one condition; each value is told once."""
+
+    def __init__(self, moment: Moment) -> None:
+        self._moment = moment
+        self._told: set[m.Expr] = set()
+        self._bound: dict[str, Any] = {}
+        """Variables of quantifiers, while one item is told of."""
+
+    def lines(self, expr: m.Expr) -> list[str]:
+        """Why it holds or what is missing, and then what it read."""
+        said = [*self._why(expr, wanted=True, depth=0)]
+        read = [*self._read(expr)]
+        most = max(_MOST_LINES - len(read), _MOST_LINES // 2)
+        rest = [f"and {len(said) - most} more"] if len(said) > most else []
+        return [*said[:most], *rest, *read]
+
+    def _why(self, expr: m.Expr, wanted: bool, depth: int) -> Iterator[str]:
+        """What decides whether it is as it is `wanted` to be."""
+        if depth > _DEEPEST:
+            return
+        if isinstance(expr, m.Unary) and expr.op == "not":
+            yield from self._why(expr.operand, not wanted, depth)
+        elif isinstance(expr, m.Quantifier) and isinstance(expr.over, m.Items):
+            parts = (m.instance(expr.body, expr.variable, item) for item in expr.over.items)
+            op: Any = "and" if expr.kind == "all" else "or"
+            yield from self._why(m.Logic(op, tuple(parts), type=expr.type), wanted, depth)
+        elif isinstance(expr, m.Logic):
+            yield from self._of_parts(expr, wanted, depth)
+        elif isinstance(expr, m.LetRef):
+            self._told.add(expr)
+            yield f"{expr.name}, which is {clipped(show(self._let(expr)))}: {self._said(expr)}"
+            yield from _indented(self._why(self._let(expr), wanted, depth + 1))
+        elif isinstance(expr, m.Quantifier):
+            yield from self._of_items(expr, wanted, depth)
+        elif not isinstance(expr, m.Truth):
+            yield self._atom(expr, wanted)
+
+    def _let(self, expr: m.LetRef) -> m.Expr:
+        return self._moment.subsystem.let(expr.name).value
+
+    def _said(self, expr: m.Expr) -> str:
+        try:
+            return str(self._value_of(expr))
+        except NotKnown as why:
+            return f"not known: {why}"
+
+    def _value_of(self, expr: m.Expr) -> Any:
+        return self._moment.value(expr, **self._bound)
+
+    def _of_parts(self, expr: m.Logic, wanted: bool, depth: int) -> Iterator[str]:
+        """Of parts that all have to be so those that are not; else all of them."""
+        is_all = (expr.op == "and") is wanted
+        is_met = self._moment.truth(expr, **self._bound) is wanted
+        decided, skipped = False, []
+        for part in expr.operands:
+            truth = self._moment.truth(part, **self._bound)
+            if decided:
+                skipped.append(clipped(show(part)) + (", which would be true" if truth else ""))
+            elif not (is_all and truth is wanted and not is_met):
+                yield from self._why(part, wanted, depth)
+            decided |= truth is (expr.op == "or")
+        if skipped:
+            rest = f"; and {len(skipped) - _MOST_ITEMS} more" if len(skipped) > _MOST_ITEMS else ""
+            some = "; ".join(skipped[:_MOST_ITEMS]) + rest
+            yield f"not asked, for what stands before it decided: {some}"
+
+    def _atom(self, expr: m.Expr, wanted: bool) -> str:
+        try:
+            return self._known(expr, self._value_of(expr) is wanted, wanted)
+        except NotKnown as why:
+            return f"{clipped(show(expr))} is not known: {why}"
+
+    def _known(self, expr: m.Expr, is_met: bool, wanted: bool) -> str:
+        is_or_needs = "is" if is_met else "needs"
+        match expr:
+            case m.Compare(op=op, left=left, right=right):
+                return self._compared(op if wanted else m.OPPOSITES[op], left, right, is_met)
+            case m.Builtin(name="near", args=args):
+                return self._near(args, wanted, is_met)
+            case m.Fresh(input=read):
+                self._told.add(expr)
+                came = "came" if is_met is wanted else "did not come"
+                need = "" if is_met else f", needs {'one' if wanted else 'none'}"
+                return f"a new {show(read)} {came}{need}"
+            case m.Present(input=read):
+                self._told.add(expr)
+                has = "has" if is_met is wanted else "has not"
+                return f"{show(read)} {has} a value{'' if is_met else ', needs the opposite'}"
+            case m.Among(item=item, members=members):
+                named = "{" + ", ".join(sorted(members)) + "}"
+                word = "in" if wanted else "not in"
+                return f"{self._value(item)}, {is_or_needs} {word} {named}"
+            case m.IsNone(value=value):
+                return f"{self._value(value)}, {is_or_needs} {'None' if wanted else 'a value'}"
+        return self._value(expr) + ("" if is_met else f", needs {wanted}")
+
+    def _value(self, expr: m.Expr) -> str:
+        """An expression with its value."""
+        self._told.add(expr)
+        text = clipped(show(expr))
+        return text if _is_literal(expr) else f"{text} = {self._shown(expr)}"
+
+    def _shown(self, expr: m.Expr) -> str:
+        try:
+            return shown(expr.type, self._value_of(expr))
+        except NotKnown as why:
+            return f"not known ({why})"
+
+    def _compared(self, op: str, left: m.Expr, right: m.Expr, is_met: bool) -> str:
+        if _is_literal(left) and not _is_literal(right):
+            left, right, op = right, left, m.MIRRORED[op]
+        limit = self._shown(right)
+        if not _is_literal(right):
+            self._told.add(right)
+            limit += f" ({clipped(show(right))})"
+        words = f"{self._value(left)}, {'is' if is_met else 'needs'} {op} {limit}"
+        if is_met or op in ("==", "!=") or not isinstance(left.type, Real | Int):
+            return words
+        apart = self._value_of(left) - self._value_of(right)
+        return f"{words}: {_length(abs(apart), left.type)} too {'much' if '<' in op else 'little'}"
+
+    def _near(self, args: tuple[m.Expr, ...], wanted: bool, is_met: bool) -> str:
+        """How far the two are apart, and what is allowed."""
+        self._told.update(args[2:])
+        a, b, most, *turn = map(self._value_of, args)
+        if turn:
+            far = math.dist(position(a), position(b))
+            spans = [
+                ("apart by ", far, most, args[2].type),
+                ("turned by ", angle(a, b), turn[0], args[3].type),
+            ]
+        else:
+            pairs = zip(a, b, strict=True) if isinstance(a, tuple) else [(a, b)]
+            far = max((abs(p - q) for p, q in pairs), default=0.0)
+            spans = [("apart by ", far, most, args[2].type)]
+        said = []
+        for word, far, most, of in spans:
+            words = f"{word}{_length(far, of)}, limit {_length(most, of)}"
+            if wanted and far > most:
+                words += f", {_length(far - most, of)} too much"
+            said.append(words)
+        first, second = (
+            clipped(show(a)) if isinstance(a.type, Pose) else self._value(a) for a in args[:2]
+        )
+        need = "" if wanted or is_met else ", needs to be beyond a limit"
+        is_ = "is" if is_met is wanted else "is not"
+        return f"{first} {is_} near {second}: {'; '.join(said)}{need}"
+
+    def _of_items(self, expr: m.Quantifier, wanted: bool, depth: int) -> Iterator[str]:
+        """Of how many items it is true; and why one that decides is not as it is wanted."""
+        text = f"{clipped(show(expr.body))} for {expr.variable} in {clipped(show(expr.over))}"
+        try:
+            items = self._moment.value(expr.over, **self._bound)
+            each = [{**self._bound, expr.variable: item} for item in items]
+            held = [self._moment.value(expr.body, **bound) for bound in each]
+        except NotKnown as why:
+            yield f"{text}: not known: {why}"
+            return
+        of = [i for i, holds in enumerate(held) if holds]
+        words = f"true of {_count(of, len(items))}" if of else f"true of none of {len(items)}"
+        is_met = (all(held) if expr.kind == "all" else any(held)) is wanted
+        every = "every one" if expr.kind == "all" else "one"
+        needs = "" if is_met else f", needs {every if wanted else f'not {every}'}"
+        yield f"{text}: {words}{needs}"
+        against = [i for i, holds in enumerate(held) if holds is not wanted]
+        is_decisive = len(items) == 1 or (expr.kind == "all") is wanted
+        if against and is_decisive and not is_met:
+            bound, self._bound = self._bound, each[against[0]]
+            yield f"  as for number {against[0]}:"
+            yield from _indented(_indented(self._why(expr.body, wanted, depth + 1)))
+            self._bound = bound
+
+    def _read(self, expr: m.Expr) -> Iterator[str]:
+        """The values that were read and are not told yet."""
+        for leaf in self._moment.leaves(expr):
+            if leaf in self._told:
+                continue
+            self._told.add(leaf)
+            if isinstance(leaf, m.Fresh | m.Present):
+                yield f"read {show(leaf)} = {self._said(leaf)}"
+            elif isinstance(leaf, m.LetRef):
+                is_ = clipped(show(self._let(leaf)))
+                yield f"read {leaf.name} = {self._shown(leaf)}, which is {is_}"
+            else:
+                yield f"read {self._value(leaf)}"
+
+
+def _indented(lines: Iterable[str]) -> Iterator[str]:
+    return (f"  {line}" for line in lines)
+
+
+def _count(of: list[int], size: int) -> str:
+    if len(of) == size:
+        return f"all {size}"
+    some = ", ".join(map(str, of[:_MOST_ITEMS])) + (", ..." if len(of) > _MOST_ITEMS else "")
+    return f"{len(of)} of {size}, number {some}"
+
+
+def _is_literal(expr: m.Expr) -> bool:
+    return isinstance(expr, m.Number | m.Truth | m.TextLiteral | m.Member | m.Nothing)
+
+
+def clipped(text: str, most: int = _LONGEST_TEXT) -> str:
+    """A text, or as much of it as is told."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def _length(value: Any, type_: Type) -> str:
+    unit = f" {type_.unit}" if isinstance(type_, Real) and type_.unit != DIMENSIONLESS else ""
+    return f"{value:.3g}{unit}" if isinstance(value, float) else f"{clipped(str(value), 30)}{unit}"
+
+
+def shown(type_: Type, value: Any) -> str:
+    """A value with its unit, in SI units."""
+    return clipped(_shown(type_, value), _LONGEST_VALUE)
+
+
+def _shown(type_: Type, value: Any) -> str:  # noqa: PLR0911  # a case for each type
+    if isinstance(value, Gone):
+        return "not recorded"
+    match type_:
+        case Real(unit=unit):
+            return _number(value) + (f" {unit}" if unit != DIMENSIONLESS else "")
+        case OptionalOf(value=inner):
+            return "None" if value is None else _shown(inner, value)
+        case PartialOf(value=inner):
+            return _shown(inner, value)
+        case Vector(element=Real(unit=unit)):
+            return _numbers(value) + (f" {unit}" if unit != DIMENSIONLESS else "")
+        case Vector(element=element):
+            return f"[{', '.join(_shown(element, item) for item in value)}]"
+        case Spatial(linear=linear, angular=angular):
+            return f"{_numbers(value)} in {linear} and {angular}"
+        case Pose():
+            turned = angle(value, _HERE)
+            return f"at {_numbers(position(value))} m, turned by {_number(turned)} rad"
+        case ListOf(element=element):
+            some = ", ".join(_shown(element, item) for item in value[:_MOST_ITEMS])
+            return f"{len(value)} {'item' if len(value) == 1 else 'items'} [{some}]"
+        case Record(fields=fields):
+            parts = (f"{name}: {_shown(t, getattr(value, name))}" for name, t in fields)
+            return f"{{{', '.join(parts)}}}"
+        case Int():
+            return clipped(str(value), 30)
+    return repr(value) if str(type_) == "text" else str(value)
+
+
+_HERE = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+def _number(value: float) -> str:
+    return "_" if math.isnan(value) else f"{value:.6g}"
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return f"[{', '.join('_' if math.isnan(v) else f'{v:.4g}' for v in values)}]"
