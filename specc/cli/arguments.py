@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import re
-import sys
-from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from importlib import import_module
 from math import inf
-from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from specc import __version__
+from specc.cli.parsing import Parser, Values, codes, moment, ranged, warnings, wire
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 DIFF_FORMATS = ("text", "markdown", "json")
@@ -39,61 +35,6 @@ def parser() -> Parser:
     ):
         add(commands)
     return whole
-
-
-class Parser(argparse.ArgumentParser):
-    """Names what a mistyped command or option was probably meant to be, under its own usage.
-
-    The options of a command may be known only once it is chosen: `late` adds them.
-    """
-
-    late: Callable[[argparse.ArgumentParser], None] | None = None
-    commands: Mapping[str, Parser] = MappingProxyType({})
-    is_mixed = False
-    """Whether an argument that may be left out may also stand behind options."""
-    _parses = False
-
-    def add_commands(self, **options: Any) -> Any:
-        """Subparsers, one of which must be chosen."""
-        made = self.add_subparsers(required=True, parser_class=Parser, **options)
-        self.commands = made.choices
-        return made
-
-    def prepare(self) -> None:
-        """Add the options that are known late."""
-        if late := self.late:
-            self.late = None
-            late(self)
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse as argparse does, and refuse what is not known."""
-        if self._parses:  # for parts of a mixed command line
-            return super().parse_known_args(args, namespace)
-        self._parses = True
-        self.prepare()
-        words = list(sys.argv[1:] if args is None else args)
-        command = next((word for word in words if not word.startswith("-")), "")
-        if self.commands and command and command not in self.commands:
-            meant = _meant(command, self.commands) or f": {self.prog} --help lists them"
-            self.error(f"there is no command {command!r}{meant}")
-        parse = self.parse_known_intermixed_args if self.is_mixed else super().parse_known_args
-        found, unknown = parse(words, namespace)
-        if unknown:
-            option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
-            meant = _meant(option, _OPTION.findall(self.format_help()))
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
-        return found, unknown
-
-
-_OPTION = re.compile(r"--[a-z][\w-]*")
-
-
-def _meant(name: str, known: Iterable[str]) -> str:
-    """A question about the nearest known name, if there is one."""
-    from specc.diagnostics.nearest import nearest
-
-    close = nearest(name, known)
-    return f": did you mean {close[0]}?" if close else ""
 
 
 def _command(commands: Any, name: str, run: str, words: str) -> Any:
@@ -179,7 +120,7 @@ def _looking(commands: Any) -> None:
     explore.add_argument(
         "--budget",
         metavar="STEPS",
-        type=_ranged(int, 1, 99_999_999),
+        type=ranged(int, 1, 99_999_999),
         default=700_000,
         help="of single machines, in all ways that are followed (default: 700000)",
     )
@@ -219,7 +160,7 @@ def _importing(commands: Any) -> None:
     fabric.add_argument(
         "--connect",
         metavar="A.b=C.d",
-        type=_wire,
+        type=wire,
         action="append",
         default=[],
         help="buffer b of subsystem A is connected with buffer d of subsystem C",
@@ -228,7 +169,7 @@ def _importing(commands: Any) -> None:
     scxml.add_argument("files", metavar="FILE.scxml", nargs=1)
     for each in (fabric, scxml):
         each.add_argument("--name", metavar="NAME", default="", help="name of the system")
-        period = _ranged(Fraction, 1e-7, 3600)
+        period = ranged(Fraction, 1e-7, 3600)
         each.add_argument("--period", metavar="S", type=period, help="period in seconds")
         each.add_argument(
             "--out", metavar="FILE.yaml", help="file to write (default: standard output)"
@@ -262,7 +203,7 @@ def _replaying(commands: Any) -> None:
     replay.add_argument(
         "--until",
         metavar="S",
-        type=_ranged(float, 0, inf),
+        type=ranged(float, 0, inf),
         default=inf,
         help="simulated time to compare",
     )
@@ -270,7 +211,7 @@ def _replaying(commands: Any) -> None:
     replay.add_argument("--check", action="store_true", help=words)
     words = "say where machines were at a moment of a recorded run, and what they waited for"
     why = _command(commands, "why", "why:why", words)
-    why.add_argument("moment", metavar="FILE.mcap@S", type=_moment)
+    why.add_argument("moment", metavar="FILE.mcap@S", type=moment)
     words = "all about this one: irp.m (default: a line for each)"
     why.add_argument("subsystem", metavar="SUBSYSTEM", nargs="?", help=words)
     words = "the specification, which is never taken from the file"
@@ -285,12 +226,12 @@ def _replaying(commands: Any) -> None:
 
 def _add_policy(command: Any) -> None:
     """Options that stand in place of what `[tool.specc]` of pyproject.toml says."""
-    codes = "codes or their beginnings, separated by commas"
+    words = "codes or their beginnings, separated by commas"
     command.add_argument(
-        "--select", metavar="CODES", type=_codes, help=f"warn of these only: {codes}"
+        "--select", metavar="CODES", type=codes, help=f"warn of these only: {words}"
     )
     command.add_argument(
-        "--ignore", metavar="CODES", type=_warnings, help=f"do not warn of: {codes}"
+        "--ignore", metavar="CODES", type=warnings, help=f"do not warn of: {words}"
     )
     command.add_argument(
         "--strict",
@@ -317,7 +258,7 @@ def _of_run(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--set",
         metavar="NAME=VALUE",
-        action=_Values,
+        action=Values,
         default={},
         help="take this value for a constant or for a parameter, `arm.hand.force`; may be repeated",
     )
@@ -329,7 +270,7 @@ def _of_sweep(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--set",
         metavar="NAME=VALUES",
-        action=_Values,
+        action=Values,
         default={},
         help="values of a constant or parameter: FROM:TO:COUNT, or A,B,C; may be repeated",
     )
@@ -338,9 +279,9 @@ def _of_sweep(command: argparse.ArgumentParser) -> None:
     words = "address of a Dask cluster (default: processes of this machine)"
     command.add_argument("--scheduler", metavar="HOST:PORT", help=words)
     words = "runs at once on this machine (default: one for each core)"
-    command.add_argument("--workers", metavar="N", type=_ranged(int, 1, 9999), help=words)
+    command.add_argument("--workers", metavar="N", type=ranged(int, 1, 9999), help=words)
     words = "wall time after which a run is ended (default: %(default)g s)"
-    limit = _ranged(float, 1e-3, 1e7)
+    limit = ranged(float, 1e-3, 1e7)
     command.add_argument("--limit", metavar="S", type=limit, default=600.0, help=words)
     words = "folder for the table, to which later runs are added (default: sweeps/SPEC)"
     command.add_argument("--out", metavar="DIR", help=words)
@@ -352,78 +293,3 @@ def _add_from_runtime(command: argparse.ArgumentParser, function: str) -> None:
         getattr(import_module("specc_runtime.options"), function)(command)
     except ModuleNotFoundError:
         command.error("the runtime (package specc_runtime) is not installed")
-
-
-# What arguments are made of.
-
-
-class _Values(argparse.Action):
-    """Collects `name=value`, each name once."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: object,
-        option_string: str | None = None,
-    ) -> None:
-        name, sign, text = (part.strip() for part in str(values).partition("="))
-        known = getattr(namespace, self.dest)
-        if not (name and sign):
-            raise argparse.ArgumentError(self, f"{values!r} is not `name=value`")
-        if name in known:
-            raise argparse.ArgumentError(self, f"`{name}` is given twice")
-        setattr(namespace, self.dest, known | {name: text})
-
-
-def _codes(text: str) -> tuple[str, ...]:
-    from specc.policy.settings import code_fault
-
-    codes = tuple(code.strip() for code in text.split(","))
-    for code in codes:
-        if fault := code_fault(code):
-            raise argparse.ArgumentTypeError(fault)
-    return codes
-
-
-def _warnings(text: str) -> tuple[str, ...]:
-    codes = _codes(text)
-    for code in codes:
-        if not code.startswith("W"):
-            raise argparse.ArgumentTypeError(f"{code} is not a warning and cannot be ignored")
-    return codes
-
-
-def _ranged(
-    read: Callable[[str], int | float | Fraction], low: float, high: float
-) -> Callable[[str], int | float | Fraction]:
-    """Takes the text of a whole number, else of seconds, in a range, both ends included."""
-    what = "a whole number" if read is int else "a number of seconds"
-
-    def taken(text: str) -> int | float | Fraction:
-        try:
-            # Python reads other digits, and `1_0`, too.
-            number = read(text) if text.isascii() and "_" not in text and len(text) < 20 else -1
-        except (ValueError, ZeroDivisionError):
-            number = -1
-        if not low <= number <= high:
-            words = f"{text!r} is not {what} from {low:.12g} to {high:.12g}"
-            raise argparse.ArgumentTypeError(words)
-        return number
-
-    return taken
-
-
-def _moment(text: str) -> tuple[Path, float]:
-    file, at, seconds = text.rpartition("@")
-    if not (file and at):
-        raise argparse.ArgumentTypeError(f"{text!r} is not FILE.mcap@SECONDS")
-    return Path(file), float(_ranged(float, 0, inf)(seconds))
-
-
-def _wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
-    first, equals, second = text.partition("=")
-    a, b = first.rpartition("."), second.rpartition(".")
-    if not (equals and all((*a, *b))):
-        raise argparse.ArgumentTypeError(f"{text!r} is not SUBSYSTEM.BUFFER=SUBSYSTEM.BUFFER")
-    return (a[0], a[2]), (b[0], b[2])

@@ -4,7 +4,7 @@ import os
 from argparse import Namespace
 
 from specc.cli import streams
-from specc.cli.arguments import Parser
+from specc.cli.parsing import Parser
 
 ASKS = "_ARGCOMPLETE"
 """Is set where a shell asks how a command line may go on."""

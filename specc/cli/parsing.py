@@ -1,0 +1,148 @@
+"""Parsers of command lines: what is mistyped is told with the nearest name; texts become values."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+from math import inf
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+
+class Parser(argparse.ArgumentParser):
+    """Names what a mistyped command or option was probably meant to be, under its own usage.
+
+    The options of a command may be known only once it is chosen: `late` adds them.
+    """
+
+    late: Callable[[argparse.ArgumentParser], None] | None = None
+    commands: Mapping[str, Parser] = MappingProxyType({})
+    is_mixed = False
+    """Whether an argument that may be left out may also stand behind options."""
+    _parses = False
+
+    def add_commands(self, **options: Any) -> Any:
+        """Subparsers, one of which must be chosen."""
+        made = self.add_subparsers(required=True, parser_class=Parser, **options)
+        self.commands = made.choices
+        return made
+
+    def prepare(self) -> None:
+        """Add the options that are known late."""
+        if late := self.late:
+            self.late = None
+            late(self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse as argparse does, and refuse what is not known."""
+        if self._parses:  # for parts of a mixed command line
+            return super().parse_known_args(args, namespace)
+        self._parses = True
+        self.prepare()
+        words = list(sys.argv[1:] if args is None else args)
+        command = next((word for word in words if not word.startswith("-")), "")
+        if self.commands and command and command not in self.commands:
+            meant = _meant(command, self.commands) or f": {self.prog} --help lists them"
+            self.error(f"there is no command {command!r}{meant}")
+        parse = self.parse_known_intermixed_args if self.is_mixed else super().parse_known_args
+        found, unknown = parse(words, namespace)
+        if unknown:
+            option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
+            meant = _meant(option, _OPTION.findall(self.format_help()))
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
+        return found, unknown
+
+
+_OPTION = re.compile(r"--[a-z][\w-]*")
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """A question about the nearest known name, if there is one."""
+    from specc.diagnostics.nearest import nearest
+
+    close = nearest(name, known)
+    return f": did you mean {close[0]}?" if close else ""
+
+
+# What arguments are made of.
+
+
+class Values(argparse.Action):
+    """Collects `name=value`, each name once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        """See `argparse.Action`."""
+        name, sign, text = (part.strip() for part in str(values).partition("="))
+        known = getattr(namespace, self.dest)
+        if not (name and sign):
+            raise argparse.ArgumentError(self, f"{values!r} is not `name=value`")
+        if name in known:
+            raise argparse.ArgumentError(self, f"`{name}` is given twice")
+        setattr(namespace, self.dest, known | {name: text})
+
+
+def codes(text: str) -> tuple[str, ...]:
+    """Codes of diagnostics, or their beginnings, separated by commas."""
+    from specc.policy.settings import code_fault
+
+    named = tuple(code.strip() for code in text.split(","))
+    for code in named:
+        if fault := code_fault(code):
+            raise argparse.ArgumentTypeError(fault)
+    return named
+
+
+def warnings(text: str) -> tuple[str, ...]:
+    """Codes as `codes` takes them, of warnings only."""
+    named = codes(text)
+    for code in named:
+        if not code.startswith("W"):
+            raise argparse.ArgumentTypeError(f"{code} is not a warning and cannot be ignored")
+    return named
+
+
+def ranged(
+    read: Callable[[str], int | float | Fraction], low: float, high: float
+) -> Callable[[str], int | float | Fraction]:
+    """Takes the text of a whole number, else of seconds, in a range, both ends included."""
+    what = "a whole number" if read is int else "a number of seconds"
+
+    def taken(text: str) -> int | float | Fraction:
+        try:
+            # Python reads other digits, and `1_0`, too.
+            number = read(text) if text.isascii() and "_" not in text and len(text) < 20 else -1
+        except (ValueError, ZeroDivisionError):
+            number = -1
+        if not low <= number <= high:
+            words = f"{text!r} is not {what} from {low:.12g} to {high:.12g}"
+            raise argparse.ArgumentTypeError(words)
+        return number
+
+    return taken
+
+
+def moment(text: str) -> tuple[Path, float]:
+    """A recording and a time in it, FILE.mcap@SECONDS."""
+    file, at, seconds = text.rpartition("@")
+    if not (file and at):
+        raise argparse.ArgumentTypeError(f"{text!r} is not FILE.mcap@SECONDS")
+    return Path(file), float(ranged(float, 0, inf)(seconds))
+
+
+def wire(text: str) -> tuple[tuple[str, str], tuple[str, str]]:
+    """Two buffers that are connected: those of FABRIC."""
+    first, equals, second = text.partition("=")
+    a, b = first.rpartition("."), second.rpartition(".")
+    if not (equals and all((*a, *b))):
+        raise argparse.ArgumentTypeError(f"{text!r} is not SUBSYSTEM.BUFFER=SUBSYSTEM.BUFFER")
+    return (a[0], a[2]), (b[0], b[2])
