@@ -107,7 +107,7 @@ def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen
 
     Raises Unusable, also for a moment that the file does not have.
     """
-    shelf, found = Shelved(), dict[str, Seen]()
+    shelf, found = Shelved(0), dict[str, Seen]()  # nothing that stands aside is told
     begin_s, end_s = float("inf"), 0.0
     for topic, at_s, text in steps_of(reading, shelf, images=False):
         if topic == topic_of(PLANT):
