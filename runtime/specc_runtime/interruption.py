@@ -54,7 +54,7 @@ class _Reminder:
 
     def close(self) -> None:
         """End the thread, which may take a moment: the run must not stay with it until then."""
-        self._is_heard = lambda _: True
+        self._is_heard, self._give_up = lambda _: True, lambda _: None
         signal.set_wakeup_fd(self._previous)
         writer, self._writer = self._writer, -1
         os.close(writer)

@@ -254,9 +254,11 @@ class Machine:
         key = id(condition.when)
         if key not in self._settled:
             parameters = {constant.name for constant in self.subsystem.constants}
-            prover = self.any_prover if names_any(condition.when, parameters) else self.prover
+            is_given = names_any(condition.when, parameters)
+            prover = self.any_prover if is_given else self.prover
             meant = isinstance(condition.when, Truth)
-            self._settled[key] = None if meant else prover.constant(condition.when)
+            value = None if meant else prover.constant(condition.when, by_tables=is_given)
+            self._settled[key] = value
         return self._settled[key]
 
     # What must hold in its states.

@@ -114,13 +114,17 @@ class Prover:
         """Whether all conditions can hold together; None if the question is too large."""
         return self._can_hold([self._formula(c) for c in conditions])
 
-    def constant(self, condition: Expr) -> bool | None:
-        """The truth value of a condition that has only one; None for others and if unknown."""
+    def constant(self, condition: Expr, *, by_tables: bool = False) -> bool | None:
+        """The truth value of a condition that has only one; None for others and if unknown.
+
+        It is unknown, too, where truth tables alone are to tell and do not.
+        """
         formula = self._formula(condition)
-        if self._can_hold([formula]) is False:
-            return False
-        negated = self._translator.make.negation(formula)
-        return True if self._can_hold([negated]) is False else None
+        for asked, value in ((formula, False), (self._translator.make.negation(formula), True)):
+            possible = can_hold([asked], None) if by_tables else self._can_hold([asked])
+            if possible is False:
+                return value
+        return None
 
     def implies(
         self,

@@ -290,9 +290,12 @@ def test_what_is_done_needs_no_code_any_more(
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     build, built = pipeline.build, []
-    monkeypatch.setattr(
-        pipeline, "build", lambda path, texts: (built.append(texts["level"]), build(path, texts))[1]
-    )
+
+    def building(path: str, texts: Mapping[str, str], **how: bool) -> pipeline.Build:
+        built.append(texts["level"])
+        return build(path, texts, **how)
+
+    monkeypatch.setattr(pipeline, "build", building)
     for values in ("1,2", "1,2,3"):
         built.clear()
         options = ["--set", f"level={values}", "--seeds", "0:1", "--duration", "1"]
@@ -390,8 +393,8 @@ def test_code_of_two_versions_is_not_mixed(
     spec = Path(shutil.copy(GATE, tmp_path))
     build = pipeline.build
 
-    def changing(path: str, texts: Mapping[str, str]) -> pipeline.Build:
-        built = build(path, texts)
+    def changing(path: str, texts: Mapping[str, str], **how: bool) -> pipeline.Build:
+        built = build(path, texts, **how)
         if texts["cruise"] == "0.5[rad/s]":
             (tmp_path / what).write_text((tmp_path / what).read_text() + "\n", encoding="utf-8")
         return built
