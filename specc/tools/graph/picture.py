@@ -76,17 +76,17 @@ def _usual(at: _Place) -> Kind:
 def _found(system: System, place: str) -> _Place:
     if not place:
         return _Place()
-    first, _, rest = place.partition(".")
+    first, dot, rest = place.partition(".")
     agent = next((a for a in system.agents if a.name == first), None)
     if agent is None:
         raise _unknown("agent", "", first, [a.name for a in system.agents])
-    if not rest:
+    if not dot:
         return _Place(agent)
-    second, _, name = rest.partition(".")
+    second, dot, name = rest.partition(".")
     subsystem = next((s for s in agent.subsystems if s.name == second), None)
     if subsystem is None:
         raise _unknown("subsystem", f"{first}.", second, [s.name for s in agent.subsystems])
-    if not name:
+    if not dot:
         return _Place(agent, subsystem)
     known = _computing(subsystem)
     if name not in known:
