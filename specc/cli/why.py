@@ -12,8 +12,7 @@ from specc.cli.recordings import DIFFERS, Refused, called, lost, unnamed, unusab
 from specc.model.fsm import Behaviour, Cause, Condition
 from specc.model.system import Subsystem, System
 from specc.source import Place, Sources
-from specc.tools.because import Moment, NotKnown, value_of
-from specc.tools.reasons import Reasons, clipped, shown
+from specc.tools.why import Moment, NotKnown, Reasons, clipped, shown, value_of
 
 _LONGEST_NAME, _LONGEST_MESSAGE = 80, 300
 

@@ -17,7 +17,7 @@ from specc_runtime.stepping import array
 
 from specc.model.system import Subsystem, System
 from specc.pipeline import compile_spec
-from specc.tools.because import Gone, Moment, NotKnown
+from specc.tools.why import Gone, Moment, NotKnown
 from tests.commands import modules_of
 from tests.recording.runs import CONVEYOR, ROOT, specc
 from tests.recording.why import NO_VALUE, Lives, Reference, parts, watched

@@ -15,8 +15,7 @@ from specc.cli.main import main
 from specc.model import expr as m
 from specc.model.types import Bool, Pose, Real, Vector
 from specc.pipeline import compile_spec
-from specc.tools.because import Moment, NotKnown, value_of
-from specc.tools.reasons import Reasons
+from specc.tools.why import Moment, NotKnown, Reasons, value_of
 from tests.commands import specc
 from tests.recording.runs import CONVEYOR, ROOT
 from tests.recording.test_damage import _damaged_at
@@ -137,10 +136,28 @@ def _changed(folder: Path, *changes: tuple[str, str]) -> Path:
     for old, new in changes:
         assert text.count(old) == 1
         text = text.replace(old, new)
+    folder.mkdir(exist_ok=True)
     shutil.copytree(ROOT / "specs" / "plants", folder / "plants")
     spec = folder / "gate.yaml"
     spec.write_text(text, encoding="utf-8")
     return spec
+
+
+def test_reasons_that_double_are_told_once(tmp_path: Path) -> None:
+    """Names that name one another often, quantifiers in one another: as much of it as is read."""
+    letters = "abcdefghij"
+    lets = ["w0: x.eye.parcel"]
+    lets += [f"w{i}: {' or '.join([f'w{i - 1}'] * 9)}" for i in range(1, 10)]
+    some = "any(" * 10 + f"{' + '.join(letters)} < 0"
+    some += "".join(f" for {letter} in [0, 1, 2, 3, 4, 5, 6, 7])" for letter in letters)
+    for when, words in [("w9", "w3: False, as above"), (some, " or more")]:
+        changes = [
+            ("elapsed > 2.5[s] and not x.eye.parcel", f"x.eye.parcel or {when}"),
+            ("y: {belt: {go", f"let: {{{', '.join(lets)}}}\n      y: {{belt: {{go"),
+        ]
+        done = _why(3.1, "gate.c", spec=_changed(tmp_path / words[:2].strip(), *changes))
+        assert done.returncode == 0 and words in done.stdout, done.stdout
+        assert len(done.stdout.splitlines()) < 60
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,7 @@ _ULP = 2.0**-23
 _LEAVES = m.Input, m.MemoryRef, m.Clock, m.Fresh, m.Present, m.LetRef, m.ConstantRef
 _MOST_ITEMS = 1_000_000
 """Of lists that are looked through for the conditions of a moment."""
+_LONGEST_MESSAGE = 200
 _LONG = re.compile(r"-?([1-9][0-9]{0,4000}|0x[0-9a-f]+)", re.ASCII)
 """Whole numbers beyond 64 bits."""
 
@@ -256,8 +257,7 @@ class Moment:
             except NotKnown:
                 raise
             except (Exception, SystemExit) as error:  # whatever the user's function raises
-                words = f"{m.written(operator.name)} raised {type(error).__name__}"
-                raise NotKnown(words) from error
+                raise NotKnown(f"{m.written(operator.name)} raised {_said(error)}") from error
 
         return call
 
@@ -280,6 +280,16 @@ class Moment:
             case Real():
                 return float(value)
         return value
+
+
+def _said(error: BaseException) -> str:
+    """Class and message of an exception on one line, whatever its `__str__` does."""
+    name = type(error).__name__
+    try:
+        message = " ".join(str(error).split())
+    except Exception:  # noqa: BLE001  # that of the user's class
+        message = ""
+    return f"{name}: {message[:_LONGEST_MESSAGE]}" if message else name
 
 
 def _taken(type_: Type, value: Any) -> Value:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import Any
 
 from specc.lang.show import show
@@ -22,10 +23,12 @@ from specc.model.types import (
     Vector,
 )
 from specc.model.units import DIMENSIONLESS
-from specc.tools.because import Gone, Moment, NotKnown
+from specc.tools.why.moment import Gone, Moment, NotKnown
 
 _LONGEST_TEXT, _LONGEST_VALUE = 140, 120
 _MOST_LINES, _MOST_ITEMS = 30, 4
+_MOST_REASONS = 1000
+"""Of one condition that are looked for: quantifiers in one another have more than can be told."""
 _DEEPEST = 8
 """Named parts in named parts whose reasons are told."""
 
@@ -36,15 +39,18 @@ class Reasons:
     def __init__(self, moment: Moment) -> None:
         self._moment = moment
         self._told: set[m.Expr] = set()
+        self._named: set[tuple[str, bool]] = set()
+        """Named parts whose reasons are told, and whether they were wanted to hold."""
         self._bound: dict[str, Any] = {}
         """Variables of quantifiers, while one item is told of."""
 
     def lines(self, expr: m.Expr) -> list[str]:
         """Why it holds or what is missing, and then what it read."""
-        said = [*self._why(expr, wanted=True, depth=0)]
+        said = [*islice(self._why(expr, wanted=True, depth=0), _MOST_REASONS)]
         read = [*self._read(expr)]
         most = max(_MOST_LINES - len(read), _MOST_LINES // 2)
-        rest = [f"and {len(said) - most} more"] if len(said) > most else []
+        number = f"{len(said) - most}{' or' if len(said) == _MOST_REASONS else ''}"
+        rest = [f"and {number} more"] if len(said) > most else []
         return [*said[:most], *rest, *read]
 
     def _why(self, expr: m.Expr, wanted: bool, depth: int) -> Iterator[str]:
@@ -60,13 +66,21 @@ class Reasons:
         elif isinstance(expr, m.Logic):
             yield from self._of_parts(expr, wanted, depth)
         elif isinstance(expr, m.LetRef):
-            self._told.add(expr)
-            yield f"{expr.name}, which is {clipped(show(self._let(expr)))}: {self._said(expr)}"
-            yield from _indented(self._why(self._let(expr), wanted, depth + 1))
+            yield from self._of_let(expr, wanted, depth)
         elif isinstance(expr, m.Quantifier):
             yield from self._of_items(expr, wanted, depth)
         elif not isinstance(expr, m.Truth):
             yield self._atom(expr, wanted)
+
+    def _of_let(self, expr: m.LetRef, wanted: bool, depth: int) -> Iterator[str]:
+        """A named part and its reasons, which may name others often: they are told once."""
+        self._told.add(expr)
+        if (expr.name, wanted) in self._named:
+            yield f"{expr.name}: {self._said(expr)}, as above"
+            return
+        self._named.add((expr.name, wanted))
+        yield f"{expr.name}, which is {clipped(show(self._let(expr)))}: {self._said(expr)}"
+        yield from _indented(self._why(self._let(expr), wanted, depth + 1))
 
     def _let(self, expr: m.LetRef) -> m.Expr:
         return self._moment.subsystem.let(expr.name).value

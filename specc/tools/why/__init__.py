@@ -1,0 +1,6 @@
+"""Why conditions held or not at a moment of a recorded run: values, and reasons in words."""
+
+from specc.tools.why.moment import Gone, Moment, NotKnown, value_of
+from specc.tools.why.reasons import Reasons, clipped, shown
+
+__all__ = ["Gone", "Moment", "NotKnown", "Reasons", "clipped", "shown", "value_of"]
