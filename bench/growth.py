@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, Sequence[str]] = {
     "build": ("build", MAIN, "--out", "gen"),
     "status": ("status", MAIN),
     "ages": ("ages", MAIN),
+    "graph": ("graph", MAIN, "--format", "dot"),
     "diff": ("diff", MAIN, OTHER),
     "fmt": ("fmt", "--diff", MAIN),
     "explain": ("explain", "E" * 100_000),
@@ -43,6 +44,7 @@ COMMANDS: Mapping[str, Sequence[str]] = {
 """Those that read specifications; the editor's server is told of one that is opened."""
 READERS: Mapping[str, Sequence[str]] = {
     "replay": ("replay", BOMB, "--spec", MAIN),
+    "why": ("why", f"{BOMB}@0.4", "--spec", MAIN),
     "recover": ("recover", BOMB, "--out", "out.mcap"),
     "run --from": ("run", MAIN, "--duration", "0.5", "--from", f"{BOMB}@0.4"),
 }

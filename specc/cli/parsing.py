@@ -48,24 +48,31 @@ class Parser(argparse.ArgumentParser):
         if self.commands and command and command not in self.commands:
             meant = _meant(command, self.commands) or f": {self.prog} --help lists them"
             self.error(f"there is no command {command!r}{meant}")
+        if self.commands and not command:
+            self._refuse([word for word in words if word not in self._option_string_actions])
         parse = self.parse_known_intermixed_args if self.is_mixed else super().parse_known_args
         found, unknown = parse(words, namespace)
-        if unknown:
-            option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
-            meant = _meant(option, _OPTION.findall(self.format_help()))
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
+        self._refuse(unknown)
         return found, unknown
 
+    def _refuse(self, unknown: list[str]) -> None:
+        """Name the option that was probably meant, if there are any that are not known."""
+        if unknown:
+            option = next((w for w in unknown if w.startswith("--")), "").partition("=")[0]
+            # Without the dashes, which make short names look alike.
+            meant = _meant(option.removeprefix("--"), _OPTION.findall(self.format_help()), "--")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
 
-_OPTION = re.compile(r"--[a-z][\w-]*")
+
+_OPTION = re.compile(r"--([a-z][\w-]*)")
 
 
-def _meant(name: str, known: Iterable[str]) -> str:
+def _meant(name: str, known: Iterable[str], before: str = "") -> str:
     """A question about the nearest known name, if there is one."""
     from specc.diagnostics.nearest import nearest
 
     close = nearest(name, known)
-    return f": did you mean {close[0]}?" if close else ""
+    return f": did you mean {before}{close[0]}?" if close else ""
 
 
 # What arguments are made of.

@@ -25,7 +25,7 @@ def why(options: Namespace) -> int:
     try:
         told, texts = called("recording.messages", "recorded", file)
         if not options.spec:
-            words = ["specc", "why", f"{file}@{time_s:g}", *filter(None, [options.subsystem])]
+            words = ["specc", "why", f"{file}@{time_s:.12g}", *filter(None, [options.subsystem])]
             raise unnamed(str(file), told, words)
         result = pipeline.compile_spec(options.spec, values_of(told))
         if not result.ok or result.system is None:
@@ -55,7 +55,7 @@ class _Answer:
         reading = called("recording.reading", "Reading", self._file)
         seen = called("recording.moment", "seen_at", self._file, self._time_s, self._only, reading)
         if not seen:
-            until = f" until {self._time_s:g} s"
+            until = f" until {self._time_s:.12g} s"
             raise Refused(f"{self._file} has no step of {self._only or 'any subsystem'}{until}")
         if self._is_other:
             streams.say(f"specc: {self._spec} is not as it was recorded")

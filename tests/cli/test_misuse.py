@@ -249,6 +249,7 @@ def test_model_that_only_the_simulator_refuses(folder: Path) -> None:
         ("sweep gate.yaml --shceduler a", ("usage: specc sweep", "did you mean --scheduler?")),
         ("status gate.yaml another.yaml", ("usage: specc status", "arguments: another.yaml")),
         ("run", ("required: SPEC",)),
+        ("--versoin", ("usage: specc", "did you mean --version?")),
         ("runn gate.yaml", ("no command 'runn'", "did you mean run?")),
         ("zzz gate.yaml", ("no command 'zzz'", "specc --help")),
         ("import fabrik a.xml", ("usage: specc import", "did you mean fabric?")),
@@ -263,6 +264,11 @@ def test_arguments_that_cannot_be_followed(
     assert_said(specc(folder, *arguments.split()), UNUSABLE, words)
     assert (folder / "pipe").is_fifo()
     assert not (folder / "generated").exists()
+
+
+def test_dashes_do_not_make_options_alike(folder: Path) -> None:
+    _, said = specc(folder, "run", "gate.yaml", "--quiet")
+    assert "unrecognized arguments: --quiet" in said and "did you mean" not in said
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")

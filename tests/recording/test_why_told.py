@@ -89,6 +89,8 @@ def test_a_line_for_each_subsystem() -> None:
         (f"{CONVEYOR}@1 --spec {CONVEYOR}", "is no MCAP file"),
         (f"{KEPT}@1 gate.d --spec {CONVEYOR}", "no subsystem gate.d; there are belt.c, belt.drive"),
         (f"{KEPT}@1", f"name it: specc why {KEPT}@1 --spec=specs/conveyor_gate.yaml"),
+        (f"{KEPT}@7.0000001 --spec {CONVEYOR}", "ends at 6 s, before 7.0000001 s"),
+        (f"{KEPT}@1.2345678", f"name it: specc why {KEPT}@1.2345678 --spec"),
         (f"{KEPT}@1 gate.c", f"specc why {KEPT}@1 gate.c --spec=specs/conveyor_gate.yaml"),
         (f"{KEPT}@1 --spec none.yaml", "no such file"),
     ],

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from specc_runtime.forms import Misshapen
+from specc_runtime.recording.budget import Budget
 from specc_runtime.recording.messages import Shelved, simulated_s, step_of, steps_of
 from specc_runtime.recording.reading import Reading, Unusable
 from specc_runtime.recording.snapshots import WRONG, every_snapshot
@@ -56,9 +57,11 @@ class Seen:
     _stamp: int = -2
     _held: int = 0
 
-    def take(self, time_s: float, text: bytes) -> int:
-        """The next step; returns for how many more bytes this stands. Raises Misshapen."""
+    def take(self, time_s: float, text: bytes, budget: Budget) -> None:
+        """The next step. Raises Misshapen, and Unusable."""
         stayed = _STAYED.match(text)
+        if not stayed:
+            budget.decode(text)  # once more: most are not looked into
         told = None if stayed else step_of(text)
         stamp = int(stayed[1]) if stayed else told["stamp"] if told else 0
         if stamp != self._stamp + 1:
@@ -70,7 +73,7 @@ class Seen:
             self.since_s, self.row = time_s, str(told["transition"])[:_LONGEST_ROW]
             self._note(time_s)
         held, self._held = self._held, max(self._held, sum(map(len, self._texts)))
-        return self._held - held
+        budget.keep(self._held - held)
 
     def _note(self, time_s: float) -> None:
         begin_s, times = time_s, 1
@@ -119,7 +122,7 @@ def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen
             reading.budget.keep(_OF_SUBSYSTEM + len(topic))
             found[topic] = Seen(topic[1:])
         with _telling(file, topic, at_s):
-            reading.budget.keep(found[topic].take(at_s, text))
+            found[topic].take(at_s, text, reading.budget)
     _check_inside(file, time_s, begin_s, max(end_s, simulated_s(shelf.report) or 0.0))
     for topic, one in found.items():
         with _telling(file, topic, one.since_s or 0.0):
@@ -134,16 +137,16 @@ def _telling(file: Path, topic: str, time_s: float) -> Iterator[None]:
     try:
         yield
     except Misshapen as error:
-        raise Unusable(f"{file}: {topic} at {time_s:g} s: {error}") from None
+        raise Unusable(f"{file}: {topic} at {time_s:.12g} s: {error}") from None
 
 
 def _check_inside(file: Path, time_s: float, begin_s: float, end_s: float) -> None:
     if begin_s > end_s:
         raise Unusable(f"{file} has no steps")
     if time_s > end_s + _EARLIER_S:
-        raise Unusable(f"{file} ends at {end_s:g} s, before {time_s:g} s")
+        raise Unusable(f"{file} ends at {end_s:.12g} s, before {time_s:.12g} s")
     if time_s < begin_s - _EARLIER_S:
-        raise Unusable(f"{file} begins at {begin_s:g} s, after {time_s:g} s")
+        raise Unusable(f"{file} begins at {begin_s:.12g} s, after {time_s:.12g} s")
 
 
 def _fill(file: Path, seen: list[Seen]) -> None:
