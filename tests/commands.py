@@ -45,6 +45,11 @@ def specc(
     return subprocess.CompletedProcess(words, code, _text(out), _text(err))
 
 
+def alone(folder: Path) -> list[str]:
+    """Arguments of pytest for the tests in a folder, without a look at what lies beside it."""
+    return [f"--rootdir={folder}", f"--confcutdir={folder}", "-c", os.devnull, str(folder)]
+
+
 def _text(stream: TextIOWrapper) -> str:
     stream.flush()
     stream.seek(0)

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.commands import alone
+
 ROOT = Path(__file__).parents[2]
 RANDOM = """
 from hypothesis import given
@@ -36,7 +38,7 @@ def outcome(folder: Path, seed: str) -> str:
     (folder / "conftest.py").write_text("from tests.conftest import *\n", encoding="utf-8")
     (folder / "test_random.py").write_text(RANDOM, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-s", f"--rootdir={folder}", "-c", "/dev/null", folder],
+        [sys.executable, "-m", "pytest", "-s", *alone(folder)],
         cwd=ROOT,
         env={**os.environ, "SPECC_SEED": seed},
         capture_output=True,

@@ -10,6 +10,7 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cached_property, reduce
 from heapq import heappop, heappush
+from mmap import mmap
 from typing import Literal, NamedTuple
 
 from specc.tools.explore.composition import Composition, Configuration, Edge, turned
@@ -30,6 +31,14 @@ _FAR: Cost = 1 << 62, 0, 0
 def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
     """What exploring was broken off by."""
     return "out of memory" if isinstance(error, MemoryError) else "interrupted"
+
+
+def _reserve() -> mmap:
+    """Memory that nothing is written to: to clear as much took longer than most explorations."""
+    try:
+        return mmap(-1, RESERVE)
+    except OSError as error:
+        raise MemoryError from error
 
 
 class Graph:
@@ -55,9 +64,8 @@ class Graph:
         self._known = {first: 0}
         self._depths = [0]
         try:
-            reserve = bytearray(RESERVE)
-            self._explore(budget)
-            del reserve
+            with _reserve():
+                self._explore(budget)
         except (KeyboardInterrupt, MemoryError) as error:  # what was found so far is told
             self.broken_off = broken_off(error)
 
