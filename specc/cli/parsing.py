@@ -118,6 +118,9 @@ def warnings(text: str) -> tuple[str, ...]:
     return named
 
 
+_LONGEST_NUMBER = 40
+
+
 def ranged(
     read: Callable[[str], int | float | Fraction], low: float, high: float
 ) -> Callable[[str], int | float | Fraction]:
@@ -127,7 +130,11 @@ def ranged(
     def taken(text: str) -> int | float | Fraction:
         try:
             # Python reads other digits, and `1_0`, too.
-            number = read(text) if text.isascii() and "_" not in text and len(text) < 20 else -1
+            number = (
+                read(text)
+                if text.isascii() and "_" not in text and len(text) <= _LONGEST_NUMBER
+                else -1
+            )
         except (ValueError, ZeroDivisionError):
             number = -1
         if not low <= number <= high:

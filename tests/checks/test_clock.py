@@ -69,6 +69,8 @@ def decided_as_counted(seed: int) -> None:
          [f"{a.format(op)} and {b.format('<')}", f"not {a.format(op)}", b.format(">=")])
     )  # fmt: skip
     decision, held = decided(rows, rate_hz), counts(rows, rate_hz)
+    if decision.unknown and any("**" in row for row in rows):
+        return  # a limit may lie between two floats to which libraries round a power
     assert decision.proved == (held == {1}), (seed, rows)
     assert (decision.gap is not None) == (0 in held), (seed, rows)
     assert (decision.overlap is not None) == any(count > 1 for count in held), (seed, rows)

@@ -128,9 +128,15 @@ def _roots(last: Lasting) -> Iterator[Finding]:
         lost = list(_lost(last, stuck))
         yield from lost or [_held(last, stuck)]
     for stuck in last.resting:
-        for key in sorted(stuck.missing):
-            if _never_seen(last, stuck.index, key):
-                yield _missed(last, stuck, stuck.index, key)
+        if not stuck.goes_round:
+            yield from _all_missed(last, stuck)
+
+
+def _all_missed(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
+    """What a machine that rests waits for and has missed, every time that it was sent."""
+    for key in sorted(stuck.missing):
+        if _never_seen(last, stuck.index, key):
+            yield _missed(last, stuck, stuck.index, key)
 
 
 def _never_seen(last: Lasting, index: int, key: InputName) -> bool:
@@ -295,13 +301,19 @@ def _once(graph: Graph, lost: Lost) -> Finding:
 
 
 def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
-    """The transition with which a cycle of the task ends is never taken again."""
+    """The transition with which a cycle of the task ends is never taken again.
+
+    It is meant where the machine waits for another one at its declared end.
+    """
     task = system.task
     names = last.graph.composition.names
     if task is None or task.subsystem not in names:
         return
     index = names.index(task.subsystem)
-    if last.is_at_end(index) or any(stuck.index == index for stuck in last.resting):
+    resting = [stuck for stuck in last.resting if stuck.index == index]
+    for stuck in resting:
+        yield from _all_missed(last, stuck)
+    if resting or last.is_at_end(index):
         return
     subsystem = last.walkers[index].subsystem
     rows = [subsystem.transitions[row] for i, row in last.rows if i == index]

@@ -25,7 +25,7 @@ from specc.tools.explore.walker import Walker
 
 @dataclass(frozen=True, slots=True)
 class Stuck:
-    """A machine that stays in a state although rows lead to others.
+    """A machine that stays in a state, or goes round in some, although rows lead to others.
 
     `needs` are the inputs that these rows ask about, `missing` those of them that nobody sends any
     more. It is `blocked` if it takes no row at all, not even back to its state.
@@ -36,6 +36,7 @@ class Stuck:
     needs: frozenset[InputName]
     missing: frozenset[InputName]
     blocked: bool
+    goes_round: bool
 
     @property
     def awaited(self) -> frozenset[InputName]:
@@ -141,18 +142,36 @@ class Lasting:
 
     @cached_property
     def stuck(self) -> dict[int, Stuck]:
-        """The machines that stay although rows lead on, without those that are meant to."""
-        found = dict(self._staying)
-        meant = [i for i, s in found.items() if any(self._ended(i, k) for k in s.awaited)]
-        behind = grouped((j, i) for i in found for j in self.waits(found[i]) if j in found)
-        for index in reachable(meant, lambda i: behind.get(i, ())):
-            del found[index]
-        return found
+        """The machines that stay although rows lead on, without those that are meant to.
+
+        One that goes from state to state is at work.
+        """
+        meant = {stuck.index for stuck in self.resting}
+        return {i: s for i, s in self._staying.items() if i not in meant and not s.goes_round}
 
     @cached_property
     def resting(self) -> list[Stuck]:
         """Those that wait for a sender at its declared end, directly or through others."""
-        return [stuck for index, stuck in self._staying.items() if index not in self.stuck]
+        found = self._staying
+        meant = [i for i, s in found.items() if any(self._ended(i, k) for k in s.awaited)]
+        behind = grouped((j, i) for i in found for j in self._held_up(found[i]))
+        return [found[index] for index in sorted(reachable(meant, lambda i: behind.get(i, ())))]
+
+    def _held_up(self, stuck: Stuck) -> Iterator[int]:
+        """The machines that would send what one waits for, if they got on."""
+        for key in stuck.awaited:
+            sender, output = self.sender(stuck.index, key)
+            other = self._staying.get(sender)
+            if other is not None and (not other.goes_round or self._would_send(sender, output)):
+                yield sender
+
+    def _would_send(self, index: int, output: InputName) -> bool:
+        """Whether a machine sends something in states that it does not come to."""
+        states = (
+            s for s in self.walkers[index].subsystem.states if s.name not in self.states[index]
+        )
+        sent = ((a.peer, a.name) for s in states for a in s.behaviour.assignments)
+        return output in sent
 
     @cached_property
     def _staying(self) -> dict[int, Stuck]:
@@ -160,21 +179,21 @@ class Lasting:
 
     def _stays(self) -> Iterator[Stuck]:
         for index, walker in enumerate(self.walkers):
-            (name, *others) = self.states[index]
-            ways = [] if others else self._ways(walker, name)
+            states = self.states[index]
+            ways = self._ways(walker, states)
             if ways:
                 needs = walker.kept.rests.all(ways).inputs & walker.slots.keys()
                 missing = frozenset(k for k in needs if self.sender(index, k) not in self.sent)
                 blocked = not any(one == index for one, _ in self.rows)
-                state = walker.subsystem.state(name)
-                yield Stuck(index, state, frozenset(needs), missing, blocked)
+                state = walker.subsystem.state(min(states))
+                yield Stuck(index, state, frozenset(needs), missing, blocked, len(states) > 1)
 
-    def _ways(self, walker: Walker, state: str) -> list[m.Expr]:
-        """The conditions of the rows that lead from a state to others."""
-        ends = dict(walker.subsystem.state(state).behaviour.endings)
+    def _ways(self, walker: Walker, states: set[str]) -> list[m.Expr]:
+        """The conditions of the rows that lead from states to others."""
         rows = [step.row for step in walker.kept.machine.steps]
-        away = [row for row in rows if row.source == state != row.target]
-        return [e for row in away for e in (ends[row.cause].when, row.condition.when)]
+        away = [row for row in rows if row.source in states and row.target not in states]
+        ends = {name: dict(walker.subsystem.state(name).behaviour.endings) for name in states}
+        return [e for row in away for e in (ends[row.source][row.cause].when, row.condition.when)]
 
     def _ended(self, index: int, key: InputName) -> bool:
         """Whether the sender of an input is in a state that is declared to be its end."""
