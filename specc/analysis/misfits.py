@@ -37,7 +37,7 @@ from specc.model.system import Constant, Let, Memory, Subsystem, System
 from specc.proof import Depths, Numbering
 from specc.source import Place
 
-Kind = Literal["tolerance", "angle", "quaternion", "clamp", "mirrored", "itself", "unchanged"]
+Kind = Literal["tolerance", "angle", "quaternion", "clamp", "itself", "unchanged"]
 
 UNIT_LENGTH_WITHIN = 1e-3
 """How far the length of a quaternion may be from 1."""
@@ -178,7 +178,7 @@ class Misfits:
         return []
 
     def _computed_clamp(self, text: Text, outer: Builtin) -> list[Misfit]:
-        """`min(max(a, b + 1), b)` is b, and so is `min(max(a, b), -b)` unless b is negative."""
+        """`min(max(a, b + 1), b)` is b."""
         sign = 1 if outer.name == "min" else -1
         for inner in outer.args:
             if not isinstance(inner, Builtin) or {inner.name, outer.name} != {"min", "max"}:
@@ -193,9 +193,6 @@ class Misfits:
                 because, origin = (limit, other), (text, outer)
                 if left.keys() == {_ONE} and left[_ONE] > 0:
                     return [Misfit("clamp", outer, text, because, origin)]
-                upper, lower = because if sign > 0 else because[::-1]
-                if _is_opposite(upper, lower):
-                    return [Misfit("mirrored", outer, text, (lower, upper), origin)]
         return []
 
     def _sum(self, expr: Expr, times: float) -> dict[int, float]:
@@ -302,8 +299,3 @@ def _written(text: Text, node: Expr) -> tuple[Place, str, Span, type]:
 
 def _refers(expr: Expr) -> bool:
     return any(isinstance(node, (ConstantRef, MemoryRef, LetRef)) for node in walk(expr))
-
-
-def _is_opposite(upper: Expr, lower: Expr) -> bool:
-    """Whether an upper bound is the lower one with a minus before it."""
-    return isinstance(upper, Unary) and upper.op == "-" and upper.operand == lower

@@ -32,7 +32,6 @@ _CODES = {
     "angle": "E0330",
     "quaternion": "E0331",
     "clamp": "W0332",
-    "mirrored": "W0332",
     "itself": "W0333",
     "unchanged": "W0338",
 }
@@ -71,7 +70,7 @@ def _uses(place: Place, misfits: list[Misfit]) -> Iterator[Related]:
     for misfit in misfits[:4]:
         text, expr = misfit.origin
         other = text.place(expr) if misfit.kind == "clamp" else misfit.text.place(misfit.because[0])
-        if misfit.kind not in ("mirrored", "itself", "unchanged") and other.route != place.route:
+        if misfit.kind not in ("itself", "unchanged") and other.route != place.route:
             yield Related(other, "written here" if misfit.kind == "clamp" else "used here")
 
 
@@ -98,11 +97,6 @@ def _words(misfit: Misfit) -> tuple[str, str]:
         case "clamp":
             help_text = "the lower bound goes with `max`, the upper one with `min`"
             return f"the bounds are in the wrong order: the result is always `{first}`", help_text
-        case "mirrored":
-            bound, other = first, show(misfit.because[1])
-            help_text = f"write `-{bound}` beside `max` and `{bound}` beside `min`"
-            said = f"the lower bound is `{bound}` and the upper one `{other}`"
-            return f"{said}, which is in the wrong order unless `{bound}` is negative", help_text
         case "unchanged" if isinstance(misfit.expr, Builtin):
             return (
                 f"`{show(misfit.expr)}` is all of `{first}`",

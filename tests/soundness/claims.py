@@ -2,7 +2,7 @@
 
 A claim is that a part of an expression has one truth value (W0617), that a condition comes too late
 for its state (W0618), that two things are the same (W0333), or that a limited number is always one
-limit, or the limits opposite (W0332).
+limit (W0332).
 """
 
 from __future__ import annotations
@@ -68,8 +68,6 @@ def _claims(machine: analysis.Machine) -> Claims:
             found.anywhere[f"same {misfit.expr}"] = _same(one, other)
         elif misfit.kind == "clamp":
             found.anywhere[f"limited {misfit.expr}"] = _same(misfit.expr, one)
-        elif misfit.kind == "mirrored":
-            found.anywhere[f"opposite {misfit.expr}"] = _opposite(one, other)
     for state in subsystem.states:
         for late in machine.lasting.late(state):
             if late.row is None:
@@ -86,10 +84,6 @@ def _always(claim: Expr) -> Asked:
 
 def _same(one: Expr, other: Expr) -> Asked:
     return lambda at: bool(value(one, at) == value(other, at))
-
-
-def _opposite(one: Expr, other: Expr) -> Asked:
-    return lambda at: bool(value(one, at) == -value(other, at))
 
 
 class Watched(Machine):
