@@ -23,6 +23,9 @@ def answer(parser: Parser) -> None:
     if ASKS in os.environ:
         import argcomplete
 
-        for command in parser.commands.values():
-            command.prepare()
+        chosen = [
+            word for word in os.environ.get("COMP_LINE", "").split() if word in parser.commands
+        ]
+        for word in chosen[:1]:
+            parser.commands[word].prepare()
         argcomplete.autocomplete(parser)

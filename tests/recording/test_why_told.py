@@ -16,7 +16,7 @@ from specc.model import expr as m
 from specc.model.types import Bool, Pose, Real, Vector
 from specc.pipeline import compile_spec
 from specc.tools.why import Moment, NotKnown, Reasons, value_of
-from tests.commands import specc
+from tests.commands import modules_of, specc
 from tests.recording.runs import CONVEYOR, ROOT
 from tests.recording.test_damage import _damaged_at
 
@@ -258,3 +258,40 @@ def test_single_precision_is_no_truth() -> None:
     ]
     with pytest.raises(NotKnown, match="is no pose"):
         value_of(memory.type, pose[1:])
+
+
+ASKING = """specc: 1.1
+system: asking
+operators: {{ready: {{signature: "(d: real) -> bool", python: "asked_by_why:ready"}}}}
+agents:
+  a:
+    control:
+      rate: 10 Hz
+      memory: {{d: {{type: real, init: 0.5}}}}
+      conditions: {{terminal: {{told: "(ready(d) and d > 1) or (ready(d) and d > 2)"}}}}
+      behaviours: {{wait: {{functions: [{{d: d + 1}}], terminal: told}}}}
+      states: {{S0: wait}}
+      initial_state: S0
+      transitions: [[S0, terminal, always, S0]]
+"""
+
+
+@pytest.mark.parametrize(("gives", "truth"), [("d < 1", False), ("'no'", None), ("1", None)])
+def test_an_operator_is_asked_once_and_gives_what_its_type_says(
+    gives: str, truth: bool | None, tmp_path: Path
+) -> None:
+    asked = f"calls = []\ndef ready(d):\n    calls.append(d)\n    return {gives}\n"
+    (tmp_path / "asked_by_why.py").write_text(asked, encoding="utf-8")
+    (tmp_path / "spec.yaml").write_text(ASKING.format(), encoding="utf-8")
+    with modules_of(tmp_path):
+        system = compile_spec(str(tmp_path / "spec.yaml")).system
+        assert system is not None
+        (subsystem,) = system.subsystems
+        when = subsystem.state("S0").behaviour.terminal.when
+        memory = {"d": 0.5}
+        moment = Moment(system, subsystem, _STEP, memory, 0.1, is_exact=True, array=list)
+        assert moment.truth(when) is truth
+        Reasons(moment).lines(when)
+        import asked_by_why  # type: ignore[import-not-found]  # a module of this test
+
+        assert set(asked_by_why.calls) == {0.5} and (truth is None or len(asked_by_why.calls) == 1)

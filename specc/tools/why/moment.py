@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from importlib import import_module
+from operator import index
 from types import SimpleNamespace
 from typing import Any
 
@@ -144,6 +145,8 @@ class Moment:
         self._system, self._step, self._memory = system, step, memory
         self._elapsed_s, self._is_exact, self._array = elapsed_s, is_exact, array
         self._counted = 0
+        self._results: dict[tuple[str, str], Value] = {}
+        """Of operators, by their names and arguments."""
         self.environment = self._environment(0)
         self._others: list[Environment] = []
 
@@ -249,17 +252,24 @@ class Moment:
 
     def _called(self, operator: Any) -> Callable[..., Value]:
         def call(*args: Value) -> Value:
-            module, _, name = operator.python.partition(":")
-            types = [type_ for _, type_ in operator.parameters]
-            try:
-                given = [self._given(t, v) for t, v in zip(types, args, strict=True)]
-                return _taken(operator.result, getattr(import_module(module), name)(*given))
-            except NotKnown:
-                raise
-            except (Exception, SystemExit) as error:  # whatever the user's function raises
-                raise NotKnown(f"{m.written(operator.name)} raised {_said(error)}") from error
+            key = operator.name, repr(args)
+            if key not in self._results:
+                self._results[key] = self._result(operator, args)
+            return self._results[key]
 
         return call
+
+    def _result(self, operator: Any, args: tuple[Value, ...]) -> Value:
+        """What an operator gives, which is pure. Raises NotKnown, for no value of its type too."""
+        module, _, name = operator.python.partition(":")
+        types = [type_ for _, type_ in operator.parameters]
+        try:
+            given = [self._given(t, v) for t, v in zip(types, args, strict=True)]
+            return _taken(operator.result, getattr(import_module(module), name)(*given))
+        except NotKnown:
+            raise
+        except (Exception, SystemExit) as error:  # whatever the user's function raises
+            raise NotKnown(f"{m.written(operator.name)} raised {_said(error)}") from error
 
     def _given(self, type_: Type, value: Value) -> Any:
         """A value as operators take it."""
@@ -305,6 +315,12 @@ def _taken(type_: Type, value: Any) -> Value:
             return SimpleNamespace(**{name: _taken(t, getattr(value, name)) for name, t in fields})
         case Real():
             return float(value)
+        case Int():
+            return index(value)
+        case Bool() if type(value).__name__ not in ("bool", "bool_"):
+            raise TypeError(f"{type(value).__name__} in place of a truth value")
+        case Bool():
+            return bool(value)
     return value
 
 
