@@ -57,7 +57,7 @@ def tree(rng: random.Random, depth: int) -> Expr:
     return Logic(rng.choice(("and", "or")), parts, type=BOOL)
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(60), 77310443], long=120, each=60))
+@pytest.mark.parametrize("seeds", blocks([*range(20), 77310443], long=120, each=30))
 def test_verdicts_about_sums_agree_with_trying(seeds: Seeds) -> None:
     for seed in seeds:
         verdicts_about_sums_agree_with_trying(seed)
@@ -70,7 +70,8 @@ def verdicts_about_sums_agree_with_trying(seed: int) -> None:
     rows = rows[: rng.randint(2, 3)]
     decision = Prover(machine(rows), {}).prove_rows("S", "terminal").decision
     told = decision.gap is not None, decision.overlap is not None
-    assert told == shown(rows, VALUES) or told == shown(rows, WIDE)
+    narrow = shown(rows, VALUES)
+    assert told == narrow == (True, True) or told == shown(rows, WIDE)
 
 
 def shown(rows: Sequence[Expr], values: range) -> tuple[bool, bool]:
