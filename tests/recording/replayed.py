@@ -44,7 +44,7 @@ def differences(file: Path, folder: Path, until_s: float = UNTIL_S) -> list[str]
 @cache
 def _built(spec: str, settings: str, texts: tuple[tuple[str, str], ...]) -> Path:
     """The code of a recorded specification."""
-    built = pipeline.build(spec, json.loads(settings), placed(dict(texts), spec))
+    built = pipeline.build(spec, json.loads(settings), placed(dict(texts), spec), is_read=False)
     assert built.files, built.result.diagnostics
     package = Path(mkdtemp(dir=_SCRATCH.name), built.system)
     assert not [*output.write(package, built.files)]

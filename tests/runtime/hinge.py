@@ -111,7 +111,7 @@ def hinge(folder: Path, head: str = "", spec: str = SPEC, **parts: str) -> Path:
     (folder / "hinge_parts.py").write_text(f"{text}\n")
     (folder / "hinge.xml").write_text(MODEL)
     (folder / "hinge.yaml").write_text(spec)
-    built = build(str(folder / "hinge.yaml"))
+    built = build(str(folder / "hinge.yaml"), is_read=False)
     assert built.files, built.result.diagnostics
     write(folder / "hinge", built.files)
     return folder / "hinge"
