@@ -62,7 +62,7 @@ def pytest_collection_finish() -> None:
     """Leave what was collected out of every later look for garbage, and look more rarely."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(20_000, 20, 20)
+    gc.set_threshold(10_000, 10, 5)
 
 
 def pytest_runtest_logfinish() -> None:

@@ -24,11 +24,11 @@ _RECENT = 5
 _OF_SUBSYSTEM = 2000
 """Bytes that are kept of a subsystem besides its messages."""
 _LONGEST_ROW = 300
-_STAYED = re.compile(
-    rb'\{"stamp":(\d{1,15}),"time":[^,]{1,30},"before":"[^"\\]+","state":"[^"\\]+",'
-    rb'"cause":"","row":-1,"transition":"",'
+_STEP = re.compile(
+    rb'\{"stamp":(\d{1,15}),"time":[^,]{1,30},"before":"([^"\\]*)","state":"[^"\\]+",'
+    rb'"cause":"[^"\\]*","row":(-?\d{1,9}),"transition":"([^"\\]*)",'
 )
-"""How a message begins of a step, not the first one, without a transition."""
+"""How a message of a step begins, so that most need not be decoded."""
 
 
 @dataclass(slots=True)
@@ -59,18 +59,14 @@ class Seen:
 
     def take(self, time_s: float, text: bytes, budget: Budget) -> None:
         """The next step. Raises Misshapen, and Unusable."""
-        stayed = _STAYED.match(text)
-        if not stayed:
-            budget.decode(text)  # once more: most are not looked into
-        told = None if stayed else step_of(text)
-        stamp = int(stayed[1]) if stayed else told["stamp"] if told else 0
+        stamp, before, row, transition = _beginning(text)
         if stamp != self._stamp + 1:
             self._texts, self.known_from = (b"", b""), stamp
             self.since_s, self.row = None, ""
         self._texts, self._stamp = (self._texts[1], text), stamp
         self.entered_s = self.since_s
-        if told is not None and (told.get("row", -1) != -1 or not told.get("before")):
-            self.since_s, self.row = time_s, str(told["transition"])[:_LONGEST_ROW]
+        if row != -1 or not before:
+            self.since_s, self.row = time_s, transition[:_LONGEST_ROW]
             self._note(time_s)
         held, self._held = self._held, max(self._held, sum(map(len, self._texts)))
         budget.keep(self._held - held)
@@ -103,6 +99,16 @@ class Seen:
             self.since_s = self.entered_s if self.since_s is None else self.since_s
         if self.memory is None and stamp == last - 1:
             self.memory = {name: data for name, data in saved["memory"].items() if "." not in name}
+
+
+def _beginning(text: bytes) -> tuple[int, str, int, str]:
+    """Stamp, state before, row and transition of a step, which is not decoded. Raises Misshapen."""
+    found = _STEP.match(text)
+    if found is None:
+        raise Misshapen("a message that does not begin as that of a step")
+    stamp, before, row, transition = found.groups()
+    told = before.decode(errors="replace"), int(row), transition.decode(errors="replace")
+    return int(stamp), *told
 
 
 def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen]:
