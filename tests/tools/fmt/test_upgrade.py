@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from random import Random
 
 import pytest
 from ruamel.yaml import YAML
 
+from specc.model.expr import Logic, Node
 from specc.pipeline import compile_spec
 from specc.tools.fmt import formatted, upgrade
 from tests.house.tree import ROOT
@@ -17,13 +19,28 @@ from tests.soundness.specifications import specification
 FILES = [*sorted(ROOT.glob("specs/skeletons/**/*.yaml")), ROOT / "specs/conveyor_gate.yaml"]
 
 
+def untyped(part: object) -> object:
+    """An expression without types; the order of what `and` and `or` join does not count."""
+    if isinstance(part, tuple):
+        return tuple(map(untyped, part))
+    if isinstance(part, Logic):
+        return part.op, frozenset(map(untyped, part.operands))
+    if not isinstance(part, Node):
+        return part
+    names = (field.name for field in fields(part) if field.compare and field.name != "type")
+    return type(part).__name__, *(untyped(getattr(part, name)) for name in names)
+
+
 def rows(path: Path) -> dict[str, set[tuple[object, ...]]]:
-    """Source, cause, condition and target of all rows; the names of conditions do not count."""
+    """Source, cause, condition and target of all rows; the names of conditions do not count.
+
+    Nor do types: what `position` gives is a vector in version 1 and a point of a frame in 1.1.
+    """
     system = compile_spec(str(path)).system
     assert system is not None
     return {
         subsystem.name: {
-            (r.source, r.cause, r.condition.when, r.target) for r in subsystem.transitions
+            (r.source, r.cause, untyped(r.condition.when), r.target) for r in subsystem.transitions
         }
         for subsystem in system.subsystems
     }
@@ -46,7 +63,7 @@ def test_committed_files(path: Path, tmp_path: Path) -> None:
     assert "\nspecc: 1.1\n" in f"\n{upgraded(path, new)}"
 
 
-@pytest.mark.parametrize("seeds", blocks(range(4), long=24, each=8))
+@pytest.mark.parametrize("seeds", blocks([*range(4), 1006, 5985770], long=24, each=8))
 def test_random_files(seeds: Seeds, tmp_path: Path) -> None:
     for seed in seeds:
         tree = specification(Random(seed))
