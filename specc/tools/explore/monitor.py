@@ -8,10 +8,11 @@ still required are in one state.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Literal, NamedTuple
 
+from specc.frozen import frozen
 from specc.model import requirement as r
 from specc.model.expr import Expr
 
@@ -21,14 +22,14 @@ MOST_PENDING = 64
 """Formulas that are waited for at once; with more of them, what they say is unknown."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Said:
     """A truth value."""
 
     holds: Truth
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Leaf:
     """A condition on one tick, or what a past operator says of it, or the opposite."""
 
@@ -36,7 +37,7 @@ class Leaf:
     is_meant: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Junction:
     """All of some formulas, or any of them."""
 
@@ -44,7 +45,7 @@ class Junction:
     operands: frozenset[Node]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ahead:
     """A formula at some tick, or at all ticks, of those from now until so many later."""
 
@@ -56,7 +57,7 @@ class Ahead:
 Node = Said | Leaf | Junction | Ahead
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Past:
     """A past operator; its operands say nothing of ticks to come. `since` has no `ticks`."""
 
@@ -274,20 +275,20 @@ def _conjuncts(node: Node) -> Iterable[Node]:
 
 def _joined(op: Literal["and", "or"], operands: Iterable[Node]) -> Node:
     """The conjunction or disjunction, without what follows from the rest."""
-    end, parts = op == "or", set[Node]()
+    end, parts, ahead = op == "or", set[Node](), dict[tuple[str, Node], Ahead]()
     for part in _flat(op, operands):
-        if part == Said(end):
-            return part
-        if part != Said(not end):
+        if isinstance(part, Said) and part.holds is not None:
+            if part.holds is end:
+                return part
+        elif isinstance(part, Ahead):
+            key = part.op, part.operand
+            other = ahead.setdefault(key, part)
+            # Sooner says more, and so does for longer.
+            if (part.ticks < other.ticks) == ((part.op == "within") == (op == "and")):
+                ahead[key] = part
+        else:
             parts.add(part)
-    longest: dict[tuple[str, Node], int] = {}
-    for part in [p for p in parts if isinstance(p, Ahead)]:
-        parts.discard(part)
-        key = part.op, part.operand
-        # Sooner says more, and so does for longer.
-        pick = min if (part.op == "within") == (op == "and") else max
-        longest[key] = pick(part.ticks, longest.get(key, part.ticks))
-    parts |= {Ahead(kind, ticks, inner) for (kind, inner), ticks in longest.items()}  # type: ignore[arg-type]  # one of two
+    parts.update(ahead.values())
     if len(parts) < 2:
         return next(iter(parts), Said(not end))
     return Junction(op, frozenset(parts))

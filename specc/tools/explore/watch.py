@@ -11,7 +11,7 @@ from specc.model import expr as m
 from specc.model.requirement import Reading, Requirement
 from specc.model.system import System
 from specc.proof import InputName
-from specc.tools.explore.monitor import Monitor, State, Truth
+from specc.tools.explore.monitor import Monitor, Truth
 from specc.tools.explore.partial import (
     Known,
     Value,
@@ -22,14 +22,16 @@ from specc.tools.explore.regions import leaves
 from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, Values
 from specc.tools.explore.walker import OVER, Local, Walker
 
+_Ticks = tuple[int, int, tuple[Truth, ...], int]
+"""Of a monitor: its index, the number of its state, what its conditions are, and how long."""
 Visible = Iterable[tuple[int, InputName, int]]
 """Machine and output of values that have just become visible, with their numbers."""
 
 
 class Watched(NamedTuple):
-    """What is still required, and the number of each value that was seen last."""
+    """Numbers of what is still required, and of each value that was seen last."""
 
-    states: tuple[State, ...]
+    states: tuple[int, ...]
     seen: tuple[int, ...]
 
 
@@ -75,12 +77,13 @@ class Watch:
             self._shown.setdefault(output, []).append(slot)
         # Those of the system alone: parameters of a description may have the same names.
         self._known = Known({}, {c.name: c.value for c in system.constants}, tick_s)
-        self._numbers = Numbers()
+        self._numbers, self._left = Numbers(), Numbers()
+        self._followed: dict[_Ticks, tuple[int, frozenset[Truth]]] = {}
         self._answers: dict[tuple[object, ...], tuple[tuple[Truth, ...], ...]] = {}
         self._steps: dict[
             tuple[int, tuple[object, ...], int, bool], tuple[int, tuple[int, ...]]
         ] = {}
-        begun = tuple(monitor.begin for monitor in self.monitors)
+        begun = tuple(self._left.of(monitor.begin) for monitor in self.monitors)
         first = tuple(self._initial(reading) for reading in sent.values())
         self.begin = self._numbers.of(Watched(begun, first))
 
@@ -120,14 +123,24 @@ class Watch:
         if now not in self._answers:
             self._answers[now] = self._judged(now)
         states, violated = [], []
-        zipped = zip(self.monitors, watched.states, self._answers[now], strict=True)
-        for index, (monitor, state, atoms) in enumerate(zipped):
-            after, said = monitor.step(state, atoms, ticks)
+        zipped = zip(watched.states, self._answers[now], strict=True)
+        for index, (state, atoms) in enumerate(zipped):
+            after, said = self._monitored(index, state, atoms, ticks)
             self.said[index] |= said - {None} if over else said
             if False in said and index < self._required:
                 violated.append(index)
             states.append(after)
         return self._numbers.of(Watched(tuple(states), watched.seen)), tuple(violated)
+
+    def _monitored(
+        self, index: int, state: int, atoms: tuple[Truth, ...], ticks: int
+    ) -> tuple[int, frozenset[Truth]]:
+        """A step of one monitor: many steps of all differ in what the others ask."""
+        key = index, state, atoms, ticks
+        if key not in self._followed:
+            after, said = self.monitors[index].step(self._left.things[state], atoms, ticks)
+            self._followed[key] = self._left.of(after), frozenset(said)
+        return self._followed[key]
 
     def _now(self, reading: Reading, seen: tuple[int, ...], locals_: Sequence[Local]) -> object:
         """What stands for the value of a reading: a state, or a number; None for others."""
