@@ -36,6 +36,8 @@ def specc(
         if env is not None:
             stack.enter_context(mock.patch.dict(os.environ, env, clear=True))
         stack.enter_context(modules_of(*(env or {}).get("PYTHONPATH", "").split(os.pathsep)))
+        # Those beside a specification, unless they are our own.
+        stack.enter_context(forgotten(*(() if cwd == ROOT else (cwd,))))
         stack.enter_context(redirect_stdout(out))
         stack.enter_context(redirect_stderr(out if together else err))
         try:
@@ -59,16 +61,23 @@ def _text(stream: TextIOWrapper) -> str:
 @contextmanager
 def modules_of(*folders: str | Path) -> Iterator[None]:
     """With the modules in these folders; they, and generated ones, are forgotten afterwards."""
-    own, before = [str(folder) for folder in folders if folder], dict(sys.modules)
-    sys.path[:0] = own
-    invalidate_caches()
+    own = [str(folder) for folder in folders if folder]
+    with forgotten(*own):
+        sys.path[:0] = own
+        invalidate_caches()
+        yield
+
+
+@contextmanager
+def forgotten(*folders: str | Path) -> Iterator[None]:
+    """Modules in these folders, generated ones and changes of the path are forgotten afterwards."""
+    before, path = dict(sys.modules), list(sys.path)
     try:
         yield
     finally:
-        for folder in own:
-            sys.path.remove(folder)
+        sys.path[:] = path
         for name in sys.modules.keys() - before.keys():
             file = getattr(sys.modules[name], "__file__", None) or ""
-            if name.startswith("generated_") or any(map(Path(file).is_relative_to, own)):
+            if name.startswith("generated_") or any(map(Path(file).is_relative_to, folders)):
                 del sys.modules[name]
         sys.modules.update(before)

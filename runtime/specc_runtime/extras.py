@@ -17,5 +17,8 @@ def remedy(error: ModuleNotFoundError) -> str:
     """What is not installed and how to install it."""
     package = (error.name or "").partition(".")[0]
     if package not in _EXTRAS:
-        return f"there is no module {error.name}; install it, or add its folder to PYTHONPATH"
+        return (
+            f"there is no module {error.name}; "
+            "install it, put it beside the specification, or add its folder to PYTHONPATH"
+        )
     return f"{package} is not installed: `pip install 'specc[{_EXTRAS[package]}]'` brings it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from collections.abc import Mapping
@@ -26,6 +27,8 @@ def load_system(
 ) -> System:
     """The system of a generated package, at its beginning, with files relative to `base`.
 
+    `base` is the folder of the specification, where modules that are nowhere else are looked for,
+    but for an empty text.
     `check_operators` has every call of an operator examined (see `specc_runtime.examination`).
 
     Raises UsageError when there is no such package or a file that it names is missing, StepFailed
@@ -34,6 +37,7 @@ def load_system(
     package = Path(directory).resolve()
     if not (package / "system.py").is_file():
         raise UsageError(f"{directory} is not a generated system: it has no system.py")
+    _BESIDE.put(os.path.realpath(base) if str(base) else "")
     module = _import(package)
     if check_operators:
         inside = f"{module.__package__}."
@@ -50,6 +54,36 @@ def load_system(
     if not isinstance(system, System):
         raise UsageError(f"{directory}: build() does not return a system")
     return system
+
+
+class _Beside:
+    """The folder of one specification, last on the path, so that it shadows no other module."""
+
+    def __init__(self) -> None:
+        self._folder = ""
+        self._before = frozenset[str]()
+
+    def put(self, folder: str) -> None:
+        """Look here for modules, and no more beside an earlier specification."""
+        if folder == self._folder in sys.path:
+            return
+        if self._folder in sys.path:
+            sys.path.remove(self._folder)
+            # Another specification may have modules of the same names beside it.
+            for name in [n for n in sys.modules if n not in self._before and self._holds(n)]:
+                del sys.modules[name]
+        self._folder = ""
+        if folder and folder not in map(os.path.realpath, sys.path):
+            self._folder, self._before = folder, frozenset(sys.modules)
+            sys.path.append(folder)
+
+    def _holds(self, name: str) -> bool:
+        spec = getattr(sys.modules.get(name.partition(".")[0]), "__spec__", None)
+        places = (spec.submodule_search_locations or [spec.origin or ""]) if spec else []
+        return any(os.path.dirname(place) == self._folder for place in places)
+
+
+_BESIDE = _Beside()
 
 
 def load_layouts(system: System) -> Mapping[str, Layout]:

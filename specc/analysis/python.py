@@ -18,14 +18,14 @@ _DYNAMIC = frozenset(("globals", "vars", "exec", "setattr"))
 _NESTED = ast.If | ast.Try | ast.With | ast.For | ast.While
 
 
-def lacks(python: str) -> bool:
+def lacks(python: str, folder: str = "") -> bool:
     """Whether the module of a `module:name` surely does not define the name.
 
-    Nothing is known of modules that are not found or have no text, such as extension modules, and
+    The `folder` of the specification is looked into last, as in a run. Nothing is known of modules that are not found or have no text, such as extension modules, and
     of those that may define names while they are imported.
     """
     module, _, name = python.partition(":")
-    path = _source_of(module.split("."))
+    path = _source_of(module.split("."), folder)
     if path is None or not name:
         return False
     try:
@@ -43,13 +43,13 @@ def lacks(python: str) -> bool:
     return names is not None and name.partition(".")[0] not in names and not is_module
 
 
-def _source_of(parts: list[str]) -> str | None:
+def _source_of(parts: list[str], folder: str) -> str | None:
     """The file of a module; its packages are looked into and not imported."""
-    folders = None
+    folders = [*sys.path, os.path.realpath(folder)]
     spec = None
+    if parts[0] in sys.builtin_module_names:
+        return None
     for name in parts if len(parts) <= _DEEPEST else ():
-        if folders is None and name in sys.builtin_module_names:
-            return None
         spec = PathFinder.find_spec(name, folders)  # with a dot, it would look for the package
         if spec is None:
             return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 from specc.analysis import Facts
@@ -15,8 +16,9 @@ from specc.source import Place
 
 def names_defined(facts: Facts) -> Iterator[Diagnostic]:
     """W0241, once for each object that is named."""
+    folder = os.path.dirname(facts.system.file)
     for python, place in dict(_named(facts.system)).items():
-        if lacks(python):
+        if lacks(python, folder):
             module, _, name = python.partition(":")
             yield Diagnostic(
                 "W0241",

@@ -94,3 +94,12 @@ def test_nothing_is_said_of_modules_that_are_not_there_or_have_no_text(packages:
     ):
         assert not lacks(name)
     assert not lacks(".".join("a" * 400) + ":f")
+
+
+def test_the_folder_of_the_specification_is_looked_into_last(packages: Path) -> None:
+    beside = packages.parent / "cell"
+    beside.mkdir()
+    (beside / "tool.py").write_text("def grip(): ...\n")
+    (beside / "robot.py").write_text("def leg(): ...\n")
+    assert lacks("tool:leg", str(beside)) and not lacks("tool:grip", str(beside))
+    assert lacks("robot:leg", str(beside)) and not lacks("tool:leg", str(packages))

@@ -55,10 +55,9 @@ def test_the_commands_answer_as_shown(folder: Path) -> None:
 
 
 def answer(command: str, folder: Path) -> str:
-    program, *arguments = shlex.split(command.removeprefix("PYTHONPATH=. "))
+    program, *arguments = shlex.split(command)
     if program == "specc":
-        environment = {**os.environ, "PYTHONPATH": str(folder)}
-        return specc(*arguments, cwd=folder, env=environment, together=True).stdout
+        return specc(*arguments, cwd=folder, together=True).stdout
     if program == "python":
         printed = io.StringIO()
         with modules_of(folder), contextlib.chdir(folder), contextlib.redirect_stdout(printed):

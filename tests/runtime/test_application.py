@@ -17,9 +17,10 @@ from specc_runtime.clock import WallClock
 from specc_runtime.interruption import Interruption
 from specc_runtime.loading import load_system
 from specc_runtime.main import main
-from specc_runtime.options import Options
+from specc_runtime.options import Options, UsageError
 from specc_runtime.session import Session
 
+from tests.commands import forgotten
 from tests.runtime.tiny import Node, system
 
 HERE = Path(__file__).parent
@@ -290,6 +291,22 @@ def test_a_package_does_not_take_the_place_of_another_module(tmp_path: Path) -> 
         shutil.copytree(PUSHER, package)
         assert load_system(package, tmp_path).subsystems
     assert sys.modules["json"] is json
+
+
+def test_modules_beside_a_specification_are_looked_for_last(tmp_path: Path) -> None:
+    head = "import graphlib\nfrom gains import NAME\nassert hasattr(graphlib, 'TopologicalSorter')"
+    folder = package(tmp_path, "gained", "Node(NAME, 1)", head)
+    sides = [tmp_path / name for name in ("left", "right")]
+    for side in sides:
+        side.mkdir()
+        (side / "gains.py").write_text(f"NAME = '{side.name}'\n")
+        (side / "graphlib.py").write_text("this shadows the module of Python\n")
+    with forgotten(tmp_path):
+        sys.modules.pop("graphlib", None)
+        for side in [*sides, *sides]:
+            assert [s.subsystem.name for s in load_system(folder, side).subsystems] == [side.name]
+        with pytest.raises(UsageError, match="put it beside the specification"):
+            load_system(folder, "")
 
 
 def test_report_replaces_an_old_one_whole(tmp_path: Path) -> None:
