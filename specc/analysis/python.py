@@ -21,8 +21,9 @@ _NESTED = ast.If | ast.Try | ast.With | ast.For | ast.While
 def lacks(python: str, folder: str = "") -> bool:
     """Whether the module of a `module:name` surely does not define the name.
 
-    The `folder` of the specification is looked into last, as in a run. Nothing is known of modules that are not found or have no text, such as extension modules, and
-    of those that may define names while they are imported.
+    The `folder` of the specification is looked into last, as in a run. Nothing is known of modules
+    that are not found or have no text, such as extension modules, and of those that may define
+    names while they are imported.
     """
     module, _, name = python.partition(":")
     path = _source_of(module.split("."), folder)

@@ -57,8 +57,8 @@ def _compiling(commands: Any) -> None:
     build.add_argument(
         "--out",
         metavar="DIR",
-        default="generated",
-        help="directory for the output, a directory per system",
+        help="directory for the output, a directory per system (default: generated beside the "
+        "nearest pyproject.toml above the specification, else beside the specification)",
     )
     build.add_argument(
         "--check", action="store_true", help="compare only; exit code 1 if not up to date"

@@ -45,7 +45,7 @@ def build(options: Namespace) -> int:
         findings += found
         stopped |= not built.result.ok
         if built.result.ok and not refused:
-            directory = Path(options.out, built.system)
+            directory = Path(options.out or _beside(path), built.system)
             first = built_from.setdefault(directory, path)
             if real_path(first) != real_path(path):
                 put = [_taken(directory, first, path)]
@@ -54,7 +54,18 @@ def build(options: Namespace) -> int:
             else:
                 put = output.write(directory, built.files, _writable(path, options.out))
             findings += resolve(put, Sources())
-    return _publish(report(findings, options.specs), options.format) or int(stopped)
+    code = _publish(report(findings, options.specs), options.format) or int(stopped)
+    if not code and not options.check and options.format == "text":
+        streams.say("\n".join(f"built {directory}" for directory in built_from))
+    return code
+
+
+def _beside(spec: str) -> str:
+    """Where code goes by default: a folder of the project, as it is found from here."""
+    from specc.policy import project_of
+
+    out = os.path.join(project_of(spec), "generated")
+    return os.path.relpath(out) if Path(out).is_relative_to(Path.cwd()) else out
 
 
 def _taken(directory: Path, first: str, path: str) -> Diagnostic:
@@ -63,14 +74,17 @@ def _taken(directory: Path, first: str, path: str) -> Diagnostic:
     return Diagnostic("E0091", message, Place(str(directory)), help=hint)
 
 
-def _writable(spec: str, out: str) -> Reach:
+def _writable(spec: str, out: str | None) -> Reach:
     """Where a build may write: links below the working directory must not lead out of it."""
     from specc.policy import reach_of
     from specc.read import Reach
 
+    project = reach_of(spec).folders
+    if out is None:
+        return Reach(project)
     here = Path.cwd()
     named = here if Path(os.path.abspath(out)).is_relative_to(here) else Path(out)
-    return Reach((os.path.realpath(named), *reach_of(spec).folders))
+    return Reach((os.path.realpath(named), *project))
 
 
 def _publish(found: Report, form: str) -> int:

@@ -113,11 +113,15 @@ def settings_for(path: str) -> Found:
 
 def reach_of(path: str) -> Reach:
     """What a file may name: its folder, or that of the pyproject.toml above it, and `allow`."""
-    start = Path(os.path.abspath(path)).parent
-    project = next((d for d in (start, *start.parents) if (d / FILE).is_file()), start)
-    settings = settings_for(str(start)).settings
+    settings = settings_for(os.path.dirname(os.path.abspath(path))).settings
     allowed = (os.path.join(settings.base, folder) for folder in settings.allow)
-    return Reach(tuple(os.path.realpath(folder) for folder in (str(project), *allowed)))
+    return Reach(tuple(os.path.realpath(folder) for folder in (project_of(path), *allowed)))
+
+
+def project_of(path: str) -> str:
+    """The folder of the nearest pyproject.toml above a file, or that of the file."""
+    start = Path(os.path.abspath(path)).parent
+    return str(next((d for d in (start, *start.parents) if (d / FILE).is_file()), start))
 
 
 def forget() -> None:

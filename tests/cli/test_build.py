@@ -32,11 +32,30 @@ def test_build_writes_a_directory_per_system(workspace: Path) -> None:
     assert (workspace / "else/where/good/arm/c.py").is_file()
 
 
+def test_without_out_code_goes_into_the_project_and_its_place_is_said(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    inner = workspace / "robot/specs"
+    inner.mkdir(parents=True)
+    (inner / "good.yaml").write_text("system: good\n")
+    assert main(["build", "robot/specs/good.yaml"]) == 0
+    assert "\nbuilt robot/specs/generated/good\n" in capsys.readouterr().err
+    (workspace / "robot/pyproject.toml").touch()
+    monkeypatch.chdir(inner)
+    assert main(["build", "good.yaml"]) == 0
+    assert f"\nbuilt {workspace}/robot/generated/good\n" in capsys.readouterr().err
+    assert main(["build", "good.yaml", "--check"]) == 0
+    assert "built" not in capsys.readouterr().err
+    assert main(["build", "good.yaml", "--format", "json"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 @pytest.mark.parametrize("more", [[], ["--check"]])
 def test_systems_of_one_name_do_not_replace_each_other(
     more: list[str], workspace: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (workspace / "sub").mkdir()
+    (workspace / "pyproject.toml").touch()
     (workspace / "sub/good.yaml").write_text("system: good\nodd: 1\n")
     main(["build", "good.yaml"])
     before = tree(workspace / "generated")

@@ -220,11 +220,15 @@ def test_a_build_does_not_follow_a_link_out_of_the_project(
 ) -> None:
     elsewhere = project.parent / "elsewhere"
     elsewhere.mkdir()
-    spec = Path(__file__).parents[2] / "specs" / "conveyor_gate.yaml"
-    monkeypatch.chdir(project)
+    specs, spec = Path(__file__).parents[2] / "specs", project / "conveyor_gate.yaml"
+    for name in (spec.name, "plants/conveyor_gate.xml"):
+        (project / name).parent.mkdir(exist_ok=True)
+        (project / name).write_text((specs / name).read_text())
     (project / "generated").symlink_to(elsewhere)
-    assert main(["build", str(spec)]) == 1
-    assert "E0021" in capsys.readouterr().err
-    assert not list(elsewhere.iterdir())
+    for folder in (project, project.parent):
+        monkeypatch.chdir(folder)
+        assert main(["build", str(spec)]) == 1
+        assert "E0021" in capsys.readouterr().err
+        assert not list(elsewhere.iterdir())
     assert main(["build", str(spec), "--out", str(elsewhere)]) == 0
     assert (elsewhere / "conveyor_gate" / "system.py").is_file()
