@@ -216,6 +216,9 @@ def _replaying(commands: Any) -> None:
     why.add_argument("subsystem", metavar="SUBSYSTEM", nargs="?", help=words)
     words = "the specification, which is never taken from the file"
     why.add_argument("--spec", metavar="SPEC", help=words)
+    words = "draw signals of recorded runs, and the states of machines, over time"
+    plot = _command(commands, "plot", "plot:plot", words)
+    plot.late, plot.is_mixed = _of_plot, True
     words = "make a clean file of a recording that was cut"
     recover = _command(commands, "recover", "recordings:recover", words)
     recover.add_argument("file", metavar="FILE.mcap")
@@ -251,6 +254,19 @@ def _of_graph(command: argparse.ArgumentParser) -> None:
     command.add_argument("--format", choices=("svg", "png", "dot"), help=words)
     words = "file to write (default: SPEC-PLACE-KIND.FORMAT in the working directory)"
     command.add_argument("--out", metavar="FILE", help=words)
+
+
+def _of_plot(command: argparse.ArgumentParser) -> None:
+    command.add_argument("file", metavar="FILE.mcap")
+    words = (
+        "irp.m.x.c.T_d, irp.m.q_p[2], plant.gap; irp.m is the state of a machine; A,B stand in one "
+        "panel; FILE.mcap is a further recording (default: the states of all machines)"
+    )
+    command.add_argument("signals", metavar="SIGNAL", nargs="*", help=words)
+    words = "file to write: .svg, .png, .pdf or .csv (default: FILE-plot.svg, FILE-timeline.svg)"
+    command.add_argument("--out", metavar="FILE", help=words)
+    words = "the numbers as a table, on standard output without --out"
+    command.add_argument("--csv", action="store_true", help=words)
 
 
 def _of_run(command: argparse.ArgumentParser) -> None:

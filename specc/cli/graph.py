@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import os
 from argparse import Namespace
-from pathlib import Path
 
-from specc.aside import replacing
 from specc.cli import streams
-from specc.cli.interruption import held
+from specc.cli.pictures import NotWritten, put
 from specc.tools.graph import Diagram, NoPicture, as_dot, drawing, picture
-from specc.tools.graph.signature import LENGTH, is_signed, signed
 
 FORMATS = ("svg", "png", "dot")
 DONE, WRONG, UNUSABLE = 0, 1, 2
@@ -40,8 +37,10 @@ def graph(options: Namespace) -> int:
         if form == "dot" and not options.out:
             streams.show(content.decode())
             return code
-        _write(options.out or _name(options, kind, form), content, form)
-    except (NoPicture, _Refused) as refused:
+        path = options.out or _name(options, kind, form)
+        put(path, content, form, "graph")
+        streams.show(f"{path}\n")
+    except (NoPicture, NotWritten, _Refused) as refused:
         streams.say(f"specc: {refused}")
         return UNUSABLE
     return code
@@ -79,23 +78,3 @@ def _content(diagram: Diagram, form: str) -> bytes:
 
 
 _SMALLER = "name a part, such as one agent or subsystem, or take the text with --format dot"
-
-
-def _write(path: str, content: bytes, form: str) -> None:
-    try:
-        if os.path.lexists(path) and not _may_replace(path, form):
-            words = f"{path} is there, but no {form.upper()} that specc made, so it stays"
-            raise _Refused(f"{words}; name another file with --out")
-        with held(), replacing(Path(path)) as aside:
-            aside.write_bytes(signed(content, form))
-    except OSError as error:
-        why = (error.strerror or "not possible").lower()
-        raise _Refused(f"{path} cannot be written: {why}") from error
-    streams.show(f"{path}\n")
-
-
-def _may_replace(path: str, form: str) -> bool:
-    if not os.path.isfile(path):
-        return False
-    with open(path, "rb") as file:
-        return is_signed(file.read(LENGTH), form)

@@ -83,6 +83,8 @@ NOTHING_RUNS = [
     ["recover", "run.mcap", "--out", "mended.mcap"],
     ["replay", "run.mcap"],
     ["why", "run.mcap@0.1"],
+    ["plot", "run.mcap"],
+    ["plot", "run.mcap", "talker.c.m", "--csv"],
     ["completion", "bash"],
     ["witness", "wrong.yaml", "--out=scenarios"],
     ["run", "wrong.yaml"],

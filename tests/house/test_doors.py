@@ -20,7 +20,7 @@ DOORS = {
     "distributed": {"specc.tools.sweep.cluster"},
     "jinja2": {"specc.emit"},
     "lsprotocol": {"specc.tools.lsp"},
-    "matplotlib": {"specc.tools.sweep.plots"},
+    "matplotlib": {"specc.tools.canvas"},
     "mcap": {
         "specc_runtime.recording.container",
         "specc_runtime.recording.reading",

@@ -25,6 +25,8 @@ COMMANDS = [
     ["recover", "bomb.mcap", "--out", "out.mcap"],
     ["why", "bomb.mcap@0.4", "--spec", "talk.yaml"],
     ["why", "bomb.mcap@0", "talker.c", "--spec", "talk.yaml"],
+    ["plot", "bomb.mcap"],
+    ["plot", "bomb.mcap", "talker.c", "--csv"],
     ["run", "talk.yaml", "--duration", "0.5", "--from", "bomb.mcap@0.4"],
 ]
 MOST_S, MOST_MB = 12.0, 300.0

@@ -5,12 +5,13 @@ Files come from strangers: what a message says is checked before it is used.
 
 from __future__ import annotations
 
+import re
 from base64 import b64decode
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from specc_runtime.forms import Element, Fetch, Misshapen, NotRecorded
 from specc_runtime.recording.budget import Budget
@@ -128,6 +129,32 @@ def step_of(text: bytes) -> dict[str, Any]:
     if not all(type(told[name]) in kinds for name, kinds in _STEP.items()):
         raise Misshapen("a message with values of other types than a step has")
     return told
+
+
+class Beginning(NamedTuple):
+    """What stands at the beginning of a step: stamp, state, state before, row and its text."""
+
+    stamp: int
+    state: str
+    before: str
+    row: int
+    transition: str
+
+
+_BEGINNING = re.compile(
+    rb'\{"stamp":(\d{1,15}),"time":[^,]{1,30},"before":"([^"\\]*)","state":"([^"\\]+)",'
+    rb'"cause":"[^"\\]*","row":(-?\d{1,9}),"transition":"([^"\\]*)",'
+)
+
+
+def beginning_of(text: bytes) -> Beginning:
+    """How the message of a step begins, so that most need not be decoded. Raises Misshapen."""
+    found = _BEGINNING.match(text)
+    if found is None:
+        raise Misshapen("a message that does not begin as that of a step")
+    stamp, before, state, row, transition = found.groups()
+    before, state, transition = (t.decode(errors="replace") for t in (before, state, transition))
+    return Beginning(int(stamp), state, before, int(row), transition)
 
 
 def within(data: Any, element: Element) -> Any:

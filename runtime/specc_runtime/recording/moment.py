@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -12,7 +11,13 @@ from typing import Any
 
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.budget import Budget
-from specc_runtime.recording.messages import Shelved, simulated_s, step_of, steps_of
+from specc_runtime.recording.messages import (
+    Shelved,
+    beginning_of,
+    simulated_s,
+    step_of,
+    steps_of,
+)
 from specc_runtime.recording.reading import Reading, Unusable
 from specc_runtime.recording.snapshots import WRONG, every_snapshot
 from specc_runtime.recording.steps import topic_of
@@ -24,11 +29,6 @@ _RECENT = 5
 _OF_SUBSYSTEM = 2000
 """Bytes that are kept of a subsystem besides its messages."""
 _LONGEST_ROW = 300
-_STEP = re.compile(
-    rb'\{"stamp":(\d{1,15}),"time":[^,]{1,30},"before":"([^"\\]*)","state":"[^"\\]+",'
-    rb'"cause":"[^"\\]*","row":(-?\d{1,9}),"transition":"([^"\\]*)",'
-)
-"""How a message of a step begins, so that most need not be decoded."""
 
 
 @dataclass(slots=True)
@@ -59,7 +59,7 @@ class Seen:
 
     def take(self, time_s: float, text: bytes, budget: Budget) -> None:
         """The next step. Raises Misshapen, and Unusable."""
-        stamp, before, row, transition = _beginning(text)
+        stamp, _, before, row, transition = beginning_of(text)
         if stamp != self._stamp + 1:
             self._texts, self.known_from = (b"", b""), stamp
             self.since_s, self.row = None, ""
@@ -99,16 +99,6 @@ class Seen:
             self.since_s = self.entered_s if self.since_s is None else self.since_s
         if self.memory is None and stamp == last - 1:
             self.memory = {name: data for name, data in saved["memory"].items() if "." not in name}
-
-
-def _beginning(text: bytes) -> tuple[int, str, int, str]:
-    """Stamp, state before, row and transition of a step, which is not decoded. Raises Misshapen."""
-    found = _STEP.match(text)
-    if found is None:
-        raise Misshapen("a message that does not begin as that of a step")
-    stamp, before, row, transition = found.groups()
-    told = before.decode(errors="replace"), int(row), transition.decode(errors="replace")
-    return int(stamp), *told
 
 
 def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen]:

@@ -1,7 +1,4 @@
-"""Plots of a sweep over one or two constants. The door to matplotlib.
-
-The same cells give the same bytes.
-"""
+"""Plots of a sweep over one or two constants; the same cells give the same bytes."""
 
 from __future__ import annotations
 
@@ -13,18 +10,11 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from specc.tools.canvas import content, figure
 from specc.tools.sweep.running import STEPS
 from specc.tools.sweep.summary import Cell
 
 _LONGEST_LINE = 48
-_STYLE: Any = {
-    "svg.hashsalt": "specc",
-    "svg.fonttype": "none",
-    "text.parse_math": False,
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-}
 
 
 def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path]:
@@ -38,19 +28,12 @@ def plot(cells: Sequence[Cell], names: Sequence[str], folder: Path) -> list[Path
     """
     if len(names) not in (1, 2) or len(cells) < 2:
         return []
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    folder.mkdir(exist_ok=True)
     drawn: list[Path] = []
-    with matplotlib.rc_context(_STYLE):
-        for column in _differing(cells):
-            figure, axes = pyplot.subplots(figsize=(5.2, 3.4), layout="constrained")
-            (_line if len(names) == 1 else _map)(axes, cells, names, column)
-            drawn += _saved(figure, folder / _stem(column, drawn))
-            pyplot.close(figure)
+    for column in _differing(cells):
+        with figure(5.2, 3.4) as made:
+            (_line if len(names) == 1 else _map)(made.subplots(), cells, names, column)
+            folder.mkdir(exist_ok=True)
+            drawn += _saved(made, folder / _stem(column, drawn))
     return drawn
 
 
@@ -69,10 +52,10 @@ def _stem(column: str, drawn: Sequence[Path]) -> str:
     return next(name for n in count(1) if (name := f"{stem}_{n}" if n > 1 else stem) not in taken)
 
 
-def _saved(figure: Any, stem: Path) -> Iterator[Path]:
-    for ending, metadata in ((".png", {"Software": None}), (".svg", {"Date": None})):
-        path = stem.with_name(stem.name + ending)
-        figure.savefig(path, dpi=110, metadata=metadata)
+def _saved(made: Any, stem: Path) -> Iterator[Path]:
+    for form in ("png", "svg"):
+        path = stem.with_name(f"{stem.name}.{form}")
+        path.write_bytes(content(made, form))
         yield path
 
 

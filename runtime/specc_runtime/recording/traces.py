@@ -1,0 +1,211 @@
+"""What a recording says of a run over time: states, chosen elements, faults and requirements.
+
+Files come from strangers: all that is kept of one is paid for from its budget.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import nan
+from pathlib import Path
+from typing import Any
+
+from specc_runtime.forms import Misshapen
+from specc_runtime.recording.messages import (
+    Beginning,
+    Shelved,
+    beginning_of,
+    simulated_s,
+    step_of,
+    steps_of,
+)
+from specc_runtime.recording.reading import Reading, Unusable
+from specc_runtime.recording.steps import topic_of
+from specc_runtime.recording.text import loaded
+from specc_runtime.sampling import PLANT
+
+_OF_SUBSYSTEM, _OF_SPAN = 2000, 300
+"""Bytes that are kept of a subsystem, and of a span of time in one state."""
+_LONGEST = 300
+"""Of what is kept of a text."""
+_MOST_MARKS = 100
+"""Faults that are kept, and violated requirements."""
+_FAULT = b',"fault":'
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """An element of the messages of a subsystem: where its data is, and how many numbers it has.
+
+    `numbers` gives them, NaN for what has no value.
+    """
+
+    path: tuple[str, ...]
+    width: int
+    numbers: Callable[[Any], Sequence[float]]
+
+
+@dataclass(slots=True)
+class Span:
+    """From when until when a subsystem was in a state, in s."""
+
+    begin_s: float
+    end_s: float
+    state: str
+
+
+@dataclass(slots=True)
+class Line:
+    """A subsystem over time.
+
+    `times_s` and the `columns` of the elements that are wanted have one value for each step, and
+    NaN where steps are missing.
+    """
+
+    spans: list[Span] = field(default_factory=list)
+    times_s: array[float] = field(default_factory=lambda: array("d"))
+    columns: list[list[array[float]]] = field(default_factory=list)
+    _stamp: int = -1
+
+    def follow(self, time_s: float, stamp: int, state: str) -> int:
+        """Take note of a step; how many spans there are more."""
+        is_next, before = stamp == self._stamp + 1, len(self.spans)
+        self._stamp = stamp
+        if self.spans and is_next:
+            self.spans[-1].end_s = time_s
+        if not self.spans or not is_next or self.spans[-1].state != state:
+            self.spans.append(Span(time_s, time_s, state))
+        return len(self.spans) - before
+
+    def is_next(self, stamp: int) -> bool:
+        """Whether no step is missing before the one of that stamp."""
+        return stamp == self._stamp + 1
+
+    def add(self, time_s: float, rows: Sequence[Sequence[float]]) -> None:
+        """The numbers of each wanted element in a step."""
+        self.times_s.append(time_s)
+        for columns, numbers in zip(self.columns, rows, strict=True):
+            for column, number in zip(columns, numbers, strict=True):
+                column.append(number)
+
+    def finish(self, end_s: float) -> None:
+        """The last state goes on to the end of the run."""
+        if self.spans and self.spans[-1].end_s < end_s:
+            self.spans[-1].end_s = end_s
+
+
+@dataclass(slots=True)
+class Traces:
+    """A run: its subsystems by name, and what went wrong when, each a time in s and a text."""
+
+    lines: dict[str, Line] = field(default_factory=dict)
+    faults: list[tuple[float, str]] = field(default_factory=list)
+    violated: list[tuple[float, str]] = field(default_factory=list)
+    begin_s: float = 0.0
+    end_s: float = 0.0
+
+
+def traces(file: Path, wanted: Mapping[str, Sequence[Wanted]], reading: Reading) -> Traces:
+    """The states of all subsystems, and the elements that are wanted, by subsystem or `plant`.
+
+    Raises Unusable.
+    """
+    shelf, found = Shelved(0), Traces(begin_s=float("inf"))
+    topics = {topic_of(name): elements for name, elements in wanted.items()}
+    for topic, at_s, text in steps_of(reading, shelf, images=False):
+        found.begin_s, found.end_s = min(found.begin_s, at_s), max(found.end_s, at_s)
+        try:
+            _take(found, topic, at_s, text, topics.get(topic, ()), reading)
+        except Misshapen as error:
+            raise Unusable(f"{file}: {topic} at {at_s:.12g} s: {error}") from None
+    if found.begin_s > found.end_s:
+        raise Unusable(f"{file} has no steps")
+    found.end_s = max(found.end_s, simulated_s(shelf.report) or 0.0)
+    for line in found.lines.values():
+        line.finish(found.end_s)
+    _take_report(found, shelf)
+    return found
+
+
+def _take(
+    found: Traces,
+    topic: str,
+    at_s: float,
+    text: bytes,
+    wanted: Sequence[Wanted],
+    reading: Reading,
+) -> None:
+    """Take note of a message. Raises Misshapen, Unusable."""
+    name, is_plant = topic[1:], topic == topic_of(PLANT)
+    if is_plant and not wanted:
+        return
+    if name not in found.lines:
+        reading.budget.keep(_OF_SUBSYSTEM + len(topic))
+        columns = [[array("d") for _ in range(each.width)] for each in wanted]
+        found.lines[name] = Line(columns=columns)
+    line = found.lines[name]
+    told = (loaded(text) if is_plant else step_of(text)) if wanted or _FAULT in text else {}
+    begun = _of_plant(told) if is_plant else beginning_of(text)
+    if wanted:
+        blank = [[nan] * each.width for each in wanted]
+        rows = [_numbers(each, told) for each in wanted]
+        size = 8 * (1 + sum(each.width for each in wanted))
+        reading.budget.keep(2 * size)
+        if not line.is_next(begun.stamp) and line.times_s:
+            line.add(at_s, blank)
+        line.add(at_s, rows)
+    more = line.follow(at_s, begun.stamp, begun.state[:_LONGEST])
+    reading.budget.keep(more * _OF_SPAN)
+    if fault := told.get("fault"):
+        _mark(found.faults, at_s, f"{name}: {fault}")
+
+
+def _of_plant(told: Any) -> Beginning:
+    if not isinstance(told, dict) or type(told.get("stamp")) is not int:
+        raise Misshapen("a message of the plant without its stamp")
+    return Beginning(told["stamp"], "", "", -1, "")
+
+
+def _numbers(wanted: Wanted, told: Mapping[str, Any]) -> Sequence[float]:
+    data: Any = told
+    for name in wanted.path:
+        if not isinstance(data, dict) or name not in data:
+            return [nan] * wanted.width
+        data = data[name]
+    return wanted.numbers(data)
+
+
+def _mark(marks: list[tuple[float, str]], time_s: float, text: str) -> None:
+    if len(marks) < _MOST_MARKS:
+        marks.append((time_s, text[:_LONGEST]))
+
+
+def _take_report(found: Traces, shelf: Shelved) -> None:
+    """What the report of the run says of it, if the file has one: it knows more than the steps."""
+    try:
+        report = loaded(str(shelf.report.get("report", "{}")).encode())
+    except Misshapen:
+        return
+    faults = _entries(report, "faults", ("culprit", "message"))
+    if faults:
+        found.faults.clear()
+    for time_s, entry in faults:
+        _mark(found.faults, time_s, f"{entry['culprit'][:_LONGEST]}: {entry['message']}")
+    for time_s, entry in _entries(report, "requirements", ("that", "verdict")):
+        if entry["verdict"] == "violated":
+            _mark(found.violated, time_s, str(entry.get("name", entry["that"])))
+
+
+def _entries(report: Any, key: str, texts: Sequence[str]) -> list[tuple[float, Mapping[str, Any]]]:
+    """The entries of a list that have a time and these texts."""
+    entries = report.get(key) if isinstance(report, dict) else ()
+    return [
+        (float(entry["time_s"]), entry)
+        for entry in (entries if isinstance(entries, list) else ())
+        if isinstance(entry, dict)
+        and type(entry.get("time_s")) in (int, float)
+        and abs(entry["time_s"]) < 1e12
+        and all(type(entry.get(name)) is str for name in texts)
+    ]

@@ -1,0 +1,212 @@
+"""`specc plot`: signals of recorded runs and the states of their machines, as picture or table."""
+
+from __future__ import annotations
+
+import os
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from itertools import chain
+from math import isnan
+from pathlib import Path
+from typing import Any
+
+from specc.cli import streams
+from specc.cli.pictures import NotWritten, put
+from specc.cli.recorded import placed
+from specc.cli.recordings import Refused, called, lost, unusable
+from specc.model.system import System
+from specc.tools.plot import NoSignal, Signal, found
+from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
+from specc.tools.plot.sheet import Run, Sheet, bands, marks, numbers_of, panels
+from specc.tools.plot.table import table, timeline
+from specc.tools.why import NotKnown, clipped
+
+FORMATS = ("svg", "png", "pdf", "csv")
+MOST_RECORDINGS = 6
+_RECORDED = ".mcap"
+_LONGEST_TITLE = 100
+
+
+def plot(options: Namespace) -> int:
+    """Draw what is asked of recordings, or the states of all their machines."""
+    others = [word for word in options.signals if word.endswith(_RECORDED)]
+    words = [word for word in options.signals if not word.endswith(_RECORDED)]
+    try:
+        return _Plot(options, [options.file, *others], words).make()
+    except (Refused, NoSignal, NotWritten) as refused:
+        return unusable(str(refused))
+
+
+class _Plot:
+    """What is asked for: recordings, and signals in groups that share a panel."""
+
+    def __init__(self, options: Namespace, files: Sequence[str], words: Sequence[str]) -> None:
+        self._files, self._words = [Path(file) for file in files], words
+        if len(files) > MOST_RECORDINGS:
+            raise Refused(f"{len(files)} recordings are not told apart; name {MOST_RECORDINGS}")
+        suffix = "timeline" if not words else "plot"
+        self._out = options.out or f"{self._files[0].stem}-{suffix}.svg"
+        self._form = os.path.splitext(self._out)[1].lower().removeprefix(".")
+        if options.csv:
+            self._out, self._form = self._table(options.out), "csv"
+        if self._form not in FORMATS:
+            raise Refused(f"{self._out}: the name has to end in .{', .'.join(FORMATS)}")
+        self._told, texts = called("recording.messages", "recorded", self._files[0])
+        self._system = _system(texts)
+        self._machines: list[str] = []
+        self._groups: list[list[Signal]] = []
+        for word in words:
+            self._choose(word.split(","))
+
+    def _table(self, out: str | None) -> str:
+        if out and not out.lower().endswith(".csv"):
+            raise Refused(f"{out}: with --csv the name has to end in .csv")
+        return out or ""
+
+    def _choose(self, names: Sequence[str]) -> None:
+        """Take note of signals that share a panel."""
+        if self._system is None:
+            file = self._files[0]
+            raise Refused(f"{file} has no specification that can be read, so it names no signals")
+        group: list[Signal] = []
+        for name in names:
+            part = found(self._system, name)
+            if isinstance(part, Signal):
+                group.append(part)
+            elif part.qualified_name not in self._machines:
+                self._machines.append(part.qualified_name)
+        self._groups += [group] if group else []
+
+    def make(self) -> int:
+        """Read the recordings and write the plot; the exit code."""
+        signals = list({s.name: s for group in self._groups for s in group}.values())
+        wanted, places = _wanted(signals)
+        runs, readings = [], []
+        for file, name in zip(self._files, _names(self._files), strict=True):
+            readings.append(called("recording.reading", "Reading", file))
+            runs.append(Run(name, self._traces(file, wanted, readings[-1])))
+        self._tell_of_nothing(runs, signals, places)
+        names, still = (self._machines, ()) if self._words else self._all(runs)
+        if self._form == "csv":
+            self._put_table(runs, signals, names, places)
+        else:
+            self._draw(runs, names, still, places)
+        return max(int(lost(reading)) for reading in readings)
+
+    def _traces(self, file: Path, wanted: Mapping[str, Any], reading: Any) -> Any:
+        try:
+            return called("recording.traces", "traces", file, wanted, reading)
+        except NotKnown as error:
+            raise Refused(f"{file}: {error}, as its specification says") from error
+
+    def _tell_of_nothing(
+        self, runs: Sequence[Run], signals: Sequence[Signal], places: Mapping[str, int]
+    ) -> None:
+        """Say which signals have no value in any recording."""
+        for signal in signals:
+            columns = (c for run in runs for c in numbers_of(signal, run, places[signal.name])[1])
+            if all(map(isnan, chain.from_iterable(columns))):
+                streams.say(f"specc: {signal.name} never has a value")
+
+    def _all(self, runs: Sequence[Run]) -> tuple[list[str], tuple[str, ...]]:
+        """The machines in the order of the specification, and those that never changed."""
+        known = [s.qualified_name for s in self._system.subsystems] if self._system else []
+        there = {name: None for run in runs for name in run.traces.lines}
+        names = [name for name in known if name in there]
+        names += [name for name in there if name not in known]
+        states = {
+            name: {
+                span.state
+                for run in runs
+                for span in (run.traces.lines[name].spans if name in run.traces.lines else ())
+            }
+            for name in names
+        }
+        moving = [name for name in names if len(states[name]) > 1]
+        if not moving:
+            return names, ()
+        return moving, tuple(f"{n} {next(iter(states[n]))}" for n in names if n not in moving)
+
+    def _put_table(
+        self,
+        runs: Sequence[Run],
+        signals: Sequence[Signal],
+        names: Sequence[str],
+        places: Mapping[str, int],
+    ) -> None:
+        if self._words:
+            text = table(runs, signals, names, places)
+        else:
+            text = timeline([(r.name, list(bands([Run("", r.traces)], names, None))) for r in runs])
+        if self._out:
+            put(self._out, text.encode(errors="backslashreplace"), "csv", "plot")
+            streams.show(f"{self._out}\n")
+        else:
+            streams.show(text)
+
+    def _draw(
+        self,
+        runs: Sequence[Run],
+        names: Sequence[str],
+        still: tuple[str, ...],
+        places: Mapping[str, int],
+    ) -> None:
+        shown = tuple(bands(runs, names, self._system))
+        if len(shown) > MOST_BANDS:
+            words = f"{len(shown)} machines are not legible on a page; name up to {MOST_BANDS}"
+            raise Refused(f"{words}, or take the table with --csv")
+        drawn_panels = tuple(panels(runs, self._groups, places))
+        if len(drawn_panels) > MOST_PANELS:
+            words = f"{len(drawn_panels)} panels are not legible on a page"
+            raise Refused(f"{words}; name fewer signals, up to {MOST_PANELS} panels")
+        begin_s = min(run.traces.begin_s for run in runs)
+        end_s = max(run.traces.end_s for run in runs)
+        title = self._title(runs)
+        sheet = Sheet(title, shown, drawn_panels, tuple(marks(runs)), begin_s, end_s, still)
+        try:
+            content = drawn(sheet, self._form)
+        except ModuleNotFoundError as error:
+            if (error.name or "").partition(".")[0] != "matplotlib":
+                raise
+            words = "matplotlib is not installed: `pip install 'specc[plot]'` brings it"
+            raise Refused(words) from error
+        put(self._out, content, self._form, "plot")
+        streams.show(f"{self._out}\n")
+
+    def _title(self, runs: Sequence[Run]) -> str:
+        files = ", ".join(run.name for run in runs) if len(runs) > 1 else self._files[0].name
+        system = self._system
+        called_ = clipped(system.title or system.name, _LONGEST_TITLE) if system else ""
+        return f"{called_}, {files}" if called_ else files
+
+
+def _system(texts: Mapping[str, str]) -> System | None:
+    """What the specification in a recording means, as far as it is there and right."""
+    from specc import pipeline
+
+    name = os.path.basename(next(iter(texts), "")) or "recorded.yaml"
+    path = os.path.join(os.sep, "recorded", name)
+    return pipeline.read_texts(path, placed(texts, path)) if texts else None
+
+
+def _names(files: Sequence[Path]) -> list[str]:
+    """What recordings are called beside each other; nothing where there is one."""
+    if len(files) == 1:
+        return [""]
+    stems = [file.stem for file in files]
+    return stems if len(set(stems)) == len(stems) else [str(file) for file in files]
+
+
+def _wanted(signals: Sequence[Signal]) -> tuple[dict[str, list[Any]], dict[str, int]]:
+    """What to read of each owner, and where in that each signal is."""
+    wanted: dict[str, list[Any]] = {}
+    places = {}
+    for signal in signals:
+        own = wanted.setdefault(signal.owner, [])
+        places[signal.name] = len(own)
+        own.append(
+            called(
+                "recording.traces", "Wanted", signal.path, len(signal.components), signal.numbers
+            )
+        )
+    return wanted, places

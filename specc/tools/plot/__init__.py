@@ -1,0 +1,5 @@
+"""Plots of recorded runs: signals with their units over time, and the states of machines."""
+
+from specc.tools.plot.signals import NoSignal, Signal, found
+
+__all__ = ["NoSignal", "Signal", "found"]

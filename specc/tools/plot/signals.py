@@ -1,0 +1,290 @@
+"""Signals of a recording: what a name on the command line stands for, and its numbers.
+
+They are named as requirements name them: `irp.m` is the state of a subsystem, `irp.m.q_p` its
+memory, `irp.m.x.c.T_d` an element of a buffer, `plant.gap` what is really so. Behind that may
+stand a field of a record and the number of an item: `irp.m.q_p[2]`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from specc.diagnostics import nearest
+from specc.frozen import frozen
+from specc.lang.values import position
+from specc.model.system import PLANT, Subsystem, System
+from specc.model.types import (
+    SPATIAL_COMPONENTS,
+    VECTOR3_COMPONENTS,
+    Bool,
+    Enum,
+    Int,
+    OptionalOf,
+    PartialOf,
+    Pose,
+    Real,
+    Record,
+    Spatial,
+    Type,
+    Vector,
+)
+from specc.model.units import DIMENSIONLESS, METRE, RADIAN, Unit
+from specc.tools.why import value_of
+
+Numbers = tuple[float, ...]
+MOST_COMPONENTS = 12
+"""Of a signal; more lines are not told apart."""
+_STEP = re.compile(r"\.(?P<field>[^\W\d]\w*)|\[(?P<item>\d{1,6})\]")
+_ROTATION = 1e-9
+"""Sine below which an angle is that of no rotation, or of half a turn."""
+
+_HALF = 0.75 * math.pi
+_LARGEST = 1e100
+"""Of what is drawn: axes cannot be as long as numbers can be large."""
+
+
+class NoSignal(Exception):
+    """A name stands for nothing that can be drawn; the message says why."""
+
+
+@frozen
+class Component:
+    """One line: its name in the legend, its unit, and the names of values that are no numbers."""
+
+    name: str
+    unit: str = ""
+    words: tuple[str, ...] = ()
+
+
+@frozen
+class Signal:
+    """An element of a subsystem, or of the plant, over time."""
+
+    name: str
+    title: str
+    owner: str
+    path: tuple[str, ...]
+    """Where its data is in the messages of its owner."""
+    components: tuple[Component, ...]
+    numbers: Callable[[Any], Numbers]
+    """What its data says, NaN where there is nothing. Raises NotKnown for data of another type."""
+    is_pose: bool = False
+    """Whether its last three numbers are a rotation vector."""
+
+
+@frozen
+class _Element:
+    """Something that recordings have: whose it is, where in the messages, its title and type."""
+
+    owner: str
+    path: tuple[str, ...]
+    title: str
+    type: Type
+
+
+def found(system: System, name: str) -> Subsystem | Signal:
+    """What a name stands for: a subsystem is the state of its machine. Raises NoSignal."""
+    for subsystem in system.subsystems:
+        if name == subsystem.qualified_name:
+            return subsystem
+    known = dict(_elements(system))
+    begins = [at for at in known if name.startswith(at) and name[len(at) :][:1] in ("", ".", "[")]
+    if not begins:
+        raise NoSignal(_unknown(system, name, list(known)))
+    at = max(begins, key=len)
+    element, steps = known[at], _steps(at, name[len(at) :])
+    type_ = _inside(at, element.type, steps)
+    components = _components(name, type_)
+
+    def numbers(data: Any) -> Numbers:
+        value = _part(value_of(element.type, data), steps)
+        return (math.nan,) * len(components) if value is None else _numbers(type_, value)
+
+    place = element.owner, element.path
+    return Signal(name, element.title, *place, components, numbers, _is_pose(type_))
+
+
+def _is_pose(type_: Type) -> bool:
+    return isinstance(type_.value if isinstance(type_, OptionalOf) else type_, Pose)
+
+
+def _elements(system: System) -> Iterator[tuple[str, _Element]]:
+    """All that recordings have, by name."""
+    for subsystem in system.subsystems:
+        owner = subsystem.qualified_name
+        for direction, elements in (("x", subsystem.inputs), ("y", subsystem.outputs)):
+            for (peer, name), element in elements.items():
+                path = direction, peer, name
+                own = _Element(owner, path, element.title, element.type)
+                yield ".".join((owner, *path)), own
+        for item in subsystem.memory:
+            own = _Element(owner, ("memory", item.name), item.title, item.type)
+            yield f"{owner}.{item.name}", own
+    for element in system.plant.observed if system.plant else ():
+        own = _Element(PLANT, ("y", element.name), element.title, element.type)
+        yield f"{PLANT}.{element.name}", own
+
+
+def _unknown(system: System, name: str, known: Sequence[str]) -> str:
+    """Why a name is none of a signal, with those that may be meant."""
+    owners = [subsystem.qualified_name for subsystem in system.subsystems]
+    owner = next((s for s in system.subsystems if name.startswith(f"{s.qualified_name}.")), None)
+    if owner is None:
+        close = nearest(name, [*known, *owners]) or nearest(".".join(name.split(".")[:2]), owners)
+        hint = f"did you mean {' or '.join(close)}?" if close else _listed("there are", owners)
+        return f"there is no signal {name}; {hint}"
+    rest = name.removeprefix(f"{owner.qualified_name}.")
+    if rest in {let.name for let in owner.lets}:
+        return f"{name} is a let, and recordings have none; they have what it is computed from"
+    own = [each for each in known if each.startswith(f"{owner.qualified_name}.")]
+    close = nearest(name, own)
+    hint = f"did you mean {' or '.join(close)}?" if close else _listed("it has", own)
+    return f"{owner.qualified_name} has no {rest}; {hint}"
+
+
+def _listed(words: str, names: Sequence[str], most: int = 30) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{words} {', '.join(names[:most])}{more}" if names else f"{words} none"
+
+
+def _steps(at: str, rest: str) -> tuple[str | int, ...]:
+    """Fields and numbers of items behind the name of an element."""
+    steps: list[str | int] = []
+    place = 0
+    while place < len(rest):
+        step = _STEP.match(rest, place)
+        if step is None:
+            raise NoSignal(f"{at}{rest} is no signal: {rest[place:]} is neither .field nor [item]")
+        steps.append(step["field"] or int(step["item"]))
+        place = step.end()
+    return tuple(steps)
+
+
+def _inside(at: str, type_: Type, steps: Sequence[str | int]) -> Type:
+    """The type of a part. Raises NoSignal where there is none."""
+    for step in steps:
+        inner = type_.value if isinstance(type_, OptionalOf | PartialOf) else type_
+        parts = _parts(inner)
+        if step not in parts:
+            names = [f".{p}" if isinstance(p, str) else f"[{p}]" for p in parts]
+            wrong = f".{step}" if isinstance(step, str) else f"[{step}]"
+            raise NoSignal(f"{at} of type {type_} has no {wrong}; {_listed('it has', names)}")
+        type_ = parts[step]
+    return type_
+
+
+def _parts(type_: Type) -> dict[str | int, Type]:
+    match type_:
+        case Record(fields=fields):
+            return dict(fields)
+        case Vector(size=size, element=element):
+            return dict.fromkeys(range(size), element)
+        case Spatial(linear=linear, angular=angular):
+            units = [linear] * 3 + [angular] * 3
+            return dict(zip(SPATIAL_COMPONENTS, map(Real, units), strict=True))
+    return {}
+
+
+def _part(value: Any, steps: Sequence[str | int]) -> Any:
+    for step in steps:
+        if value is None:
+            return None
+        if step in SPATIAL_COMPONENTS and isinstance(value, tuple):
+            value = value[SPATIAL_COMPONENTS.index(str(step))]
+        else:
+            value = getattr(value, step) if isinstance(step, str) else value[step]
+    return value
+
+
+def _components(name: str, type_: Type) -> tuple[Component, ...]:
+    """The lines of a type. Raises NoSignal where it has none, or too many."""
+    match type_:
+        case OptionalOf(value=inner) | PartialOf(value=inner):
+            return _components(name, inner)
+        case Real(unit=unit):
+            return (Component("", _said(unit)),)
+        case Int():
+            return (Component(""),)
+        case Bool():
+            return (Component("", words=("False", "True")),)
+        case Enum(members=members):
+            return (Component("", words=members),)
+        case Vector(size=size, element=element, frame=frame) if size <= MOST_COMPONENTS:
+            parts = VECTOR3_COMPONENTS if frame else tuple(f"[{i}]" for i in range(size))
+            (one,) = _components(name, element)
+            return tuple(Component(part, one.unit, one.words) for part in parts)
+        case Vector(size=size):
+            raise NoSignal(f"{name} has {size} elements, too many to tell apart; name {name}[0]")
+        case Spatial(linear=linear, angular=angular):
+            units = [linear] * 3 + [angular] * 3
+            pairs = zip(SPATIAL_COMPONENTS, units, strict=True)
+            return tuple(Component(n, _said(unit)) for n, unit in pairs)
+        case Pose():
+            turned = [Component(f"r{n}", _said(RADIAN)) for n in VECTOR3_COMPONENTS]
+            return (*(Component(n, _said(METRE)) for n in VECTOR3_COMPONENTS), *turned)
+        case Record(fields=fields):
+            names = ", ".join(f"{name}.{field}" for field, _ in fields)
+            raise NoSignal(f"{name} is a record; name one of its fields: {names}")
+    raise NoSignal(f"{name} of type {type_} is nothing that can be drawn as a line")
+
+
+def _said(unit: Unit) -> str:
+    return "" if unit == DIMENSIONLESS else str(unit)
+
+
+def _numbers(type_: Type, value: Any) -> Numbers:
+    """The numbers of the components of a type."""
+    match type_:
+        case OptionalOf(value=inner) | PartialOf(value=inner):
+            return _numbers(inner, value)
+        case Vector(element=element):
+            return tuple([_numbers(element, item)[0] for item in value])
+        case Spatial():
+            return tuple(value)
+        case Pose():
+            return (*position(value), *rotation_vector(value))
+        case Enum(members=members):
+            return (float(members.index(value)),)
+    return (float(value) if abs(value) < _LARGEST else math.nan,)
+
+
+def rotation_vector(rows: Any) -> Numbers:
+    """The axis of a rotation times its angle of at most half a turn, rad."""
+    r = rows
+    axis = (r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1])
+    sine, cosine = math.hypot(*axis) / 2, (r[0][0] + r[1][1] + r[2][2] - 1) / 2
+    angle = math.atan2(sine, cosine)
+    if sine > _ROTATION:
+        return tuple(a / (2 * sine) * angle for a in axis)
+    if cosine > 0:
+        return 0.0, 0.0, 0.0
+    # Half a turn: R + 1 is twice the square of the axis.
+    k = max(range(3), key=lambda i: float(r[i][i]))
+    column = [r[i][k] + (i == k) for i in range(3)]
+    length = math.hypot(*column)
+    return tuple(angle * c / length for c in column) if length else (math.nan,) * 3
+
+
+def unwound(vectors: Sequence[Numbers]) -> list[Numbers]:
+    """Rotation vectors of the same rotations, each as near to the one before as it can be.
+
+    Those of more than half a turn stand for what goes on turning. The first one, if it is about
+    half a turn, has its largest component positive: two that are alike begin alike.
+    """
+    last: Numbers | None = None
+    found = []
+    for vector in vectors:
+        angle = math.hypot(*vector)
+        if last is None and angle > _HALF:
+            last = tuple(abs(a) if abs(a) == max(map(abs, vector)) else 0.0 for a in vector)
+        if last is not None and angle > _ROTATION:
+            along = sum(a * b for a, b in zip(last, vector, strict=True)) / angle
+            turns = round((along - angle) / math.tau)
+            vector = tuple(a * (1 + turns * math.tau / angle) for a in vector)
+        if not math.isnan(angle):
+            last = vector
+        found.append(vector)
+    return found

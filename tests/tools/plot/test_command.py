@@ -1,0 +1,189 @@
+"""`specc plot`: pictures and tables of recorded runs, and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from mcap.writer import Writer
+
+from tests.commands import specc
+from tests.recording.test_damage import _damaged_at
+
+KEPT = Path(__file__).parents[2] / "recording/conveyor_gate.mcap"
+pytestmark = pytest.mark.no_replay("forged or damaged")
+_STARTS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
+
+
+def _plot(folder: Path, *arguments: object) -> Any:
+    return specc("plot", *arguments, cwd=folder)
+
+
+def _texts(file: Path) -> list[str]:
+    found = ElementTree.parse(file).iter("{http://www.w3.org/2000/svg}text")
+    return ["".join(each.itertext()).strip() for each in found]
+
+
+def _table(text: str) -> list[list[str]]:
+    return list(csv.reader(io.StringIO(text)))
+
+
+def test_the_timeline_of_all_machines(tmp_path: Path) -> None:
+    done = _plot(tmp_path, KEPT)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "conveyor_gate-timeline.svg\n"
+    texts = _texts(tmp_path / "conveyor_gate-timeline.svg")
+    assert "Conveyor with a gate, conveyor_gate.mcap" in texts
+    for name in ("belt.c", "gate.c", "halting", "opening", "passing", "time (s)"):
+        assert name in texts
+    assert "always in one state: belt.drive S0, gate.barrier S0, gate.eye S0" in texts
+
+
+def test_signals_states_and_formats(tmp_path: Path) -> None:
+    asked = ("gate.c", "belt.drive.x.E.v_m,belt.drive.x.c.v_d", "gate.eye.y.c.parcel")
+    for form, start in _STARTS.items():
+        file = tmp_path / f"out.{form}"
+        first = None
+        for _ in range(2):  # what specc made gives way, and is the same again
+            done = _plot(tmp_path, KEPT, *asked, "--out", file)
+            assert (done.returncode, done.stderr) == (0, ""), form
+            assert first in (None, file.read_bytes())
+            first = file.read_bytes()
+        assert first is not None and first.startswith(start)
+    texts = _texts(tmp_path / "out.svg")
+    for text in ("rad/s", "belt.drive.x.E.v_m", "True", "False", "gate.c", "passing"):
+        assert text in texts, text
+
+
+def test_tables(tmp_path: Path) -> None:
+    done = _plot(tmp_path, KEPT, "--csv")
+    assert done.returncode == 0 and not list(tmp_path.iterdir())
+    rows = _table(done.stdout)
+    assert rows[0] == ["begin_s", "end_s", "subsystem", "state"]
+    assert ["1.5", "2.25", "gate.c", "halting"] in rows
+    rows = _table(_plot(tmp_path, KEPT, "gate.c", "belt.drive.x.E.v_m", "--csv").stdout)
+    assert rows[0] == ["time_s", "gate.c", "belt.drive.x.E.v_m [rad/s]"]
+    at = {row[0]: row[1:] for row in rows}
+    assert at["1.6"] == ["halting", "0.500137731172"]
+    assert at["1.61"][0] == "halting"
+    done = _plot(tmp_path, KEPT, "--out", "t.csv")
+    assert done.stdout == "t.csv\n" and (tmp_path / "t.csv").read_text().startswith("begin_s,end_s")
+    assert _plot(tmp_path, KEPT, "gate.c", "--csv", "--out", "t.csv").returncode == 0
+
+
+def test_runs_over_each_other(tmp_path: Path) -> None:
+    shutil.copy(KEPT, tmp_path / "other.mcap")
+    done = _plot(tmp_path, KEPT, "other.mcap", "gate.c", "belt.drive.x.E.v_m", "--out", "a.svg")
+    assert (done.returncode, done.stderr) == (0, "")
+    texts = _texts(tmp_path / "a.svg")
+    assert {"gate.c (conveyor_gate)", "gate.c (other)", "conveyor_gate", "other"} <= {*texts}
+    rows = _table(_plot(tmp_path, KEPT, "other.mcap", "--csv").stdout)
+    assert {row[0] for row in rows} == {"recording", "conveyor_gate", "other"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("none.mcap", "cannot read none.mcap: No such file"),
+        ("{spec}", "is no MCAP file"),
+        ("{kept} gate.x", "there is no signal gate.x; did you mean "),
+        (
+            "{kept} gate.c.x.eye.parcl",
+            "gate.c has no x.eye.parcl; did you mean gate.c.x.eye",
+        ),
+        ("{kept} --out a.gif", "a.gif: the name has to end in .svg, .png, .pdf, .csv"),
+        ("{kept} --out a", "a: the name has to end in"),
+        ("{kept} --csv --out a.svg", "a.svg: with --csv the name has to end in .csv"),
+        ("{kept} --out none/a.svg", "none/a.svg cannot be written: no such file or directory"),
+        ("{kept} --out mine.svg", "mine.svg is there, but no SVG that specc made, so it stays"),
+        ("{kept} --out mine.csv", "mine.csv is there, but no CSV that specc made, so it stays"),
+        ("{kept} a.mcap b.mcap c.mcap d.mcap e.mcap f.mcap", "7 recordings are not told apart"),
+        ("empty.mcap", "is no MCAP file"),
+        ("bare.mcap", "bare.mcap is no recording of specc"),
+        ("stepless.mcap", "stepless.mcap has no steps"),
+    ],
+)
+def test_what_is_refused(arguments: str, words: str, tmp_path: Path) -> None:
+    for name in ("empty.mcap", "mine.svg", "mine.csv"):
+        (tmp_path / name).write_text("" if name == "empty.mcap" else "mine")
+    for name, about in (("bare.mcap", {}), ("stepless.mcap", {"format": "1", "spec": "a.yaml"})):
+        with (tmp_path / name).open("wb") as file:
+            writer = Writer(file)
+            writer.start()
+            if about:
+                writer.add_metadata("specc", about)
+            writer.finish()
+    before = sorted(tmp_path.iterdir())
+    spec = KEPT.parents[2] / "specs/conveyor_gate.yaml"
+    done = _plot(tmp_path, *arguments.format(kept=KEPT, spec=spec).split())
+    assert done.returncode == 2 and words in done.stderr, done.stderr
+    assert sorted(tmp_path.iterdir()) == before and not done.stdout
+
+
+def test_damaged_and_cut_files(tmp_path: Path) -> None:
+    _damaged_at(2.3, tmp_path / "damaged.mcap")
+    done = _plot(tmp_path, "damaged.mcap", "gate.c", "belt.drive.x.E.v_m", "--csv")
+    assert done.returncode == 3 and "damaged parts left out: 1" in done.stderr
+    assert ",".join(_table(done.stdout)[1]) == "0,closed,-0.000337271883079"
+    (tmp_path / "cut.mcap").write_bytes(KEPT.read_bytes()[:60_000])
+    done = _plot(tmp_path, "cut.mcap", "gate.c")
+    assert done.returncode == 3 and "it was cut after" in done.stderr
+    assert (tmp_path / "cut-plot.svg").is_file()
+
+
+def _forged(file: Path, *steps: dict[str, Any], report: dict[str, Any] | None = None) -> None:
+    """A recording with steps of `gate.c`, each 50 ms after the one before."""
+    with file.open("wb") as opened:
+        writer = Writer(opened)
+        writer.start()
+        writer.add_metadata("specc", {"format": "1", "set": "{}", "spec": "conveyor_gate.yaml"})
+        text = (KEPT.parents[2] / "specs/conveyor_gate.yaml").read_bytes()
+        writer.add_attachment(0, 0, "conveyor_gate.yaml", "text/yaml", text)
+        schema = writer.register_schema("specc.Step.gate.c", "jsonschema", b"{}")
+        channel = writer.register_channel("/gate.c", "json", schema)
+        for i, step in enumerate(steps):
+            told = {"stamp": i, "time": i / 20, "before": "", "state": "closed", "cause": ""}
+            told |= {"row": -1, "transition": "", "conditions": {}, "x": {}, "fresh": {}} | step
+            data = json.dumps(told, separators=(",", ":"), ensure_ascii=False).encode()
+            writer.add_message(channel, i * 50_000_000, data, i * 50_000_000)
+        if report is not None:
+            writer.add_metadata("report", {"report": json.dumps(report)})
+        writer.finish()
+
+
+def test_faults_and_violated_requirements(tmp_path: Path) -> None:
+    fault = {"fault": "ValueError: no way", "y": None}
+    _forged(tmp_path / "a.mcap", {}, fault)
+    _plot(tmp_path, "a.mcap", "gate.c", "--out", "a.svg")
+    assert "1 at 0.05 s: fault: gate.c: ValueError: no way" in _texts(tmp_path / "a.svg")
+    required = {"time_s": 0.02, "that": "always(False)", "verdict": "violated"}
+    met = {"time_s": None, "that": "always(True)", "verdict": "met"}
+    told = {"time_s": 0.05, "culprit": "sqrt", "message": "no way"}
+    report = {"requirements": [required, met], "faults": [told, 1, {}], "simulated_s": 0.1}
+    _forged(tmp_path / "b.mcap", {}, fault, report=report)
+    _plot(tmp_path, "b.mcap", "gate.c", "--out", "b.svg")
+    texts = _texts(tmp_path / "b.svg")
+    assert "1 at 0.02 s: violated: always(False)" in texts
+    assert "2 at 0.05 s: fault: sqrt: no way" in texts
+
+
+def test_what_a_stranger_writes_is_data(tmp_path: Path) -> None:
+    """Control characters and commands are seen, huge numbers left out; nothing is executed."""
+    huge, odd = {"x": {"belt": {"v": -1.7e308}}}, {"state": "a\u202eb$_$" * 1000}
+    _forged(tmp_path / "a.mcap", huge, odd, {"state": "::error::x"})
+    done = _plot(tmp_path, "a.mcap", "gate.c", "gate.c.x.belt.v", "--out", "a.svg")
+    assert (done.returncode, done.stderr) == (0, "specc: gate.c.x.belt.v never has a value\n")
+    done = _plot(tmp_path, "a.mcap", "gate.c", "--csv")
+    assert "\n::" not in done.stdout
+    _forged(tmp_path / "a.mcap", {"x": {"belt": {"v": "fast"}}})
+    done = _plot(tmp_path, "a.mcap", "gate.c.x.belt.v")
+    assert done.returncode == 2 and "what is recorded is no real[rad/s]" in done.stderr
+    _forged(tmp_path / "a.mcap", {"x": {"belt": {"v": "fast"}}, "stamp": -1})
+    done = _plot(tmp_path, "a.mcap")
+    assert done.returncode == 2 and "does not begin as that of a step" in done.stderr
