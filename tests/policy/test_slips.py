@@ -34,6 +34,7 @@ FOUND = (  # file, what stands before the slip, what was meant, the slip
         "sequencers",
         "seQuencers",
     ),  # named with an index elsewhere
+    ("reactive.yaml", "", "guidance", "guidannce"),  # a constant, which a requirement names
 )
 
 

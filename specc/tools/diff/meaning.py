@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 from specc.analysis.connections import Connections
 from specc.frozen import frozen
@@ -20,6 +20,7 @@ from specc.model.expr import (
     Truth,
     mapped,
 )
+from specc.model.requirement import Atom, Junction, Requirement, Temporal
 from specc.model.system import Constant, Subsystem, System
 from specc.model.types import (
     Bool,
@@ -171,6 +172,19 @@ class Constants:
         """Whether a value of the old version and one of the new are the same."""
         numbers = (_marked(expr, mark) for mark, expr in zip(_MARKS, (old, new), strict=True))
         return len({self._numbering.number(expr) for expr in numbers}) == 1
+
+
+    def said(self, requirement: Requirement, version: Literal[0, 1]) -> object:
+        """What a requirement of the old or the new version says, whatever it calls constants."""
+        return requirement.lasts, self._form(requirement.formula, _MARKS[version])
+
+    def _form(self, formula: Temporal | Junction | Atom, mark: str) -> object:
+        if isinstance(formula, Atom):
+            return self._numbering.number(_marked(formula.that, mark))
+        parts = [self._form(operand, mark) for operand in formula.operands]
+        if isinstance(formula, Temporal):
+            return formula.op, formula.span_s, *parts
+        return formula.op, frozenset(parts)
 
 
 class Meaning:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
 from typing import TypeVar
@@ -61,23 +61,35 @@ def compare_plants(old: System, new: System, book: Book) -> None:
             book.changed("binding", f"{PLANT}.{name}", "type", *texts)
 
 
-def compare_tasks(old: Task | None, new: Task | None, book: Book) -> None:
+def compare_tasks(old: System, new: System, book: Book) -> None:
     """What a run counts and judges."""
+    again = _again(old.triggers, new.triggers, old, new)
     for _, before, after in _single(
-        "task", old, new, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
+        "task", old.task, new.task, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
     ):
         _records("task", "", before, after, book)
         starts = book.matched("start", before.starts, after.starts, lambda s: s.name, _drawn)
         for joint, start, now_at in starts:
-            book.changed("start", joint, "", _drawn(start), _drawn(now_at))
+            _equality("start", joint, "", _draw(start), _draw(now_at), book)
         one, other = _counted(before.disturbances), _counted(after.disturbances)
         both = book.matched("disturbance", one, other, lambda c: c[0], lambda c: c[1].because)
         for name, (_, old_one), (_, new_one) in both:
-            was, now = _said(old_one), _said(new_one)
+            was, now = _said(old_one, {}), _said(new_one, again)
             for aspect in sorted({*was, *now}):
-                texts = was.get(aspect, "none"), now.get(aspect, "none")
-                book.changed("disturbance", name, aspect, *texts)
+                _equality("disturbance", name, aspect, was.get(aspect), now.get(aspect), book)
             book.remark("disturbance", name, "because", old_one.because, new_one.because)
+
+
+_Said = tuple[object, str]
+"""What something means, and how it is written."""
+
+
+def _equality(
+    part: str, name: str, aspect: str, old: _Said | None, new: _Said | None, book: Book
+) -> None:
+    """Constants that are used have their own changes: what is written in the same way is equal."""
+    (meant, text), (now, written) = old or (None, "none"), new or (None, "none")
+    book.equality(part, name, aspect, (text, written), meant == now or text == written)
 
 
 def _counted(disturbances: Iterable[Disturbance]) -> list[tuple[str, Disturbance]]:
@@ -91,15 +103,21 @@ def _counted(disturbances: Iterable[Disturbance]) -> list[tuple[str, Disturbance
     return found
 
 
-def _said(each: Disturbance) -> dict[str, str]:
-    """All of a disturbance but its reason."""
-    said = {"when": each.when.that} if each.when else {}
+def _said(each: Disturbance, again: Mapping[str, str]) -> dict[str, _Said]:
+    """All of a disturbance but its reason; `again` has how triggers were written before."""
+    said: dict[str, _Said] = {}
+    if each.when:
+        said["when"] = again.get(each.when.that, each.when.that), each.when.that
     forces = [part for _, force, _ in each.pushes for part in force]
     of = (("move ", each.moves), ("shift ", each.shifts), ("push ", forces))
     times = [draw for draw in (each.at, each.lasts) if draw is not None]
     for verb, draws in (("", times), *of):
-        said |= {f"{verb}{draw.name}": _drawn(draw) for draw in draws}
+        said |= {f"{verb}{draw.name}": _draw(draw) for draw in draws}
     return said
+
+
+def _draw(draw: Draw) -> _Said:
+    return (draw.values, draw.between), _drawn(draw)
 
 
 def _drawn(draw: Draw) -> str:
@@ -108,11 +126,14 @@ def _drawn(draw: Draw) -> str:
 
 
 def compare_requirements(old: System, new: System, book: Book) -> None:
-    """What every run is watched for, by its text; what has another text now, by its name."""
-    kept = {r.that for r in old.requirements} & {r.that for r in new.requirements}
+    """What every run is watched for; what has another text and another meaning now, by its name."""
+    again = _again(old.requirements, new.requirements, old, new)
+    kept = {again.get(r.that, r.that) for r in new.requirements}
+    kept &= {r.that for r in old.requirements}
 
     def called(item: Requirement) -> str:
-        return item.name if item.name and item.that not in kept else item.that
+        that = again.get(item.that, item.that)
+        return item.name if item.name and that not in kept else that
 
     pairs = paired(old.requirements, new.requirements, called)
     for name, before in pairs.removed.items():
@@ -121,13 +142,36 @@ def compare_requirements(old: System, new: System, book: Book) -> None:
     for name, after in pairs.added.items():
         book.added("requirement", name, after.because, guarantee="stronger")
     for name, (before, after) in pairs.both.items():
-        book.changed("requirement", name, "formula", before.that, after.that)
+        that = again.get(after.that, after.that)
+        book.changed("requirement", name, "formula", before.that, that)
         book.remark("requirement", name, "name", before.name, after.name)
         book.remark("requirement", name, "because", before.because, after.because)
+    _formula_lets(old, new, book)
+
+
+def _again(
+    before: Iterable[Requirement], after: Iterable[Requirement], old: System, new: System
+) -> dict[str, str]:
+    """New texts of requirements that say what an old one said, each with the old text."""
+    values = Constants(old.constants, new.constants)
+    texts = {r.that for r in before}
+    meant = {values.said(r, 0): r.that for r in before}
+    said = {r.that: values.said(r, 1) for r in after if r.that not in texts}
+    return {that: meant[form] for that, form in said.items() if form in meant}
+
+
+def _formula_lets(old: System, new: System, book: Book) -> None:
+    """Names for parts of formulas; one that is there no more has left the texts of all formulas."""
+    values = Constants(old.constants, new.constants)
+    lets = old.formula_lets, new.formula_lets
     for name, one, other in book.matched(
-        "let", old.formula_lets, new.formula_lets, lambda item: item.name, _stands_for
+        "let", *lets, lambda item: item.name, _stands_for, semantic=False
     ):
-        book.changed("let", name, "formula", _stands_for(one), _stands_for(other))
+        if one.said and other.said:
+            same = values.said(one.said, 0) == values.said(other.said, 1)
+        else:
+            same = bool(one.value and other.value and values.same(one.value, other.value))
+        book.equality("let", name, "formula", (_stands_for(one), _stands_for(other)), same)
 
 
 def _stands_for(item: Named) -> str:
@@ -177,7 +221,7 @@ def compare(old: System, new: System) -> Comparison:
         changes += _agent(name, (old, before), (new, after))
     plant = Book()
     compare_plants(old, new, plant)
-    compare_tasks(old.task, new.task, plant)
+    compare_tasks(old, new, plant)
     compare_requirements(old, new, plant)
     return Comparison((*changes, *plant.changes))
 

@@ -43,3 +43,16 @@ def test_what_is_different_is_told(
     found = differ(required(*old), required(*new))
     assert [(d.name, d.change, d.aspect) for d in found.differences] == changes
     assert [(r.name, r.aspect) for r in found.remarks] == remarks
+
+
+def test_constants_may_have_other_names(differ: Differ) -> None:
+    old = BASE.replace("constants:\n", "constants:\n  WAIT: 5[s]\n") + (
+        "let: {goes: 'state(cart.c) == going and WAIT > 1[s]'}\n"
+        'require: [{that: "within(WAIT, goes)", because: test}]\n'
+    )
+    assert differ(old, old.replace("WAIT", "rest")).differences == ()
+    shorter = differ(old, old.replace("WAIT", "rest").replace("5[s]", "4[s]")).differences
+    assert [(d.part, d.change) for d in shorter if d.part == "requirement"] == [
+        ("requirement", "removed"),
+        ("requirement", "added"),
+    ]
