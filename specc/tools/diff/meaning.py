@@ -173,7 +173,6 @@ class Constants:
         numbers = (_marked(expr, mark) for mark, expr in zip(_MARKS, (old, new), strict=True))
         return len({self._numbering.number(expr) for expr in numbers}) == 1
 
-
     def said(self, requirement: Requirement, version: Literal[0, 1]) -> object:
         """What a requirement of the old or the new version says, whatever it calls constants."""
         return requirement.lasts, self._form(requirement.formula, _MARKS[version])
