@@ -67,7 +67,7 @@ class _Beside:
         """Look here for modules, and no more beside an earlier specification."""
         if folder == self._folder in sys.path:
             return
-        if self._folder in sys.path:
+        if self._folder and self._folder in sys.path:  # Python itself may look into ""
             sys.path.remove(self._folder)
             # Another specification may have modules of the same names beside it.
             for name in [n for n in sys.modules if n not in self._before and self._holds(n)]:

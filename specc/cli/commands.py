@@ -154,6 +154,6 @@ def lsp(options: Namespace) -> int:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("pygls", "lsprotocol"):
             raise
-        streams.say("specc: pygls is not installed; `pip install 'specc[editor]'`")
+        streams.say(f"specc: {import_module('specc_runtime.extras').remedy(error)}")
         return 2
     return serve()

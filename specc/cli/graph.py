@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from argparse import Namespace
+from importlib import import_module
 
 from specc.cli import streams
 from specc.cli.pictures import NotWritten, put
@@ -66,7 +67,7 @@ def _content(diagram: Diagram, form: str) -> bytes:
     if form == "dot":
         return text.encode()
     if not drawing.is_installed():
-        raise _Refused("pygraphviz is not installed: `pip install 'specc[graph]'` brings it")
+        raise _Refused(import_module("specc_runtime.extras").lacking("pygraphviz"))
     nodes, arcs = sum(1 for _ in diagram.every_node), len(diagram.arcs)
     if nodes > drawing.MAX_NODES or arcs > drawing.MAX_ARCS or len(text) > drawing.MAX_TEXT:
         size = f"{nodes:,} nodes and {arcs:,} arcs"

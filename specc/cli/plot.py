@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from itertools import chain
 from math import isnan
 from pathlib import Path
@@ -168,8 +169,7 @@ class _Plot:
         except ModuleNotFoundError as error:
             if (error.name or "").partition(".")[0] != "matplotlib":
                 raise
-            words = "matplotlib is not installed: `pip install 'specc[plot]'` brings it"
-            raise Refused(words) from error
+            raise Refused(import_module("specc_runtime.extras").remedy(error)) from error
         put(self._out, content, self._form, "plot")
         streams.show(f"{self._out}\n")
 

@@ -12,6 +12,7 @@ from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -340,7 +341,7 @@ def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], fol
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "matplotlib":
             raise
-        streams.say("specc: no plots: matplotlib is not installed; `pip install 'specc[sweep]'`")
+        streams.say(f"specc: no plots: {import_module('specc_runtime.extras').remedy(error)}")
 
 
 def _words(setting: Setting) -> str:

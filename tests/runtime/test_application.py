@@ -303,10 +303,12 @@ def test_modules_beside_a_specification_are_looked_for_last(tmp_path: Path) -> N
         (side / "graphlib.py").write_text("this shadows the module of Python\n")
     with forgotten(tmp_path):
         sys.modules.pop("graphlib", None)
+        sys.path.insert(0, "")  # as `python -c` has it
         for side in [*sides, *sides]:
             assert [s.subsystem.name for s in load_system(folder, side).subsystems] == [side.name]
         with pytest.raises(UsageError, match="put it beside the specification"):
             load_system(folder, "")
+        assert "" in sys.path and sys.modules["sys"] is sys
 
 
 def test_report_replaces_an_old_one_whole(tmp_path: Path) -> None:

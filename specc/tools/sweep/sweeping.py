@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
@@ -119,7 +120,7 @@ def there(name: str, address: str, bundle: Bundle) -> Iterator[Workshop]:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in ("dask", "distributed"):
             raise
-        raise SweepError("distributed is not installed; `pip install 'specc[sweep]'`") from None
+        raise SweepError(import_module("specc_runtime.extras").remedy(error)) from None
     with cluster(address, name, bundle) as workshop:
         yield workshop
 

@@ -205,5 +205,5 @@ def test_says_how_to_install_what_is_missing() -> None:
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True
     )
     assert ended.returncode == 2
-    assert "specc[editor]" in ended.stderr
+    assert "[editor]" in ended.stderr
     assert "Traceback" not in ended.stderr
