@@ -124,7 +124,7 @@ def raw_numbers(bound: BoundElement, model: Model) -> Iterator[Raw]:
         for index, name in enumerate(binding.joints):
             yield Raw("joints", index, name, _joint(name, model))
         for index, name in enumerate(binding.sensors):
-            yield Raw("sensors", index, name, _sensor(name, model))
+            yield Raw("sensors", index, name, units_of_sensor(name, model))
     for index, name in enumerate(binding.actuators):
         part = model.parts.get(("actuator", name))
         tag = part.kind if bound.commanded and part else "actuatorfrc"
@@ -175,7 +175,8 @@ def _joint(name: str, model: Model) -> tuple[Unit | None, ...] | None:
     return None if size is None else (unit,) * size
 
 
-def _sensor(name: str, model: Model) -> tuple[Unit | None, ...] | None:
+def units_of_sensor(name: str, model: Model) -> tuple[Unit | None, ...] | None:
+    """Of the numbers that a sensor gives; see `Raw`."""
     size, part = model.sensors.get(name), model.parts.get(("sensor", name))
     if size is None or part is None:
         return None

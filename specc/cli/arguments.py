@@ -98,9 +98,12 @@ def _writing(commands: Any) -> None:
         default=".",
         help="directory for the files, created if it does not exist (default: here)",
     )
-    init.add_argument(
-        "--skeleton", metavar="NAME", default="joint", help="joint (default), sense-act, two-agents"
-    )
+    start = init.add_mutually_exclusive_group()
+    start.add_argument("--skeleton", metavar="NAME", help="joint (default), sense-act, two-agents")
+    words = "start from this MuJoCo model instead: an agent that holds its pose"
+    start.add_argument("--model", metavar="FILE.xml", help=words)
+    words = "of a model: one effector for these, `arm=joint1..joint7`; may be repeated"
+    init.add_argument("--group", metavar="NAME=JOINTS", action=Values, default={}, help=words)
 
 
 def _looking(commands: Any) -> None:

@@ -12,8 +12,18 @@ from specc.resources import specs_dir
 
 
 def init(options: Namespace) -> int:
-    """Copy a skeleton into a directory, created if it does not exist; never overwrites a file."""
-    directory, name = options.directory, options.skeleton
+    """Copy a skeleton into a directory, created if it does not exist; never overwrites a file.
+
+    With a model, the specification is written from that.
+    """
+    if options.model is not None:
+        from specc.cli import modelled
+
+        return modelled.init(options)
+    if options.group:
+        streams.say("specc: --group names actuators of a model; add --model FILE.xml")
+        return 2
+    directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)
     if name not in names() or not directory or (target.exists() and not target.is_dir()):
         streams.say(f"specc: {_refusal(directory, name)}")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import keyword
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from specc.frozen import frozen
 from specc.lang import RESERVED
 
 # SpecNames of other formats as names of a specification.
@@ -64,36 +66,66 @@ def rate(period: Fraction) -> str:
 # Specifications as YAML text: block style above, one line for what is small.
 
 
-Data = str | bool | Sequence["Data"] | Mapping[str, "Data"]
+@frozen
+class Noted:
+    """A value of a mapping with comments above its key, a line each."""
+
+    value: Data
+    above: tuple[str, ...]
+
+
+Data = str | bool | Noted | Sequence["Data"] | Mapping[str, "Data"]
 
 _WIDTH = 100
 _PLAIN = re.compile(r"[A-Za-z_][\w.]*(?: (?:[\w.]+|[-+*/<>=]+))*", re.ASCII)
 _PLAIN_IN_BLOCK = re.compile(r"[A-Za-z_(][\w.(),]*(?: (?:[\w.(),]+|[-+*/<>=]+))*", re.ASCII)
 _SPECIAL = frozenset(("true", "false", "null", "yes", "no", "on", "off"))
-_NUMBER = re.compile(r"[0-9]+(?: [A-Za-z]+)?")
+_NUMBER = re.compile(r"[0-9]+(?:\.[0-9]+)?(?: [A-Za-z]+)?")
 
 
-def to_yaml(data: Mapping[str, Data]) -> str:
-    """The text of a mapping; texts are quoted unless every YAML reader takes them as texts."""
-    return "\n".join(_block(data, 0)) + "\n"
+def to_yaml(data: Mapping[str, Data], *, fold: bool = False) -> str:
+    """The text of a mapping; texts are quoted unless every YAML reader takes them as texts.
+
+    `fold`: texts that are too long for a line, expressions say, take several.
+    """
+    return "\n".join(_block(data, 0, fold)) + "\n"
 
 
-def _block(data: Mapping[str, Data], indent: int) -> Iterator[str]:
+def _block(data: Mapping[str, Data], indent: int, fold: bool) -> Iterator[str]:
     for key, value in data.items():
+        while isinstance(value, Noted):
+            yield from (f"{' ' * indent}# {line}" for line in value.above)
+            value = value.value
         lead = f"{' ' * indent}{_scalar(key)}:"
         shown = _scalar(value, _PLAIN_IN_BLOCK) if isinstance(value, str) else _flow(value)
         short = f"{lead} {shown}"
-        if isinstance(value, (str, bool)) or not value or (indent and len(short) <= _WIDTH):
+        is_short = bool(indent) and len(short) <= _WIDTH and not _has_notes(value)
+        if fold and isinstance(value, str) and len(short) > _WIDTH and " " in value:
+            yield f"{lead} >-"
+            yield from (f"{' ' * indent}  {line}" for line in _folded(value, _WIDTH - indent - 2))
+        elif isinstance(value, (str, bool)) or not value or is_short:
             yield short
         elif isinstance(value, Mapping):
             yield lead
-            yield from _block(value, indent + 2)
+            yield from _block(value, indent + 2, fold)
         else:
             yield lead
             yield from (f"{' ' * indent}  - {_flow(item)}" for item in value)
 
 
+def _folded(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
+
+
+def _has_notes(value: Data) -> bool:
+    if isinstance(value, Mapping):
+        return any(isinstance(v, Noted) or _has_notes(v) for v in value.values())
+    return False
+
+
 def _flow(value: Data) -> str:
+    if isinstance(value, Noted):
+        return _flow(value.value)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):

@@ -1,0 +1,136 @@
+"""`specc init --model`: a specification from the model of a robot, which the runtime reads."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from argparse import Namespace
+from collections.abc import Mapping
+from pathlib import Path
+
+from specc.cli import streams
+from specc.mjcf import Model, ModelError, read_model
+from specc.policy import reach_of
+from specc.read import ANYWHERE
+from specc.tools.importers.writing import PEERS, SpecNames
+from specc.tools.starting import (
+    Facts,
+    NoFacts,
+    NoGroup,
+    Robot,
+    document,
+    facts_of,
+    grouped,
+    receptors,
+)
+
+PLANTS = "plants"
+
+
+class Refused(Exception):
+    """Nothing is written; the message says why."""
+
+
+def init(options: Namespace) -> int:
+    """Write a specification for a model, and the model beside it where it lies outside."""
+    try:
+        files = _files(options)
+        written = _write(files)
+    except Refused as refused:
+        streams.say(f"specc: {refused}")
+        return 2
+    for place in written:
+        streams.show(f"{place}\n")
+    named = shlex.quote(str(written[0]))
+    streams.show(f"\nspecc status {named}\nspecc run {named}\n")
+    return 0
+
+
+def _files(options: Namespace) -> dict[Path, str | Path]:
+    """Where to write, and texts, or files to copy; the specification comes first."""
+    path, folder = options.model, Path(options.directory)
+    model = _model(path)
+    facts = _facts(path)
+    robot = _robot(SpecNames(PEERS).new(_name(path, model)), facts, model, options.group)
+    spec = folder / f"{robot.name}.yaml"
+    plant, copies = _plant(path, model, spec)
+    command = f"specc init --model {os.path.basename(path)}"
+    return {spec: document(robot, robot.name, plant, command), **copies}
+
+
+def _model(path: str) -> Model:
+    if not os.path.isfile(path):
+        raise Refused(f"there is no model {path}")
+    try:
+        model = read_model(path, ANYWHERE)
+    except ModelError as error:
+        raise Refused(str(error)) from None
+    if model.missing:
+        raise Refused(f"{path} names {model.missing[0]}, which is not there")
+    return model
+
+
+def _facts(path: str) -> Facts:
+    try:
+        return facts_of(path)
+    except NoFacts as error:
+        raise Refused(str(error)) from None
+
+
+def _robot(
+    name: str, facts: Facts, model: Model, wanted: Mapping[str, str], taken: tuple[str, ...] = ()
+) -> Robot:
+    items = {each: [item.strip() for item in text.split(",")] for each, text in wanted.items()}
+    try:
+        groups = grouped(facts, items, taken)
+    except NoGroup as error:
+        raise Refused(f"--group: {error}") from None
+    found, refused = receptors(facts, model)
+    refused = {**facts.refused, **refused}
+    for one, why in refused.items():
+        streams.say(f"specc: {one} is left out: {why}")
+    if not groups:
+        raise Refused("the model has no actuator that can be held; nothing was written")
+    return Robot(name, facts, model, groups, found, refused)
+
+
+def _name(path: str, model: Model) -> str:
+    stem = Path(path).stem
+    return (model.name or stem).lower() if stem in ("robot", "model", "scene") else stem.lower()
+
+
+def _plant(path: str, model: Model, spec: Path) -> tuple[str, dict[Path, str | Path]]:
+    """The model as the specification names it, and where copies of its files go.
+
+    A model inside the project stays where it is. Of another one, all files that it names are
+    copied, in the same places to each other.
+    """
+    reach = reach_of(str(spec))
+    if all(map(reach.holds, model.files)):
+        return os.path.relpath(path, spec.parent), {}
+    real = [os.path.realpath(each) for each in model.files]
+    top = os.path.commonpath([os.path.dirname(each) for each in real])
+    places = {each: spec.parent / PLANTS / os.path.relpath(each, top) for each in real}
+    own = places[os.path.realpath(path)]
+    return own.relative_to(spec.parent).as_posix(), {p: Path(f) for f, p in places.items()}
+
+
+def _write(files: Mapping[Path, str | Path]) -> list[Path]:
+    """Write new files, all or none; see the errors of `_files`."""
+    taken = [str(place) for place in files if place.exists() or place.is_symlink()]
+    if taken:
+        verb = "exists" if len(taken) == 1 else "exist"
+        raise Refused(f"{', '.join(taken[:3])} {verb} already; nothing was written")
+    written: list[Path] = []
+    try:
+        for place, content in files.items():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            data = content.encode() if isinstance(content, str) else content.read_bytes()
+            with place.open("xb") as stream:
+                written.append(place)
+                stream.write(data)
+    except OSError as error:
+        for place in written:
+            place.unlink(missing_ok=True)
+        raise Refused(f"cannot write: {error}; nothing was left behind") from None
+    return written

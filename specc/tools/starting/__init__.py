@@ -1,0 +1,17 @@
+"""Starting a specification from the model of a robot."""
+
+from specc.tools.starting.document import Robot, document
+from specc.tools.starting.facts import Facts, NoFacts, facts_of
+from specc.tools.starting.groups import NoGroup, grouped
+from specc.tools.starting.receptors import receptors
+
+__all__ = [
+    "Facts",
+    "NoFacts",
+    "NoGroup",
+    "Robot",
+    "document",
+    "facts_of",
+    "grouped",
+    "receptors",
+]

@@ -1,0 +1,311 @@
+"""The specification of a robot by its model: an agent that holds the pose of the start."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from specc.frozen import frozen
+from specc.mjcf import Model
+from specc.tools.fmt import formatted
+from specc.tools.importers.writing import PEERS, Data, SpecNames, rate, to_yaml
+from specc.tools.starting.channels import (
+    NEAR,
+    Draft,
+    Writer,
+    camel,
+    channels,
+    noted,
+    number,
+    qualified,
+)
+from specc.tools.starting.facts import Facts
+from specc.tools.starting.groups import Group
+from specc.tools.starting.receptors import Element, Receptor
+
+_WIDTH = 96
+HELD_S = 5
+_SENSED_S, _DECIDED_S, _SEEN_S = 0.01, 0.02, 0.5
+_MOST_SHOWN = 6
+
+
+@frozen
+class Robot:
+    """All that a specification is written from."""
+
+    name: str
+    facts: Facts
+    model: Model
+    groups: Sequence[Group]
+    receptors: Sequence[Receptor]
+    refused: Mapping[str, str]
+
+
+@dataclass(slots=True)
+class Sections:
+    """The sections of a specification, each a mapping, and remarks on all of it."""
+
+    remarks: list[str]
+    types: dict[str, Data]
+    interfaces: dict[str, Data]
+    constants: dict[str, Data]
+    operators: dict[str, Data]
+    agents: dict[str, Data]
+    bind: dict[str, Data]
+    task: dict[str, Data]
+
+
+def document(robot: Robot, system: str, plant: str, command: str) -> str:
+    """The text of a whole specification, in the canonical layout."""
+    parts = sections(robot, SpecNames({*NEAR_NAMES, *PEERS}))
+    remarks = [
+        f"Made by `{command}`. What the model does not say is called a guess.",
+        *parts.remarks,
+    ]
+    data: dict[str, Data] = {
+        "specc": "1.1",
+        "system": system,
+        "title": f"Holds the pose of {pose(robot.facts)}",
+        "types": parts.types,
+        "interfaces": parts.interfaces,
+        "constants": parts.constants,
+        "operators": parts.operators,
+        "agents": parts.agents,
+        "plant": {"model": plant, "bind": parts.bind},
+        "task": parts.task,
+    }
+    written = to_yaml({key: value for key, value in data.items() if value}, fold=True)
+    head = "".join(f"# {line}\n" for remark in remarks for line in _wrapped(remark))
+    return formatted(head + written)
+
+
+NEAR_NAMES = tuple(name for name, _ in NEAR.values())
+
+
+def pose(facts: Facts) -> str:
+    """Where the robot is at the start, in words."""
+    return f"keyframe {facts.keyframe}" if facts.keyframe else "the start"
+
+
+def sections(robot: Robot, names: SpecNames) -> Sections:
+    """What the agent needs in every section; `names` gives those of types and constants."""
+    return _Agent(robot, names).sections()
+
+
+@frozen
+class _Sensed:
+    """A receptor with its name, the names of its elements, and their interface if it has one."""
+
+    name: str
+    receptor: Receptor
+    elements: Mapping[str, Element]
+    reports: Mapping[str, Data]
+    interface: str
+
+    @property
+    def buffer(self) -> Data:
+        return self.interface or self.reports
+
+
+class _Agent:
+    def __init__(self, robot: Robot, names: SpecNames) -> None:
+        self._robot, self._names = robot, names
+        self._parts = SpecNames(PEERS)
+        self._effectors = [self._effector(group) for group in robot.groups]
+        self._receptors = [self._sensor(receptor) for receptor in robot.receptors]
+        self._period = Fraction(str(round(robot.facts.period_s, 9)))
+
+    def _effector(self, group: Group) -> tuple[str, Group, Draft]:
+        name = self._parts.new(group.wish)
+        found = channels(group.actuators, self._robot.facts)
+        writer = Writer(name, self._robot.facts, self._names)
+        for index, channel in enumerate(found):
+            writer.write(channel, f"{index + 1}" if len(found) > 1 else "")
+        return name, group, writer.draft
+
+    def _sensor(self, receptor: Receptor) -> _Sensed:
+        """The elements that a receptor reports, under an interface if they are several."""
+        names, name = SpecNames(), self._parts.new(receptor.wish)
+        elements = {names.new(each.wish): each for each in receptor.elements}
+        reports: dict[str, Data] = {key: each.type for key, each in elements.items()}
+        interface = self._names.new(camel(name)) if len(reports) > 1 else ""
+        return _Sensed(name, receptor, elements, reports, interface)
+
+    def sections(self) -> Sections:
+        drafts = [draft for _, _, draft in self._effectors]
+        name = self._robot.name
+        agent: dict[str, Data] = {
+            "real_effectors": {n: self._device(g, d) for n, g, d in self._effectors},
+            "real_receptors": {each.name: {"y": each.buffer} for each in self._receptors},
+            "virtual_effectors": {n: self._moving(n, g, d) for n, g, d in self._effectors},
+            "virtual_receptors": {each.name: self._sensing(each) for each in self._receptors},
+            "control": self._control(),
+        }
+        bind: dict[str, Data] = {}
+        for part, _, draft in self._effectors:
+            own = {key.removeprefix("E."): how for key, how in draft.bind.items()}
+            bind |= qualified(f"{name}.E.{part}", own)
+        for each in self._receptors:
+            own = {key: self._bound(e, each.receptor) for key, e in each.elements.items()}
+            bind |= qualified(f"{name}.R.{each.name}", own)
+        task: dict[str, Data] = {"cycle": {"of": f"{name}.c", "from": "hold", "to": "hold"}}
+        if self._robot.facts.scene:
+            task["scene"] = self._scene()
+        return Sections(
+            list(self._remarks()),
+            {k: v for draft in drafts for k, v in draft.types.items()},
+            {each.interface: each.reports for each in self._receptors if each.interface},
+            self._tolerances() | {k: v for draft in drafts for k, v in draft.constants.items()},
+            {k: v for draft in drafts for k, v in draft.operators.items()},
+            {name: {key: value for key, value in agent.items() if value}},
+            bind,
+            task,
+        )
+
+    def _tolerances(self) -> dict[str, Data]:
+        used = {
+            tolerance for _, _, draft in self._effectors for _, tolerance in draft.near.values()
+        }
+        return {name: f"{most}[{unit}]" for unit, (name, most) in NEAR.items() if name in used}
+
+    def _scene(self) -> Data:
+        """Positions at the start: of joints as they are written, by their units."""
+        units = {joint.name: joint.unit for joint in self._robot.facts.joints}
+        return {
+            name: f"{number(value)}[{units.get(name, 'm')}]"
+            for name, value in self._robot.facts.scene.items()
+        }
+
+    def _remarks(self) -> Iterator[str]:
+        facts = self._robot.facts
+        if facts.settled:
+            yield (
+                f"Nothing holds the model in the pose of {pose(facts)}: bodies may overlap there, "
+                "or the robot stand above its floor. Runs begin where it settles: see the scene."
+            )
+        far = {n: v for n, v in facts.strayed.items() if v > self._most(n)}
+        if far:
+            shown = ", ".join(f"{n} {number(float(f'{v:.2g}'))}" for n, v in _first(far))
+            yield f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
+        elif facts.strayed:
+            most = max(facts.strayed.values())
+            yield (
+                f"In a rehearsal of {HELD_S} s no joint went farther from the start than "
+                f"{number(float(f'{most:.2g}'))} (rad or m)."
+            )
+        reasons: dict[str, list[str]] = {}
+        for name, why in self._robot.refused.items():
+            reasons.setdefault(why, []).append(name)
+        for why, names in reasons.items():
+            few = ", ".join(names[:_MOST_SHOWN])
+            more = f" and {len(names) - _MOST_SHOWN} more" if len(names) > _MOST_SHOWN else ""
+            yield f"Left out: {few}{more}: {why}."
+
+    def _most(self, joint: str) -> float:
+        units = {each.name: each.unit for each in self._robot.facts.joints}
+        return NEAR[units[joint]][1]
+
+    # Devices and virtual effectors.
+
+    def _device(self, group: Group, draft: Draft) -> Data:
+        lines = [f"A guess: {group.why}."] if group.why else []
+        return noted({"x": draft.device["x"], "y": draft.device["y"]}, lines)
+
+    def _moving(self, name: str, group: Group, draft: Draft) -> Data:
+        x: dict[str, Data] = {"c": draft.inputs, "E": draft.device["y"]}
+        y: dict[str, Data] = {
+            "c": draft.outputs,
+            "E": {key: _type(value) for key, value in draft.device["x"].items()},
+        }
+        functions: dict[str, Data] = {"move": draft.move, "tell": draft.tell}
+        lines = [line for note in dict.fromkeys(draft.notes) for line in _wrapped(note, 8)]
+        data: dict[str, Data] = {"rate": rate(self._period), "x": x, "y": y}
+        if draft.memory:
+            data["memory"] = draft.memory
+        if draft.let:
+            data["let"] = draft.let
+        data |= {"functions": functions, **_one_state("move", ["move", "tell"])}
+        return noted(data, lines)
+
+    # Receptors.
+
+    def _sensing(self, sensed: _Sensed) -> Data:
+        sent: dict[str, Data] = {f"y.c.{name}": f"x.R.{name}" for name in sensed.elements}
+        return {
+            "title": sensed.receptor.title,
+            "rate": self._rate(_SEEN_S if sensed.receptor.camera else _SENSED_S),
+            "x": {"R": sensed.buffer},
+            "y": {"c": sensed.buffer},
+            "functions": {"tell": sent},
+            **_one_state("tell", ["tell"]),
+        }
+
+    def _bound(self, element: Element, receptor: Receptor) -> Data:
+        rates: dict[str, Data] = {"rate": self._rate(_SEEN_S)} if receptor.camera else {}
+        return {**element.bind, **rates}
+
+    def _rate(self, every_s: float) -> str:
+        """About as often, in whole periods of each other."""
+        period = self._period
+        for wanted in (_SENSED_S, _DECIDED_S, _SEEN_S):
+            period *= max(1, round(Fraction(wanted).limit_denominator(1000) / period))
+            if wanted == every_s:
+                break
+        return rate(period)
+
+    # Control.
+
+    def _control(self) -> Data:
+        x: dict[str, Data] = {}
+        y: dict[str, Data] = {}
+        hold: dict[str, Data] = {}
+        near, seen = [], []
+        for name, _, draft in self._effectors:
+            x[name] = {
+                key: {"type": type_, "init": draft.near[key][0]} if key in draft.near else type_
+                for key, type_ in draft.outputs.items()
+            }
+            y[name] = {key: _type(value) for key, value in draft.inputs.items()}
+            hold |= {f"y.{name}.{key}": value for key, value in draft.hold.items()}
+            near += [f"near(x.{name}.{k}, {s}, {t})" for k, (s, t) in draft.near.items()]
+            seen += [f"present(x.{name}.{key})" for key in draft.outputs if key not in draft.near]
+        for each in self._receptors:
+            x[each.name] = each.buffer
+            seen += [f"present(x.{each.name}.{key})" for key in each.elements]
+        lets: dict[str, Data] = {"in_place": " and ".join(near), "sensed": " and ".join(seen)}
+        lets = {key: value for key, value in lets.items() if value}
+        done = " and ".join((f"elapsed >= {HELD_S}[s]", *lets))
+        data: dict[str, Data] = {"rate": self._rate(_DECIDED_S), "x": x, "y": y}
+        if lets:
+            data["let"] = lets
+        return data | {
+            "conditions": {"terminal": {"held": done}},
+            "functions": {"hold": hold},
+            "behaviours": {"hold": {"functions": ["hold"], "terminal": "held"}},
+            "states": {"hold": "hold"},
+            "initial_state": "hold",
+            "transitions": [["hold", "terminal", "always", "hold"]],
+        }
+
+
+def _one_state(name: str, functions: list[str]) -> dict[str, Data]:
+    return {
+        "behaviours": {name: {"functions": functions, "terminal": "never"}},
+        "states": {"S0": name},
+        "initial_state": "S0",
+    }
+
+
+def _type(value: Data) -> Data:
+    return value["type"] if isinstance(value, Mapping) else value
+
+
+def _first(far: Mapping[str, float]) -> list[tuple[str, float]]:
+    return sorted(far.items(), key=lambda pair: -pair[1])[:_MOST_SHOWN]
+
+
+def _wrapped(text: str, indent: int = 0) -> list[str]:
+    clean = "".join(c if c.isprintable() else "?" for c in text)
+    return textwrap.wrap(clean, _WIDTH - indent, break_long_words=False)

@@ -1,0 +1,135 @@
+"""What the simulator says of a model: asked of a process of the runtime, which has it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from tempfile import TemporaryDirectory
+from typing import Any, Literal
+
+from specc.frozen import frozen
+
+_SECONDS = 300
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+_LONGEST = 500
+
+Kind = Literal["position", "servo", "velocity", "speed", "force"]
+
+
+class NoFacts(Exception):
+    """The model cannot be used, or nobody here can read it; the message says why."""
+
+
+@frozen
+class Joint:
+    """A joint; `wheel` says whether it turns without end beside another like it."""
+
+    name: str
+    kind: str
+    body: int
+    body_name: str
+    start: float
+    range: tuple[float, float] | None
+    wheel: bool
+
+    @property
+    def unit(self) -> str:
+        """Of its position."""
+        return "rad" if self.kind == "hinge" else "m"
+
+
+@frozen
+class Actuator:
+    """An actuator and how it is held, `specc_runtime.plants.mujoco.posture`.
+
+    Its control is `rest` at the start, plus `gain` times the distance of its length from the start,
+    less `damping` times its speed; the length is the sum of `joints`, each by its factor.
+    """
+
+    name: str
+    kind: Kind
+    joints: tuple[tuple[int, float], ...]
+    linear: bool
+    factor: float
+    least: float | None
+    greatest: float | None
+    rest: float
+    gain: float
+    damping: float
+
+
+@frozen
+class Sensor:
+    """A sensor and what it is attached to."""
+
+    name: str
+    of: str
+    object: str
+    size: int
+    cutoff: float
+
+
+@frozen
+class Facts:
+    """See `specc_runtime.plants.mujoco.describing`."""
+
+    keyframe: str | None
+    scene: Mapping[str, float]
+    settled: bool
+    timestep_s: float
+    period_s: float
+    joints: tuple[Joint, ...]
+    parents: tuple[int, ...]
+    actuators: tuple[Actuator, ...]
+    refused: Mapping[str, str]
+    frequency: float
+    strayed: Mapping[str, float]
+    sensors: tuple[Sensor, ...]
+
+
+def facts_of(path: str) -> Facts:
+    """Facts about the MJCF file at `path`. Raises NoFacts."""
+    answer = _asked(os.path.abspath(path))
+    for reason in ("missing", "error"):
+        if reason in answer:
+            raise NoFacts(str(answer[reason])[:_LONGEST])
+    joints = (Joint(**{**j, "range": j["range"] and tuple(j["range"])}) for j in answer["joints"])
+    actuators = (
+        Actuator(**{**a, "joints": tuple(map(tuple, a["joints"]))}) for a in answer["actuators"]
+    )
+    many = {
+        "joints": tuple(joints),
+        "parents": tuple(answer["parents"]),
+        "actuators": tuple(actuators),
+        "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
+    }
+    return Facts(**{**answer, **many})
+
+
+def _asked(path: str) -> dict[str, Any]:
+    """The answer of the process, which works in a folder of its own: MuJoCo writes a log."""
+    # As in this process, but nothing from the working directory.
+    found = os.pathsep.join(filter(None, sys.path))
+    environment = {**os.environ, "PYTHONPATH": found, **dict.fromkeys(_THREADS, "1")}
+    with TemporaryDirectory(prefix="specc-") as scratch:
+        try:
+            done = subprocess.run(
+                [sys.executable, "-m", "specc_runtime.describing", path],
+                capture_output=True,
+                check=False,
+                timeout=_SECONDS,
+                cwd=scratch,
+                env=environment,
+            )
+        except subprocess.TimeoutExpired:
+            raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s") from None
+    if done.returncode or not done.stdout:
+        if b"No module named" in done.stderr and b"specc_runtime" in done.stderr:
+            raise NoFacts("the runtime (package specc_runtime) is not installed")
+        last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise NoFacts(f"MuJoCo failed on the model: {last[:_LONGEST] or 'it ended at once'}")
+    answer: dict[str, Any] = json.loads(done.stdout)
+    return answer

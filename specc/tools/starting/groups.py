@@ -1,0 +1,223 @@
+"""Which actuators belong together: as the user says, else by names and by the kinematic tree."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Literal
+
+from specc.diagnostics.nearest import hint
+from specc.frozen import frozen
+from specc.tools.starting.facts import Actuator, Facts
+
+GroupKind = Literal["arm", "leg", "gripper", "hand", "base", "head", "torso", "joints"]
+_WORDS: tuple[tuple[GroupKind, str], ...] = (
+    ("base", "wheel|mobile|diff_ring|steer"),
+    ("gripper", "grip|finger|jaw|claw"),
+    ("hand", "thumb|palm"),
+    ("leg", "leg|hip|knee|ankle|foot|calf|thigh|toe"),
+    ("head", "head|neck"),
+    ("torso", "torso|waist|lift|abdomen"),
+    ("arm", "arm|shoulder|elbow|wrist"),
+)
+_MOST_FINGERS = 4
+"""Joints of what is called a gripper; more are a hand."""
+
+
+class NoGroup(Exception):
+    """What `--group` says cannot be; the message says why and what to say."""
+
+
+@frozen
+class Group:
+    """Actuators of one virtual effector; `why` is the reason of a guess, empty if it is none."""
+
+    kind: GroupKind
+    wish: str
+    actuators: tuple[Actuator, ...]
+    why: str = ""
+
+
+def grouped(
+    facts: Facts, wanted: Mapping[str, Sequence[str]], taken: Iterable[str] = ()
+) -> list[Group]:
+    """Groups of all actuators but those that are `taken`, named ones first. Raises NoGroup."""
+    left = {a.name: a for a in facts.actuators if a.name not in set(taken)}
+    groups = []
+    for name, items in wanted.items():
+        own = [found for item in items for found in _named(item, facts, left)]
+        groups.append(Group("joints", name, tuple(dict.fromkeys(own))))
+        for actuator in own:
+            left.pop(actuator.name, None)
+    return groups + _guessed(facts, list(left.values()))
+
+
+def _named(item: str, facts: Facts, left: Mapping[str, Actuator]) -> list[Actuator]:
+    """What an item of `--group` names: an actuator or joint, or all `FIRST..LAST` of the model."""
+    order = list(facts.actuators)
+    ends = [_place(each, facts) for each in item.split("..", 1)] if ".." in item else None
+    if ends is None:
+        found = [order[place] for place in _places(item, facts)]
+    else:
+        found = order[min(ends) : max(ends) + 1]
+    for actuator in found:
+        if actuator.name not in left:
+            raise NoGroup(f"{actuator.name} is in another group, or driven already")
+    return found
+
+
+def _place(name: str, facts: Facts) -> int:
+    return _places(name, facts)[0]
+
+
+def _places(name: str, facts: Facts) -> list[int]:
+    joints = {index for index, joint in enumerate(facts.joints) if joint.name == name}
+    places = [i for i, a in enumerate(facts.actuators) if a.name == name] or [
+        i for i, a in enumerate(facts.actuators) if joints & {joint for joint, _ in a.joints}
+    ]
+    if not places:
+        if name in facts.refused:
+            raise NoGroup(f"{name} cannot be held: {facts.refused[name]}")
+        known = [a.name for a in facts.actuators] + [j.name for j in facts.joints if j.name]
+        close = hint(name, known) if len(known) < 60 else ""
+        raise NoGroup(f"no actuator, and no joint with one, is called {name}; {close}".rstrip("; "))
+    return places
+
+
+# Guesses. A body with a driven joint hangs from the nearest one above it: these form trees. A tree
+# is cut where it branches. Short branches at the end of a chain are fingers.
+
+
+def _guessed(facts: Facts, actuators: list[Actuator]) -> list[Group]:
+    bodies = {a.name: max(facts.joints[j].body for j, _ in a.joints) for a in actuators}
+    wheels = [a for a in actuators if any(facts.joints[j].wheel for j, _ in a.joints)]
+    rest = [a for a in actuators if a not in wheels]
+    found = [Group("base", "base", tuple(wheels), "hinges that turn without end")] if wheels else []
+    tree = _Tree(facts, {b for a in rest for j, _ in a.joints for b in (facts.joints[j].body,)})
+    chains = _merged(list(tree.chains()), [_bodies(a, facts) for a in rest])
+    for chain in chains:
+        own = tuple(a for a in rest if bodies[a.name] in chain)
+        if own:
+            found.append(_called(own, chain, facts, tree))
+    return _told_apart(_joined(found, facts))
+
+
+def _bodies(actuator: Actuator, facts: Facts) -> set[int]:
+    return {facts.joints[joint].body for joint, _ in actuator.joints}
+
+
+class _Tree:
+    """Bodies with driven joints; each hangs from the nearest above it."""
+
+    def __init__(self, facts: Facts, bodies: set[int]) -> None:
+        self.parent = {body: _above(body, bodies, facts.parents) for body in bodies}
+        self.children: dict[int, list[int]] = {}
+        for body in sorted(bodies):
+            self.children.setdefault(self.parent[body], []).append(body)
+
+    def chains(self, of: int = 0) -> Iterator[set[int]]:
+        """Sets of bodies that belong together."""
+        for first in self.children.get(of, ()):
+            chain, last = {first}, first
+            while len(self.children.get(last, ())) == 1:
+                (last,) = self.children[last]
+                chain.add(last)
+            branches = [self._below(child) for child in self.children.get(last, ())]
+            yield chain
+            if branches and all(len(branch) <= _MOST_FINGERS + 1 for branch in branches):
+                yield set().union(*branches)
+            elif branches:
+                yield from self.chains(last)
+
+    def _below(self, body: int) -> set[int]:
+        return {body}.union(*map(self._below, self.children.get(body, ())))
+
+
+def _above(body: int, bodies: set[int], parents: Sequence[int]) -> int:
+    above = parents[body]
+    while above and above not in bodies:
+        above = parents[above]
+    return above
+
+
+def _merged(chains: list[set[int]], coupled: Iterable[set[int]]) -> list[set[int]]:
+    """Chains that one actuator moves together are one."""
+    for bodies in coupled:
+        touched = [chain for chain in chains if chain & bodies]
+        if len(touched) > 1:
+            whole = set().union(*touched)
+            chains = [whole if c is touched[0] else c for c in chains if c not in touched[1:]]
+    return chains
+
+
+def _called(own: tuple[Actuator, ...], chain: set[int], facts: Facts, tree: _Tree) -> Group:
+    joints = [facts.joints[j] for a in own for j, _ in a.joints]
+    text = " ".join(f"{j.name} {j.body_name}" for j in joints).lower()
+    counts = {kind: len(re.findall(words, text)) for kind, words in _WORDS}
+    named = max(counts, key=lambda kind: counts[kind])
+    if counts[named]:
+        kind: GroupKind = "hand" if named == "gripper" and len(own) > _MOST_FINGERS else named
+        return Group(kind, kind, own, "by the names in the model")
+    slides = all(j.kind == "slide" for j in joints)
+    tops = [body for body in chain if tree.parent.get(body) not in chain]
+    if slides and 2 <= len(joints) <= _MOST_FINGERS and len(tops) > 1:
+        return Group("gripper", "gripper", own, "slides beside each other")
+    if len(tops) > 1:
+        kind = "gripper" if len(joints) <= _MOST_FINGERS else "hand"
+        return Group(kind, kind, own, "branches at the end of a chain")
+    if len(joints) >= 3 and all(j.kind == "hinge" for j in joints):
+        is_free = any(j.kind == "free" for j in facts.joints)
+        kind = "leg" if is_free else "arm"
+        return Group(kind, kind, own, "a chain of hinges")
+    return Group("joints", "joints", own, "neighbours in the tree of bodies")
+
+
+def _joined(groups: list[Group], facts: Facts) -> list[Group]:
+    """Groups of one kind that are not worth several effectors: single joints, parts of a base."""
+    kept: list[Group] = []
+    for group in groups:
+        small = group.kind in ("joints", "base", "gripper", "head", "torso")
+        same = next((g for g in kept if g.kind == group.kind), None) if small else None
+        one_tree = same is not None and (
+            group.kind in ("joints", "base") or _base(same, facts) == _base(group, facts)
+        )
+        if same is not None and one_tree:
+            both = (*same.actuators, *group.actuators)
+            kept[kept.index(same)] = Group(same.kind, same.wish, both, same.why)
+        else:
+            kept.append(group)
+    return kept
+
+
+def _base(group: Group, facts: Facts) -> int:
+    """The body, above all that the group moves, that hangs from the world or another group."""
+    bodies = {facts.joints[j].body for a in group.actuators for j, _ in a.joints}
+    return facts.parents[min(bodies)]
+
+
+def _told_apart(groups: list[Group]) -> list[Group]:
+    """Groups of one kind get what tells their names apart: left_arm and right_arm."""
+    counts = Counter(group.wish for group in groups)
+    found = []
+    for group in groups:
+        wish = group.wish
+        if counts[wish] > 1:
+            others = [g for g in groups if g.wish == wish and g is not group]
+            mark = _mark(group, others)
+            wish = f"{mark}_{wish}" if mark else wish
+        found.append(Group(group.kind, wish, group.actuators, group.why))
+    return found
+
+
+def _mark(group: Group, others: list[Group]) -> str:
+    """A word of all names of the group that no name of the others has."""
+    common = set.intersection(*(_parts(a.name) for a in group.actuators))
+    foreign = {part for other in others for a in other.actuators for part in _parts(a.name)}
+    ways = [w for w in common - foreign if not w.isdigit()]
+    first = group.actuators[0].name.lower()
+    return "_".join(sorted(ways, key=first.index)[:2])
+
+
+def _parts(name: str) -> set[str]:
+    return set(re.findall(r"[a-z]+|\d+", name.lower()))

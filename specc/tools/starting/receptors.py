@@ -1,0 +1,106 @@
+"""Receptors for the sensors and cameras of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from specc.analysis.plant import units_of_sensor
+from specc.frozen import frozen
+from specc.mjcf import Model
+from specc.model.units import Unit
+from specc.tools.starting.facts import Facts, Sensor
+
+DEFAULT_CAMERA = (640, 480)
+
+
+@frozen
+class Element:
+    """What a receptor reports: its type, what it is bound to, and its wish for a name."""
+
+    wish: str
+    type: str
+    bind: Mapping[str, str | list[str]]
+
+
+@frozen
+class Receptor:
+    """A real receptor and the virtual one that passes on what it reports."""
+
+    wish: str
+    title: str
+    elements: tuple[Element, ...]
+    camera: bool = False
+
+
+def receptors(facts: Facts, model: Model) -> tuple[list[Receptor], dict[str, str]]:
+    """Receptors, and name -> why not of all sensors that have none."""
+    refused: dict[str, str] = {}
+    usable = [each for each in facts.sensors if _is_usable(each, model, refused)]
+    found = [*_of_sensors(usable, model), *_of_cameras(model)]
+    return found, refused
+
+
+def _is_usable(sensor: Sensor, model: Model, refused: dict[str, str]) -> bool:
+    name = sensor.name or "a sensor"
+    part = model.parts.get(("sensor", sensor.name))
+    why = ""
+    if not sensor.name:
+        why = "it has no name"
+    elif set(sensor.name) & set("{}"):
+        why = "braces in names stand for indices"
+    elif part is None or model.sensors.get(sensor.name) != sensor.size:
+        why = "specc does not know how many numbers it gives"
+    elif part.kind == "rangefinder" and sensor.cutoff <= 0:
+        why = "it has no cutoff, and so no number where its beam meets nothing"
+    if why:
+        refused[name] = why
+    return not why
+
+
+def _of_sensors(sensors: list[Sensor], model: Model) -> Iterator[Receptor]:
+    """Sensors of several kinds at one object, unlike any other one, are one receptor."""
+    at: dict[tuple[str, str], list[Sensor]] = {}
+    for sensor in sensors:
+        at.setdefault((sensor.of, sensor.object), []).append(sensor)
+    kinds = {place: _kinds(own, model) for place, own in at.items()}
+    alone = [p for p, own in kinds.items() if p[1] and len(own) > 1 and _once(own, kinds.values())]
+    for place in alone:
+        yield Receptor(place[1], f"Sensors at {place[1]}", tuple(_elements(at[place], model)))
+    rest = [s for s in sensors if (s.of, s.object) not in alone]
+    if rest:
+        yield Receptor(
+            "sensors", "All other sensors" if alone else "Sensors", tuple(_elements(rest, model))
+        )
+
+
+def _once(own: tuple[str, ...], all_: Iterable[tuple[str, ...]]) -> bool:
+    return sum(each == own for each in all_) == 1
+
+
+def _kinds(sensors: Iterable[Sensor], model: Model) -> tuple[str, ...]:
+    return tuple(sorted({model.parts["sensor", each.name].kind for each in sensors}))
+
+
+def _elements(sensors: list[Sensor], model: Model) -> Iterator[Element]:
+    """One for all sensors of a kind and unit."""
+    found: dict[tuple[str, Unit | None], list[Sensor]] = {}
+    for sensor in sensors:
+        units = units_of_sensor(sensor.name, model)
+        unit = units[0] if units and len(set(units)) == 1 else None
+        found.setdefault((model.parts["sensor", sensor.name].kind, unit), []).append(sensor)
+    for (kind, unit), own in found.items():
+        size = sum(sensor.size for sensor in own)
+        text = str(unit) if unit is not None else ""
+        inner = f", {text}" if text and text != "1" else ""
+        plain = f"[{inner[2:]}]" if inner else ""
+        type_ = f"real{plain}" if size == 1 else f"vector[{size}{inner}]"
+        yield Element(kind, type_, {"sensors": [sensor.name for sensor in own]})
+
+
+def _of_cameras(model: Model) -> Iterator[Receptor]:
+    for name, size in model.cameras.items():
+        if name and not set(name) & set("{}"):
+            width, height = size or DEFAULT_CAMERA
+            bind = {"camera": name, "image": "rgb"}
+            image = Element("image", f"image[{height}, {width}, 3]", bind)
+            yield Receptor(name, f"Camera {name}", (image,), camera=True)
