@@ -12,6 +12,8 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3; do \
     then echo $$python; break; fi; done)
 
 BIN := .venv/bin
+# What runs need; tests need the solver, plots, linters, the editor's server and a cluster, too.
+RUNS := .venv/.runs
 READY := .venv/.ready
 # The paper as published has faults, which `specc validate` finds; nothing is built from it.
 SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
@@ -39,7 +41,7 @@ export PYTHONDONTWRITEBYTECODE :=
 .PHONY: demo test check build bench
 .DELETE_ON_ERROR:
 
-demo: $(READY)
+demo: $(RUNS)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
 
 test: $(READY)
@@ -60,7 +62,7 @@ bench: $(READY)
 	@set -e; for benchmark in $(BENCHMARKS); do \
 	    echo "== $$benchmark"; $(BIN)/python $$benchmark; done
 
-$(READY): pyproject.toml requirements.lock
+$(RUNS): pyproject.toml requirements.lock
 	@test -n "$(PYTHON)" || { \
 	    echo "specc needs Python 3.11 or newer and found none." >&2; \
 	    echo "Install one, or name it: make PYTHON=/path/to/python3.11" >&2; exit 1; }
@@ -68,6 +70,10 @@ $(READY): pyproject.toml requirements.lock
 	    echo "specc needs Python 3.11 or newer; $(PYTHON) is not." >&2; exit 1; }
 	@test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv || { \
 	    echo "$(PYTHON) cannot create .venv (on Debian and Ubuntu: install python3-venv)." >&2; exit 1; }
+	$(PIP_INSTALL) --constraint requirements.lock hatchling
+	$(PIP_INSTALL) --constraint requirements.lock --no-build-isolation --editable '.[vision,record]'
+	@touch $@
+
+$(READY): $(RUNS)
 	$(PIP_INSTALL) -r requirements.lock
-	$(PIP_INSTALL) --no-deps --no-build-isolation --editable .
 	@touch $@
