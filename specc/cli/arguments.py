@@ -82,7 +82,7 @@ def _writing(commands: Any) -> None:
         "--check", action="store_true", help="write nothing; exit code 1 if a file would change"
     )
     fmt.add_argument(
-        "--upgrade", action="store_true", help="write version 1 in the forms of version 1.1"
+        "--upgrade", action="store_true", help="write version 1 in the forms of version 1.2"
     )
     fmt.add_argument("--diff", action="store_true", help="print what would change, write nothing")
     status = _command(

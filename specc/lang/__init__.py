@@ -22,14 +22,17 @@ from specc.lang.many import Members, spread
 from specc.lang.parse import CUT_SHORT, count_parts, parse, parse_syntax
 from specc.lang.show import show
 from specc.lang.types import (
+    A_SIZE,
     TYPE_WORDS,
     TypeNames,
+    is_size,
     parse_signature,
     parse_type,
 )
 from specc.lang.typing import check, expression
 
 __all__ = [
+    "A_SIZE",
     "CUT_SHORT",
     "FOLLOW_UP",
     "FOR_WANT_OF_CONTEXT",
@@ -46,6 +49,7 @@ __all__ = [
     "count_parts",
     "evaluate",
     "expression",
+    "is_size",
     "members_of",
     "of_types",
     "or_else",

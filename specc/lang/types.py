@@ -16,7 +16,7 @@ from specc.lang.mismatch import frames_of
 from specc.lang.parse import LONGEST, parse_syntax, span
 from specc.model import types as t
 from specc.model.types import Type
-from specc.model.units import Unit, UnitError, unit_of
+from specc.model.units import UNITS, Unit, UnitError, unit_of
 
 # The texts of types: `vector[6, rad]`, `pose[B, E]`, `enum[u, c]`, `list[Object[K]]`, `Motors`.
 
@@ -24,7 +24,7 @@ from specc.model.units import Unit, UnitError, unit_of
 MakeType = Callable[[tuple[t.Frame, ...]], t.Type]
 """Makes a named type for the frames given to it; raises `ExprError` if they do not suit it."""
 
-_LARGEST_SIZE = 100_000
+LARGEST_SIZE = 100_000
 _PLAIN: dict[str, t.Type] = {
     "bool": t.Bool(),
     "int": t.Int(),
@@ -72,6 +72,8 @@ class TypeNames:
     frames: Mapping[str, t.Frame] = field(default_factory=dict)
     """Frame as it is spelt -> frame that it stands for (a parameter stands for another)."""
     types: Mapping[str, MakeType] = field(default_factory=dict)
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    """Parameters that may stand for the size of a vector or an image."""
     variables_allowed: bool = False
     """In signatures an undeclared frame is a variable, `?X`."""
 
@@ -214,10 +216,20 @@ class TypeReader:
 
     def _size(self, node: ast.expr) -> int:
         match node:
-            case ast.Constant(value=int(size)) if type(size) is int and 0 < size <= _LARGEST_SIZE:
+            case ast.Constant(value=int(size)) if type(size) is int and is_size(size):
                 return size
-        message = f"a size is a whole number from 1 to {_LARGEST_SIZE}"
+            case ast.Name(id=name) if name in self.names.sizes:
+                return self.names.sizes[name]
+            case ast.Name(id=name) if name not in UNITS:
+                raise self._unknown_size(node, name)
+        message = f"a size is {A_SIZE}"
         raise self._error(node, message, f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`")
+
+    def _unknown_size(self, node: ast.expr, name: str) -> ExprError:
+        close = nearest(name, self.names.sizes)
+        help = f"did you mean {one_of(close)}?" if close else _SIZE_PARAMETER.format(name)
+        message = f"`{name}` is not a size: that is {A_SIZE}, or a parameter"
+        return ExprError(message, *span(node), help, "E0306").meant(name, close)
 
     def _enum(self, nodes: tuple[ast.expr, ...]) -> t.Enum:
         members: list[str] = []
@@ -248,6 +260,15 @@ class TypeReader:
 
     def _error(self, node: ast.expr, message: str, help: str = "") -> ExprError:
         return ExprError(message, *span(node), help, "E0306")
+
+
+A_SIZE = f"a whole number from 1 to {LARGEST_SIZE}"
+_SIZE_PARAMETER = "write the number; a description may have `parameters: {{{}: int}}`"
+
+
+def is_size(number: float) -> bool:
+    """Whether a vector may have so many components."""
+    return number == int(number) and 0 < number <= LARGEST_SIZE
 
 
 def _is_enum(node: ast.expr) -> bool:

@@ -14,6 +14,20 @@ from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN
 Frame = str
 
 
+class OpenSize(int):
+    """A size that a parameter is to give: an example of it, spelt as the parameter is."""
+
+    name: str
+
+    def __new__(cls, example: int, name: str) -> OpenSize:
+        made = super().__new__(cls, example)
+        made.name = name
+        return made
+
+    def __str__(self) -> str:
+        return self.name
+
+
 @frozen
 class Bool:
     def __str__(self) -> str:

@@ -129,6 +129,8 @@ class Definitions:
     """Names in force in one file. `frames` maps a name to the frame that it stands for."""
 
     frames: dict[str, Frame] = field(default_factory=dict)
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    """Parameters that may stand for the size of a vector or an image."""
     frame_titles: dict[Frame, str] = field(default_factory=dict)
     types: dict[str, MakeType] = field(default_factory=dict)
     type_traces: dict[str, Trace] = field(default_factory=dict)
@@ -189,7 +191,7 @@ class Definitions:
 
     def names(self, *, variables: bool = False) -> TypeNames:
         """What type texts may name; with `variables`, undeclared frames are variables."""
-        return TypeNames(frames=self.frames, types=self.types, variables_allowed=variables)
+        return TypeNames(self.frames, self.types, self.sizes, variables)
 
     def outside(self) -> tuple[Outside, ...]:
         """Constants and files, also those with an error in their definition."""

@@ -76,15 +76,17 @@ class Library:
         file: Loaded,
         frames: dict[str, Frame] | None = None,
         given: tuple[Constant, ...] | None = None,
+        sizes: Mapping[str, int] | None = None,
     ) -> Definitions:
-        """Definitions in force in `file`; `frames` and `given` are values of its parameters."""
-        own = Definitions(frames=dict(frames or {}), has_points=file.spec.specc > 1)
+        """Definitions in force in `file`; `frames`, `given` and `sizes` are of its parameters."""
+        has_points = file.spec.specc > 1
+        own = Definitions(frames=dict(frames or {}), sizes=sizes or {}, has_points=has_points)
         if given is not None:
             own.given = {c.name: c for c in given}
             for constant in given:
                 own.add(constant)
         if self.findings.kept is not None:
-            own.made_from = repr((file.path, frames, given, _defined_in(file)))
+            own.made_from = repr((file.path, frames, given, sizes, _defined_in(file)))
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
@@ -198,9 +200,11 @@ class Library:
     def _in_system(self, kind: str, name: str, means: object, at: Place, own: Definitions) -> str:
         """The name of an operator or file in the whole system, where names may be used again."""
         known = self._meant.setdefault(f"{kind} {name}", {})
+        sizes = ",".join(f"{parameter}={size}" for parameter, size in own.sizes.items())
         other = f"{name}@{os.path.relpath(at.file, self.base).replace(os.sep, '/')}"
-        found = known.get(at) or known.get(means) or (other if known else name)
-        known[at] = known[means] = found
+        other += f"#{sizes}" if sizes else ""
+        found = known.get((at, sizes)) or known.get(means) or (other if known or sizes else name)
+        known[at, sizes] = known[means] = found
         own.made_from += found
         return found
 
@@ -377,11 +381,7 @@ class _TypeMaker:
     def _make(self, frames: tuple[Frame, ...]) -> Type:
         definition = self.definition
         local = dict(zip(definition.frames, frames, strict=True))
-        names = TypeNames(
-            frames=self.definitions.frames | local,
-            types=self.definitions.types,
-            variables_allowed=False,
-        )
+        names = replace(self.definitions.names(), frames=self.definitions.frames | local)
         if definition.opaque:
             codec = definition.codec
             functions = (codec.encode, codec.decode) if codec else ()

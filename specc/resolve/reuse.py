@@ -11,7 +11,7 @@ from specc.lang import ExprError, parse_type
 from specc.limits import MAX_DEPTH
 from specc.model.expr import Expr, constants_in
 from specc.model.system import Constant
-from specc.model.types import Frame, Type
+from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, indices_of, inlined
@@ -19,6 +19,7 @@ from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
 from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
+from specc.resolve.sizes import Sizes, may_be_size
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
 
@@ -60,14 +61,17 @@ def reuse(
     outer, findings = at.definitions, library.findings
     binder = _Binder(user.arguments, where["with"], where["use"], outer, findings)
     frames = binder.frames(file.spec.parameters)
+    whole, sizes = binder.sizes(file, library.given, name)
+    if sizes is None:
+        return None
     scratch = replace(library, findings=Findings())
-    types = scratch.definitions(file, frames)
+    types = scratch.definitions(file, frames, sizes=sizes)
     library.findings.unread |= scratch.findings.unread
-    given = binder.values(file, types, library.given, name)
+    given = binder.values(file, types, library.given, name, whole)
     agents, groups = binder.agents(file, types, library)
     if not binder.complete:
         return None
-    definitions = library.definitions(file, frames, given)
+    definitions = library.definitions(file, frames, given, sizes)
     definitions.agents, definitions.groups = agents, groups
     return Setting(file, definitions, given, using=(*using, file.path))
 
@@ -124,37 +128,64 @@ class _Binder:
                     self.findings.unknown("E0209", "frame", actual, known, self.where[name].place)
         return bound
 
+    def sizes(
+        self, file: Loaded, given: Given, user: str
+    ) -> tuple[dict[str, Constant | None], dict[str, int] | None]:
+        """Parameters that may stand for sizes, as constants, and those that do.
+
+        There are no sizes if one has no value, since no type is known without.
+        """
+        constants: dict[str, Constant | None] = {}
+        sizes, is_known = Sizes(file, self.outer, self.findings), True
+        for name, kind in file.spec.parameters.items():
+            if not may_be_size(kind) or name not in self.arguments:
+                continue
+            where = self._written(name, Int(), given, user)
+            constants[name] = constant = self._constant(name, where, Int(), file)
+            is_known &= constant is not None and sizes.add(constant, where)
+        return constants, sizes.found if is_known else None
+
     def values(
-        self, file: Loaded, inner: Definitions, given: Given, user: str
+        self,
+        file: Loaded,
+        inner: Definitions,
+        given: Given,
+        user: str,
+        known: Mapping[str, Constant | None],
     ) -> tuple[Constant, ...]:
         """Value parameters as constants; their arguments are expressions of the using file.
 
-        Those of the `user` may be given on the command line.
+        Those of the `user` may be given on the command line. Some are `known` already.
         """
         constants = []
-        scope = constant_scope(self.outer)
         for name, text in file.spec.parameters.items():
             if text == "frame" or is_agent(text, inner) or name not in self.arguments:
                 continue
-            expected = self._type(file.top["parameters"][name], text, inner)
-            if expected is None:
+            if name in known:
+                constants.append(known[name])
                 continue
-            expressions = Expressions(self.findings, self.outer)
-            where, written = self.where[name], self.arguments[name]
-            if other := given.instead(f"{user}.{name}", written, expected):
-                where, written = other, str(other.raw)
-            value = expressions.value(where, written, scope, expected)
-            if value is None:
-                self._fail()
-            else:
-                try:
-                    value = _outside(value, self.outer, file.spec)
-                except ExprError as error:
-                    self._fail()
-                    self.findings.expression_error(where, error)
-                    continue
-                constants.append(Constant(name, value, "", where.key))
-        return tuple(constants)
+            expected = self._type(file.top["parameters"][name], text, inner)
+            if expected is not None:
+                where = self._written(name, expected, given, user)
+                constants.append(self._constant(name, where, expected, file))
+        return tuple(constant for constant in constants if constant is not None)
+
+    def _written(self, name: str, expected: Type, given: Given, user: str) -> Where:
+        """Where the argument for a parameter stands: in the file or on the command line."""
+        other = given.instead(f"{user}.{name}", self.arguments[name], expected)
+        return other or replace(self.where[name], raw=self.arguments[name])
+
+    def _constant(self, name: str, where: Where, expected: Type, file: Loaded) -> Constant | None:
+        """A parameter with its value, an expression of the using file; None after reporting."""
+        expressions = Expressions(self.findings, self.outer)
+        value = expressions.value(where, str(where.raw), constant_scope(self.outer), expected)
+        try:
+            if value is not None:
+                return Constant(name, _outside(value, self.outer, file.spec), "", where.key)
+        except ExprError as error:
+            self.findings.expression_error(where, error)
+        self._fail()
+        return None
 
     def agents(
         self, file: Loaded, inner: Definitions, library: Library

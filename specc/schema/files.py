@@ -224,6 +224,8 @@ class RequirementDef(Part, first="name let"):
     because: Annotated[str, Text(filled=True)] = key(about="Why it is required.")
 
 
+VERSIONS = (1, 1.1, 1.2)
+"""Of the language, the newest one last."""
 _OF_SYSTEMS = frozenset(("system", "agents", "plant", "task", "let", "require"))
 _OF_ALL = frozenset(("specc", *Traced.keys))
 
@@ -235,7 +237,7 @@ class SpecFile(
     definitions that other files use.
     """
 
-    specc: Annotated[float, Choice((1, 1.1))] = key(about="Version of the language.")
+    specc: Annotated[float, Choice(VERSIONS)] = key(about="Version of the language.")
     system: ReadableName | None = key(
         None, "Name of the system and of its generated code.", step="structure"
     )

@@ -241,7 +241,7 @@ def _texts(
 
 def _told(name: str) -> str:
     """A name in the system for a reader: `F of lib/arm.yaml` for `F@lib/arm.yaml`."""
-    return name.replace("@", " of ", 1)
+    return name.replace("@", " of ", 1).replace("#", " with ", 1)
 
 
 def _constants(old: System, new: System, book: Book) -> None:

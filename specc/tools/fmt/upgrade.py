@@ -1,4 +1,4 @@
-"""What a specification of version 1 says in the forms of version 1.1: the same, in fewer rows."""
+"""What a specification of version 1 says in the forms of version 1.2: the same, in fewer rows."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from specc.lang import ExprError, parse
 from specc.model.fsm import OTHERWISE
+from specc.schema.files import VERSIONS
 from specc.tools.fmt.tree import Collection, Entry, Scalar, Value
 
 
@@ -16,7 +17,7 @@ def upgrade(root: Collection) -> None:
     """Change a tree in place. What carries a comment, a title or a trace stays as it is."""
     for entry in root.entries:
         if _name(entry) == "specc" and isinstance(entry.value, Scalar):
-            entry.value = _written(entry.value, "1.1")
+            entry.value = _written(entry.value, str(VERSIONS[-1]))
     for machine in _machines(root):
         rows = machine["transitions"]
         if isinstance(rows, Collection) and not rows.linked:

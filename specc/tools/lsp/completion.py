@@ -20,6 +20,7 @@ from specc.model.types import (
     Vector,
 )
 from specc.model.units import UNITS
+from specc.resolve.sizes import may_be_size
 from specc.schema.keys import Form, Role, SymbolKind
 from specc.schema.places import defined_by, keys_at, role_of, split, values_at
 from specc.source import Route
@@ -116,6 +117,9 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
     symbols = list(index.visible(path, ()))
     if around in ("real", "spatial", "vector"):
         yield from (Item(unit, "unit", word=word) for unit in UNITS)
+    if around in ("vector", "image"):
+        sizes = [symbol for symbol in symbols if _may_be_size(index, symbol)]
+        yield from _of_kind(index, sizes, ("parameter",), word)
     if around not in ("real", "enum", "image"):
         frames = around not in ("", "list", "vector")
         yield from _of_kind(index, symbols, ("frame",) if frames else ("type",), word)
@@ -123,6 +127,11 @@ def complete_type(index: Index, path: str, before: str) -> Iterator[Item]:
             yield from (
                 Item(label, "type", usage, word=word) for label, usage in TYPE_WORDS.items()
             )
+
+
+def _may_be_size(index: Index, symbol: Symbol) -> bool:
+    node = node_at(index.sources.get(symbol.place.file), symbol.place.route)
+    return symbol.kind == "parameter" and node is not None and may_be_size(node.scalar or "")
 
 
 def _elements(index: Index, path: str, owner: Route, peer: str, word: str) -> Iterator[Item]:

@@ -129,10 +129,11 @@ def guesses(text: str) -> Iterator[Mention]:
 
 _HEAD = "def _"
 _FRAMES = {"pose": 2, "wrench": 1, "twist": 1, "spatial": 1}
+_SIZES = {"vector": 1, "image": 2}
 
 
 def type_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
-    """Types and frames in the text of a type; `types` tells the names of types from units."""
+    """Types, frames and sizes in the text of a type; `types` tells type names from units."""
     tree = _tree(text)
     if tree is not None:
         yield from _in_type(tree, types)
@@ -153,7 +154,7 @@ def interface_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
 
 
 def signature_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
-    """Types and frames in a signature, whose parts are annotations of Python."""
+    """Types, frames and sizes in a signature, whose parts are annotations of Python."""
     for node in _annotations(text):
         for found in _in_type(node, types):
             yield replace(found, start=found.start - len(_HEAD), end=found.end - len(_HEAD))
@@ -202,7 +203,10 @@ def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[Mention]:
                 yield from _frames(items)
             elif name in _FRAMES:
                 yield from _frames(items[: _FRAMES[name]])
-            elif name in ("list", "nonempty", "optional", "partial", "vector"):
+            elif name in _SIZES:
+                yield from _sizes(items[: _SIZES[name]])
+                yield from (m for item in items[_SIZES[name] :] for m in _in_type(item, types))
+            elif name in ("list", "nonempty", "optional", "partial"):
                 yield from _in_type(items[-1], types)
 
 
@@ -214,6 +218,12 @@ def _frames(nodes: list[ast.expr]) -> Iterator[Mention]:
     for node in nodes:
         if isinstance(node, ast.Name):
             yield _mention("frame", node)
+
+
+def _sizes(nodes: list[ast.expr]) -> Iterator[Mention]:
+    for node in nodes:
+        if isinstance(node, ast.Name):
+            yield _mention("parameter", node)
 
 
 def _mention(kind: SymbolKind, node: ast.Name) -> Mention:

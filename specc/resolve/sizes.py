@@ -1,0 +1,99 @@
+"""Parameters that stand for the sizes of vectors and images: whole numbers, known before a run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import count
+
+from specc.diagnostics import Related
+from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size
+from specc.limits import take
+from specc.model.expr import Call, walk
+from specc.model.system import Constant
+from specc.model.types import OpenSize
+from specc.resolve.context import Findings, Where
+from specc.resolve.definitions import Definitions, inlined
+from specc.resolve.library import Loaded
+from specc.schema.places import role_of
+
+_KIND = "int"
+_TEXTS = ("type", "signature", "interface")
+_SIZES = re.compile(r"\b(?:vector|image)\s*\[([^\[\]]*)")
+
+
+def may_be_size(kind: str) -> bool:
+    """Whether a parameter of a kind may stand for a size."""
+    return kind.strip() == _KIND
+
+
+def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
+    """Sizes of a description that nobody uses: examples that differ from each other."""
+    examples = (n for n in count(11) if all(n % d for d in range(2, n)))
+    return {
+        name: OpenSize(next(examples), name)
+        for name, kind in parameters.items()
+        if may_be_size(kind)
+    }
+
+
+@dataclass(slots=True)
+class Sizes:
+    """Finds the sizes that a description is given by the names in force where it is used."""
+
+    file: Loaded
+    outer: Definitions
+    findings: Findings
+    found: dict[str, int] = field(default_factory=dict)
+
+    def add(self, given: Constant, where: Where) -> bool:
+        """Take in a parameter with its argument at `where`; False after reporting it.
+
+        It can be any whole number as long as nothing in the description has it as its size.
+        """
+        number = self._number(given)
+        if number is not None and is_size(number):
+            self.found[given.name] = number
+            return True
+        use = next(_uses(self.file.top, given.name), None)
+        if use is None:
+            return True
+        is_told = "a number that only a run can tell" if number is None else str(number)
+        message = f"`{given.name}` is a size, {A_SIZE}, and not {is_told}"
+        related = (Related(use.place, f"`{given.name}` is the size of this"),)
+        help = "write how many components there are, or a constant that no operator computes"
+        self.findings.report("E0224", message, where.place, related=related, help=help)
+        return False
+
+    def _number(self, given: Constant) -> int | None:
+        """The value of a parameter, if it is known; that of an open size is open as well."""
+        still = {f"?{n}": s for n, s in self.outer.sizes.items() if isinstance(s, OpenSize)}
+        examples = {name: partial(int, size) for name, size in still.items()}
+        try:
+            value = inlined(given.value, self.outer.constants)
+            env = Environment(operators=examples, count=partial(take, "folding"))
+            number = int(evaluate(value, env))
+        except (LookupError, ArithmeticError, ValueError, ExprError):
+            return None
+        is_open = any(isinstance(part, Call) for part in walk(value))
+        return OpenSize(number, given.name) if is_open else number
+
+
+def _uses(where: Where, name: str) -> Iterator[Where]:
+    """The texts of types that have a name in the place of a size."""
+    if isinstance(where.raw, str):
+        role = role_of(where.route)
+        if role is not None and role.form in _TEXTS:
+            sizes = " ".join(found[1] for found in _SIZES.finditer(where.raw))
+            if name in re.findall(r"\w+", sizes):
+                yield where
+        return
+    keys = where.raw if isinstance(where.raw, dict) else range(_length(where.raw))
+    for key in keys:
+        yield from _uses(where[key], name)
+
+
+def _length(raw: object) -> int:
+    return len(raw) if isinstance(raw, list) else 0

@@ -1,0 +1,101 @@
+"""Parameters that stand for sizes: in the editor, and in a description that nobody uses."""
+
+from pathlib import Path
+
+from specc.pipeline import compile_spec
+from specc.tools.lsp import answers
+from specc.tools.lsp.project import Project
+from specc.tools.lsp.rename import apply
+from tests.tools.lsp.workspace import edited, place
+
+JOINTS = """\
+specc: 1.2
+parameters: {n: int, k: int, gain: "real[1/s]", v_max: "vector[n, rad/s]"}
+operators: {S: {signature: "(v: vector[n, rad/s]) -> vector[n, rad/s]", python: "joints:step"}}
+subsystem:
+  rate: 10 Hz
+  x: {c: {v_d: {type: "vector[n, rad/s]", init: 0 * v_max}}}
+  y: {E: {v: "vector[n, rad/s]"}}
+  functions: {move: {y.E.v: S(x.c.v_d)}}
+  behaviours: {move: {functions: [move], terminal: never}}
+  states: {S0: move}
+  initial_state: S0
+"""
+USER = """\
+specc: 1.2
+system: demo
+agents:
+  a:
+    real_effectors: {j: {x: {v: "vector[2, rad/s]"}}}
+    virtual_effectors:
+      j: {use: joints.yaml, with: {n: 2, k: 1, gain: "1[1/s]", v_max: "[1[rad/s], 2[rad/s]]"}}
+    control:
+      rate: 10 Hz
+      y: {j: {v_d: "vector[2, rad/s]"}}
+      behaviours: {go: {functions: [{y.j.v_d: "[0, 1[rad/s]]"}], terminal: never}}
+      states: {S0: go}
+      initial_state: S0
+"""
+
+
+def opened(folder: Path) -> tuple[Project, str]:
+    (folder / "user.yaml").write_text(USER)
+    return edited(folder / "joints.yaml", JOINTS)
+
+
+def test_a_size_in_a_type_is_the_parameter(tmp_path: Path) -> None:
+    project, path = opened(tmp_path)
+    for text in ('y: {E: {v: "vector[|n', 'signature: "(v: vector[|n'):
+        (found,) = answers.definition(project, path, place(JOINTS, text))
+        assert (found.path, found.start) == (path, place(JOINTS, "parameters: {|n"))
+        hover = answers.hover(project, path, place(JOINTS, text))
+        assert hover is not None
+        assert "**parameter** `n: int`" in hover.text
+
+
+def test_renaming_a_size_renames_it_in_types_signatures_and_users(tmp_path: Path) -> None:
+    project, path = opened(tmp_path)
+    for root in project.roots(path, search=True):
+        project.analyse(root)
+    edits = answers.rename_at(project, path, place(JOINTS, 'y: {E: {v: "vector[|n'), "joints")
+    own = apply(JOINTS, [e for e in edits if e.path == path], "joints")
+    assert own == JOINTS.replace("vector[n,", "vector[joints,").replace("{n: int", "{joints: int")
+    user = str(tmp_path / "user.yaml")
+    theirs = apply(USER, [e for e in edits if e.path == user], "joints")
+    assert theirs == USER.replace("{n: 2", "{joints: 2")
+
+
+def test_proposes_parameters_that_may_be_sizes(tmp_path: Path) -> None:
+    project, path = opened(tmp_path)
+    offset = place(JOINTS, 'y: {E: {v: "vector[|n')
+    labels = {c.item.label: c.item.kind for c in answers.completions(project, path, offset)}
+    assert {name for name, kind in labels.items() if kind == "parameter"} == {"n", "k"}
+
+
+def test_sizes_that_nobody_has_given_differ_and_are_told_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "alone.yaml"
+    path.write_text(JOINTS.replace('y: {E: {v: "vector[n', 'y: {E: {v: "vector[k'))
+    (found,) = Project().analyse(str(path)).diagnostics
+    assert found.message == "`S(x.c.v_d)` is `vector[n, rad/s]`; expected `vector[k, rad/s]`"
+    path.write_text(JOINTS)
+    assert Project().analyse(str(path)).diagnostics == ()
+
+
+def test_uses_of_one_description_with_several_sizes_have_operators_of_their_own(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "joints.yaml").write_text(JOINTS)
+    agents = USER[USER.index("  a:") :]
+    others = (agents.replace("  a:", f"  {name}:", 1) for name in "bc")
+    three = agents.replace("vector[2", "vector[3").replace("n: 2", "n: 3").replace("[1[", "[0, 1[")
+    four = three.replace("vector[3", "vector[4").replace("n: 3", "n: 4").replace("[0,", "[0, 0,")
+    more = [text.replace("  a:", f"  {name}:", 1) for name, text in (("d", three), ("e", four))]
+    path = tmp_path / "user.yaml"
+    path.write_text(USER + "".join((*others, *more)))
+    system = compile_spec(str(path)).system
+    assert system is not None
+    assert [(o.name, str(o.result)) for o in system.operators] == [
+        ("S@joints.yaml#n=2,k=1", "vector[2, rad/s]"),
+        ("S@joints.yaml#n=3,k=1", "vector[3, rad/s]"),
+        ("S@joints.yaml#n=4,k=1", "vector[4, rad/s]"),
+    ]
