@@ -82,20 +82,20 @@ def lacks(package: str, extra: str, said: str) -> re.Match[str] | None:
     return re.search(rf"(^|: ){package} is not installed: {line} brings it", said, re.MULTILINE)
 
 
-INDEX, FOLDER = "", '{"url": "file:///opt/my%20specc", "dir_info": {}}'
-EDITABLE = '{"url": "file:///opt/specc", "dir_info": {"editable": true}}'
+INDEX, FOLDER = "", '{"url": "file:///srv/my%20specc", "dir_info": {}}'
+EDITABLE = '{"url": "file:///srv/specc", "dir_info": {"editable": true}}'
 GIT = '{"url": "https://h.org/specc", "vcs_info": {"vcs": "git", "commit_id": "c0ffee"}}'
-WHEEL = '{"url": "file:///tmp/specc-0.1-py3-none-any.whl", "archive_info": {}}'
+WHEEL = '{"url": "file:///srv/specc-0.1-py3-none-any.whl", "archive_info": {}}'
 
 
 @pytest.mark.parametrize(
     ("told", "cwd", "source"),
     [
         (INDEX, "/", "'specc[run]'"),
-        (EDITABLE, "/opt/specc", "-e '.[run]'"),
-        (EDITABLE, "/opt", "-e 'specc[run]'"),
-        (EDITABLE, "/opt/other", "-e '/opt/specc[run]'"),
-        (FOLDER, "/", "'opt/my specc[run]'"),
+        (EDITABLE, "/srv/specc", "-e '.[run]'"),
+        (EDITABLE, "/srv", "-e 'specc[run]'"),
+        (EDITABLE, "/srv/other", "-e '/srv/specc[run]'"),
+        (FOLDER, "/", "'srv/my specc[run]'"),
         (GIT, "/", "'specc[run] @ git+https://h.org/specc@c0ffee'"),
         (WHEEL, "/", "'specc[run]'"),
         ("no JSON", str(ROOT), "-e '.[run]'"),
