@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import platform
+import shlex
 import shutil
 import sys
 import time
 import uuid
 from argparse import Namespace
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
 from importlib import import_module
@@ -26,7 +27,7 @@ from specc.diagnostics.phrases import counted
 from specc.diagnostics.report import Report, report, resolve
 from specc.frozen import frozen
 from specc.tools.sweep import plots, summary
-from specc.tools.sweep.running import Bundle, Job
+from specc.tools.sweep.running import Bundle, Figures, Job
 from specc.tools.sweep.settings import Axis, Setting, SweepError, axis_of, seeds_of, settings_of
 from specc.tools.sweep.sweeping import (
     RENEWED_S,
@@ -49,8 +50,8 @@ _WORK = ".work"
 _SUMMARY = "summary.csv"
 _FEW = 6
 """Settings for which other processes are not worth their beginning."""
-_REASONS = 5
-"""Why runs failed that are told; the table has all."""
+_REASONS, _SETTINGS, _SEEDS = 4, 12, 8
+"""Reasons, settings, and seeds of a reason that are told, for one screen; the tables have all."""
 
 
 @frozen
@@ -121,7 +122,7 @@ def _sweep(options: Namespace) -> int:
         finally:
             shutil.rmtree(work, ignore_errors=True)
         folder.read()
-        _conclude(asked, folder)
+        _conclude(options, asked, folder)
     if interrupted:
         streams.say(f"{MESSAGE}; the same command goes on from here")
     return code
@@ -295,37 +296,67 @@ def _duration(seconds: float) -> str:
 # What is told.
 
 
-def _rows(asked: _Asked, folder: Folder) -> list[dict[str, Any]]:
-    """The table: by setting, then by seed."""
-    return [
-        {**{a.title: a.shown(setting[a.name]) for a in asked.axes}, "seed": seed, **figures}
-        for setting, seed, figures in folder.runs(asked.settings, asked.seeds)
-    ]
+def _row(asked: _Asked, setting: Setting, seed: int, figures: Figures) -> dict[str, Any]:
+    return {**{a.title: a.shown(setting[a.name]) for a in asked.axes}, "seed": seed, **figures}
 
 
 def _renew(asked: _Asked, folder: Folder) -> None:
-    write(folder.path / TABLE, as_csv(_rows(asked, folder)))
+    runs = folder.runs(asked.settings, asked.seeds)
+    write(folder.path / TABLE, as_csv([_row(asked, *run) for run in runs]))
 
 
-def _conclude(asked: _Asked, folder: Folder) -> None:
+def _conclude(options: Namespace, asked: _Asked, folder: Folder) -> None:
     """Write table, summary and plots, and print what people look at first."""
-    rows = _rows(asked, folder)
+    runs = list(folder.runs(asked.settings, asked.seeds))
+    rows = [_row(asked, *run) for run in runs]
     write(folder.path / TABLE, as_csv(rows))
     if not rows:
         return
     names = [axis.title for axis in asked.axes]
     cells = summary.cells_of(rows, names)
     write(folder.path / _SUMMARY, as_csv(summary.as_rows(cells, names)))
-    streams.show(streams.table(summary.as_text(cells, names)))
+    streams.show(streams.table(summary.as_text(summary.worst(cells, _SETTINGS), names)))
+    if (others := len(cells) - _SETTINGS) > 0:
+        words = f"and {counted(others, 'setting')} with as much success or more"
+        streams.show(f"{words}: {folder.path / _SUMMARY}\n")
     told = summary.reasons(rows)
-    for reason, count in told[:_REASONS]:
-        streams.show(f"{count} {reason}\n")
+    for reason, places in told[:_REASONS]:
+        streams.show(f"{len(places)} {reason}\n")
+        streams.show(_failing(options, asked, [runs[place][:2] for place in places]))
     if len(told) > _REASONS:
         streams.show(f"and {len(told) - _REASONS} other reasons\n")
     for line in summary.seldom_asked(rows):
         streams.show(f"{line}\n")
     _draw(cells, names, asked.swept, folder.path / "plots")
     streams.show(f"{folder.path / TABLE}: {counted(len(rows), 'run')}\n")
+
+
+def _failing(options: Namespace, asked: _Asked, runs: Sequence[tuple[Setting, int]]) -> str:
+    """Seeds that have one reason, of the first setting that has it, and how to repeat the first."""
+    setting, first = runs[0]
+    seeds = [seed for other, seed in runs if other == setting]
+    words = ", ".join(map(str, seeds[:_SEEDS]))
+    words += f" and {len(seeds) - _SEEDS} more" if len(seeds) > _SEEDS else ""
+    swept = {a.name: setting[a.name] for a in asked.axes if len(a.values) > 1}
+    words += f" with {_words(swept)}" if swept else ""
+    others = len(runs) - len(seeds)
+    words += f", and {counted(others, 'run')} with other values" if others else ""
+    again = shlex.join(_again(options, setting, first))
+    return f"  seed{'s' * (len(seeds) > 1)} {words}: {again}\n"
+
+
+def _again(options: Namespace, setting: Setting, seed: int) -> Iterator[str]:
+    """The command of one run."""
+    yield from ("specc", "run", options.spec)
+    for name, value in setting.items():
+        yield from ("--set", f"{name}={value}")
+    for name in _EXTENT:
+        value = getattr(options, name)
+        if value and value != "auto":
+            yield f"--{name.removesuffix('_s').replace('_', '-')}"
+            if value is not True:
+                yield str(value).removesuffix(".0")
+    yield from ("--seed", str(seed))
 
 
 def _draw(cells: Sequence[summary.Cell], names: list[str], swept: list[str], folder: Path) -> None:

@@ -101,9 +101,9 @@ def test_cells() -> None:
         7,
         8,
     )
-    assert reasons(ROWS) == [("not successful: too hard", 1)]
+    assert [(why, len(rows)) for why, rows in reasons(ROWS)] == [("not successful: too hard", 1)]
     undecided = [{"success": None, "reason": "undecided: p"}] * 2
-    assert reasons(undecided) == [("undecided: p", 2)]
+    assert reasons(undecided) == [("undecided: p", [0, 1])]
 
 
 def test_what_was_seldom_asked_is_told() -> None:

@@ -74,6 +74,8 @@ def test_a_run_that_fails_is_a_row_with_its_reason(mode: str, reason: str, tmp_p
     assert (bad["mode"], bad["success"], bad["reason"]) == (f"{float(mode)}", "false", reason)
     assert (good["success"], good["reason"]) == ("true", "")
     assert f"1 not successful: {reason}" in done.stdout
+    again = f"specc run {spec} --set mode={mode} --duration 1 --seed 0"
+    assert f"  seed 0 with mode={mode}: {again}\n" in done.stdout
 
 
 def test_operators_keep_nothing_from_one_run_to_the_next(tmp_path: Path) -> None:

@@ -122,15 +122,27 @@ def as_text(cells: Sequence[Cell], names: Sequence[str]) -> list[list[str]]:
     return lines if any(line[-1] != "0" for line in lines[1:]) else [line[:-1] for line in lines]
 
 
-def reasons(rows: Sequence[Row]) -> list[tuple[str, int]]:
-    """Why runs did not succeed, or were not decided, the most frequent reason first."""
-    counts: dict[str, int] = {}
-    for row in rows:
+def worst(cells: Sequence[Cell], most: int) -> list[Cell]:
+    """At most so many cells, in their order: those with the least success."""
+
+    def success(index: int) -> float:
+        known = cells[index].estimates.get("success")
+        return known.value if known else 0.0
+
+    return [cells[index] for index in sorted(sorted(range(len(cells)), key=success)[:most])]
+
+
+def reasons(rows: Sequence[Row]) -> list[tuple[str, list[int]]]:
+    """Why runs did not succeed, or were not decided, and which rows these are.
+
+    The most frequent reason comes first.
+    """
+    found: dict[str, list[int]] = {}
+    for index, row in enumerate(rows):
         if not row["success"]:
             words = "" if row["success"] is None else "not successful: "
-            words += row["reason"]
-            counts[words] = counts.get(words, 0) + 1
-    return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+            found.setdefault(words + row["reason"], []).append(index)
+    return sorted(found.items(), key=lambda item: (-len(item[1]), item[0]))
 
 
 def seldom_asked(rows: Sequence[Row]) -> Iterator[str]:
