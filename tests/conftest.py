@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, core, settings
 
+from tests import compiled
 from tests.seeds import SEED
 from tests.seeds import pytest_report_header as pytest_report_header
 from tests.seeds import pytest_runtest_makereport as pytest_runtest_makereport
@@ -36,6 +37,8 @@ core.global_force_seed = SEED  # as --hypothesis-seed does
 for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
     if signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, signal.SIG_DFL)
+
+compiled.once()
 
 # Contexts of z3 are large, and Python's collector counts each as one small object.
 GROWN_MB = 100
@@ -62,7 +65,7 @@ def pytest_collection_finish() -> None:
     """Leave what was collected out of every later look for garbage, and look more rarely."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(10_000, 10, 5)
+    gc.set_threshold(50_000, 10, 5)
 
 
 def pytest_runtest_logfinish() -> None:

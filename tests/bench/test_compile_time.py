@@ -10,6 +10,7 @@ from bench import compile_time
 from bench.harness import building
 from bench.harness.synthetic import ring
 from bench.harness.tables import table
+from tests.compiled import anew
 
 
 def test_tables_of_processes(tmp_path: Path) -> None:
@@ -19,7 +20,8 @@ def test_tables_of_processes(tmp_path: Path) -> None:
 
 
 def test_tables_of_phases(tmp_path: Path) -> None:
-    lines = compile_time.phases(tmp_path, sizes=[4], repeats=1).splitlines()
+    with anew():
+        lines = compile_time.phases(tmp_path, sizes=[4], repeats=1).splitlines()
     assert lines[1].split() == ["phase", "flagship", "4", "states"]
     assert [line.split()[0] for line in lines[3:6]] == ["read", "shape", "resolve"]
     # Every phase is one that the compiler goes through: none was left without time.

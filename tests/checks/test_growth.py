@@ -63,7 +63,7 @@ def calls(folder: Path, name: str, size: int) -> int:
 LINES = [name for name in GROWING if name not in SQUARES]
 
 
-@pytest.mark.parametrize("name", short(LINES, *range(0, len(LINES), 2)))
+@pytest.mark.parametrize("name", short(LINES, *range(0, len(LINES), 4)))
 def test_calls_grow_with_the_list(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,7 +85,7 @@ def doubled() -> Iterator[object]:
     kinds = list(dict.fromkeys(name.partition(", ")[0] for name in DOUBLED))
     for name in DOUBLED:
         kind, _, use = name.partition(", ")
-        is_chosen = uses[kinds.index(kind) % len(uses)] == use
+        is_chosen = uses[(kinds.index(kind) + 1) % len(uses)] == use
         yield pytest.param(name, marks=() if is_chosen else pytest.mark.long)
 
 
@@ -93,9 +93,9 @@ def doubled() -> Iterator[object]:
 def test_lets_that_double_are_looked_into_once(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """2^36 steps would not end. What would multiply in a period is refused."""
+    """2^26 steps would not end in time. What would multiply in a period is refused."""
     monkeypatch.chdir(tmp_path)
-    put(DOUBLED[name](36), tmp_path)
+    put(DOUBLED[name](26), tmp_path)
     assert main(["build", MAIN, "--out", "gen"]) in (0, 1), capsys.readouterr()
 
 
@@ -116,7 +116,7 @@ SOUND, OVERLAP = ["c", "other"], ["c", "always"]
     [
         pytest.param(value, rows, marks=pytest.mark.long if is_long else ())
         for value in DEEP.values()
-        for rows, is_long in ((SOUND, value != DEEP["not"]), (OVERLAP, value != DEEP["and, or"]))
+        for rows, is_long in ((SOUND, value != DEEP["not"]), (OVERLAP, value != DEEP["not"]))
     ],
 )
 def test_chains_of_deep_lets_are_followed(

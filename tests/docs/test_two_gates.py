@@ -59,20 +59,14 @@ def written(folder: Path) -> Path:
     return spec
 
 
-def test_the_changes_fit_and_exploring_answers_at_first_as_shown(tmp_path: Path) -> None:
-    """The short form of the test below, with the first exploration alone."""
+def test_the_changes_fit_and_what_comes_of_them_is_valid(tmp_path: Path) -> None:
+    """The short form of the test below, without its commands."""
     spec = written(tmp_path)
-    explored = 0
     for kind, block in BLOCK.findall(TEXT):
         if kind == "diff":
             spec.write_text(changed(spec.read_text(encoding="utf-8"), block), encoding="utf-8")
-        for step in block.split("$ ")[1:]:
-            command, _, shown = step.partition("\n")
-            if command.startswith("specc explore ") and not explored:
-                said = in_process(*command.split()[1:], cwd=tmp_path, together=True).stdout
-                assert re.fullmatch(pattern(shown), said), f"$ {command}\n{said}"
-                explored += 1
-    assert explored == 1
+    found = in_process("validate", spec, cwd=tmp_path, together=True)
+    assert found.returncode == 0, found.stdout
 
 
 @pytest.mark.long

@@ -43,13 +43,14 @@ def test_there_is_no_finding_without_a_fault(bed: Bed) -> None:
     assert bed.findings() == []
 
 
+BY_SIZE = sorted(CLEAN, key=lambda bed: Path(bed.system).stat().st_size)
 PERFECT = [fault for fault in FAULTS if is_perfect(fault.name)]
 
 
 @pytest.mark.parametrize("fault", PERFECT, ids=lambda fault: fault.name)
 def test_a_fault_of_each_class_is_found(fault: Fault) -> None:
-    """The short form of the test below: one fault, in one of the specifications by turns."""
-    beds = [bed for bed in CLEAN if any(fault.seeds(bed.sheet))]
+    """The short form of the test below: one fault, in one of the smallest systems by turns."""
+    beds = [bed for bed in BY_SIZE if any(fault.seeds(bed.sheet))][:3]
     bed = beds[PERFECT.index(fault) % len(beds)]
     is_found_and_nothing_else(fault, next(iter(fault.seeds(bed.sheet))), bed)
 

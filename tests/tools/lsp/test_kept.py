@@ -75,7 +75,7 @@ def check(folder: Path, root: Path, changed: Path, text: str, seed: int, steps: 
 
 
 def test_a_few_small_edits_of_the_flagship() -> None:
-    check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed=0, steps=4)
+    check(FLAGSHIP.parent, FLAGSHIP, FLAGSHIP, FLAGSHIP.read_text(), seed=0, steps=2)
 
 
 @pytest.mark.long
@@ -86,7 +86,7 @@ def test_small_edits_of_the_flagship(seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "steps"),
-    [(0, 6), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(FIRST, FIRST + 16))],
+    [(0, 3), *(pytest.param(n, 25, marks=pytest.mark.long) for n in range(FIRST, FIRST + 16))],
 )
 def test_small_edits_of_a_system_and_of_a_description_that_it_uses(
     seed: int, steps: int, tmp_path: Path

@@ -33,7 +33,7 @@ def framed(message: dict[str, Any] | bytes) -> bytes:
     ("messages", "code"),
     [
         ([*BEGIN, {"method": "exit"}], 1),
-        (BEGIN, 0),
+        pytest.param(BEGIN, 0, marks=pytest.mark.long),
         ([EARLY, *BEGIN, {"method": "$/cancelRequest", "params": {"id": 77}}, *END], 0),
     ],
 )
@@ -95,8 +95,10 @@ def test_what_is_no_message_is_refused_as_json_rpc_says(tmp_path: Path) -> None:
     "length",
     [
         "9" * 12,
-        "9" * 8_000,
-        *(pytest.param(text, marks=pytest.mark.long) for text in ("9" * 30, "16000001", "-5", "x")),
+        *(
+            pytest.param(text, marks=pytest.mark.long)
+            for text in ("9" * 8_000, "9" * 30, "16000001", "-5", "x")
+        ),
     ],
 )
 def test_a_header_that_nobody_means_is_passed_over(length: str, tmp_path: Path) -> None:

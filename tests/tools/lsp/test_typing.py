@@ -72,7 +72,7 @@ def editor() -> Iterator[tuple[Client, str]]:
     assert client.exit_code == 0
 
 
-@pytest.mark.parametrize(("before", "line", "wanted"), short(SESSIONS, 0))
+@pytest.mark.parametrize(("before", "line", "wanted"), short(SESSIONS, 3))
 def test_what_is_wanted_is_among_the_first(
     editor: tuple[Client, str], before: str, line: str, wanted: dict[str, str]
 ) -> None:

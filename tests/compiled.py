@@ -1,0 +1,75 @@
+"""The specifications in `specs/` are compiled once a worker, whoever asks: no test changes them.
+
+What is compiled is frozen, and so is the code that was generated from it. Tests of what compiling
+takes ask `anew`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+from specc import pipeline
+from specc.source import real_path
+
+SPECS = Path(__file__).resolve().parents[1] / "specs"
+MADE = "compile_spec", "build"
+NOTHING: Mapping[str, str] = {}
+
+_kept: dict[Hashable, Any] = {}
+
+
+def once() -> None:
+    """From now on, in this process."""
+    for name in MADE:
+        setattr(pipeline, name, _once(getattr(pipeline, name)))
+
+
+@contextmanager
+def anew() -> Iterator[None]:
+    """Compile as often as it is asked for."""
+    before = {name: getattr(pipeline, name) for name in MADE}
+    for name, made in before.items():
+        setattr(pipeline, name, made.__wrapped__)
+    try:
+        yield
+    finally:
+        for name, made in before.items():
+            setattr(pipeline, name, made)
+
+
+def _once(made: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(made)
+    def kept(
+        path: str,
+        values: Mapping[str, str] = NOTHING,
+        texts: Mapping[str, str] = NOTHING,
+        **options: bool,
+    ) -> Any:
+        file = real_path(path)
+        if not (Path(file).is_relative_to(SPECS) and os.path.isfile(file)):
+            return made(path, values, texts, **options)
+        other = {name: text for name, text in texts.items() if not _is_what_stands(name, text)}
+        asked = str(path), os.getcwd(), os.stat(file).st_mtime_ns
+        key = made, *asked, *map(_items, (values, other, options))
+        if key not in _kept:
+            _kept[key] = made(path, values, texts, **options)
+        return _kept[key]
+
+    return kept
+
+
+def _is_what_stands(file: str, text: str) -> bool:
+    """Whether this is the text of the file on the disk, which is read anyway."""
+    try:
+        return Path(file).read_text(encoding="utf-8") == text
+    except (OSError, ValueError):
+        return False
+
+
+def _items(given: Mapping[str, Any]) -> Hashable:
+    return tuple(sorted(given.items()))
