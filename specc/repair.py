@@ -92,12 +92,13 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     for key, part in _parts(new, ()):
         earlier = before.get(key)
         known = earlier is not None and getattr(earlier, "whole", True)
-        if not known or any(_holds(part.place, edit) for edit in at):
+        if not known:
             continue
-        before_said = dict(_said(earlier))
+        before_said, is_edited = dict(_said(earlier)), any(_holds(part.place, e) for e in at)
         for name, value in _said(part):
-            was = _meaning(before_said.get(name))
-            if was and _is_known(was) and was != _meaning(value):
+            was, now = _meaning(before_said.get(name)), _meaning(value)
+            # What is edited may be one of many copies, which others were right before.
+            if was and _is_known(was) and was != now and not (is_edited and _is_known(now)):
                 return True
     return False
 

@@ -74,6 +74,9 @@ class Scope:
     """Memory and lets, which have no value yet where the expression is evaluated."""
     below: Collection[str] = ()
     """Constants that are computed later, or just now."""
+    lets_to_come: Collection[str] = ()
+    """All lets, of which some are looked at after this expression, which `defines` one."""
+    defines: str = ""
     allow_clock: bool = False
     has_points: bool = True
     """Whether `position(X)` is a point; before version 1.1 it was a vector."""
@@ -113,7 +116,8 @@ class Scope:
         """Every plain name that stands for something here."""
         clock = CLOCK_NAMES if self.allow_clock else ()
         values = [*self.bound, *self.memory, *self.lets, *self.constants]
-        return [*values, *self.files, *self.enums, *clock]
+        others = [n for n in self.lets_to_come if n != self.defines and n not in self.lets]
+        return [*values, *others, *self.files, *self.enums, *clock]
 
 
 def members_of(enums: Iterable[Enum]) -> dict[str, tuple[Enum, ...]]:

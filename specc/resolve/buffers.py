@@ -149,7 +149,7 @@ class _Lets:
         depths: dict[str, int] = {}
         # One scope, which grows: in this order each let finds those that it may name.
         lets: dict[str, Declared] = {}
-        self.scope = replace(self.scope, lets=lets)
+        self.scope = replace(self.scope, lets=lets, lets_to_come=self.definition.let.keys())
         for name in self._order():
             item, at = self.definition.let[name], self.where[name]
             depths[name] = 1 + max((depths.get(used, 0) for used in self._uses(name)), default=0)
@@ -158,6 +158,7 @@ class _Lets:
                 continue
             wanted = self.expressions.type(at["type"], item.type) if item.type else None
             indices, scope = self.expressions.indexed(item.each, at, self.scope)
+            scope = replace(scope, defines=name)
             value = self.expressions.value(at.scalar("is"), item.value, scope, wanted)
             if value is None:
                 self.expressions.broken.add(name)
@@ -166,6 +167,7 @@ class _Lets:
                 found.append(Let(name, value, item.title, trace_of(item), at.key))
                 if _is_clear(name, self.expressions):
                     lets[name] = Declared(value.type, at.key, value)
+        self.scope = replace(self.scope, lets_to_come=())
         return tuple(found)
 
     def _order(self) -> tuple[str, ...]:

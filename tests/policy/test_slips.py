@@ -35,6 +35,13 @@ FOUND = (  # file, what stands before the slip, what was meant, the slip
         "seQuencers",
     ),  # named with an index elsewhere
     ("reactive.yaml", "", "guidance", "guidannce"),  # a constant, which a requirement names
+    ("blackboard.yaml", "", "came_4", "cae_4"),  # one of four that are named with an index
+    (
+        "way_drive.yaml",
+        "let:\n    way: (x.c.goal if x.c.goal is not None else x.E.at) - x.E.at\n    ",
+        "ahead",
+        "aHead",
+    ),  # a let, which one that is looked at before it names
 )
 
 
