@@ -21,6 +21,7 @@ from specc.tools.starting import (
     document,
     facts_of,
     grouped,
+    left_out,
     receptors,
 )
 
@@ -87,8 +88,8 @@ def _robot(
         raise Refused(f"--group: {error}") from None
     found, refused = receptors(facts, model)
     refused = {**facts.refused, **refused}
-    for one, why in refused.items():
-        streams.say(f"specc: {one} is left out: {why}")
+    for line in left_out(refused):
+        streams.say(f"specc: left out: {line}")
     if not groups:
         raise Refused("the model has no actuator that can be held; nothing was written")
     return Robot(name, facts, model, groups, found, refused)

@@ -1,6 +1,6 @@
 """Starting a specification from the model of a robot."""
 
-from specc.tools.starting.document import Robot, document
+from specc.tools.starting.document import Robot, document, left_out
 from specc.tools.starting.facts import Facts, NoFacts, facts_of
 from specc.tools.starting.groups import NoGroup, grouped
 from specc.tools.starting.receptors import receptors
@@ -13,5 +13,6 @@ __all__ = [
     "document",
     "facts_of",
     "grouped",
+    "left_out",
     "receptors",
 ]

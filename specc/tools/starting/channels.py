@@ -169,11 +169,16 @@ class _Channel:
         draft.outputs[name] = type_
         draft.tell[f"y.c.{name}"] = f"x.E.{name}"
         draft.bind[f"E.{name}"] = {"joints": [joint.name for joint in joints]}
-        start = self._constant("start", vector([j.start for j in joints], unit))
         tolerance, most = NEAR[unit]
         if all(self._facts.strayed.get(joint.name, 0.0) < most for joint in joints):
-            draft.near[name] = start, tolerance
-        draft.initial[name] = start
+            draft.near[name] = self._start(name, unit, joints), tolerance
+
+    def _start(self, name: str, unit: str, joints: list[Joint]) -> str:
+        """The constant with the positions at the start."""
+        initial = self._draft.initial
+        if name not in initial:
+            initial[name] = self._constant("start", vector([j.start for j in joints], unit))
+        return initial[name]
 
     def _command(self, name: str, unit: str, word: str, safe: Data) -> str:
         type_ = self._type(self._channel.size, unit, word)
@@ -212,8 +217,9 @@ class _Channel:
 
     def _single(self) -> tuple[str, str, str]:
         """Element, type and start of the joints of a channel with one joint an actuator."""
-        name, _ = self._measured[self._channel.unit]
-        return name, str(self._draft.device["y"][name]), self._draft.initial[name]
+        name, joints = self._measured[self._channel.unit]
+        start = self._start(name, self._channel.unit, joints)
+        return name, str(self._draft.device["y"][name]), start
 
     # Kinds.
 
@@ -300,7 +306,8 @@ class _Channel:
         return f"{name}_v"
 
     def _wheel(self) -> None:
-        name, type_, _ = self._single()
+        name, _ = self._measured[self._channel.unit]
+        type_ = str(self._draft.device["y"][name])
         unit, speed_unit = self._channel.unit, _SPEED[self._channel.unit]
         letter = self._letter("w")
         speeds = self._type(self._channel.size, speed_unit, "speeds")

@@ -29,6 +29,7 @@ _WIDTH = 96
 HELD_S = 5
 _SENSED_S, _DECIDED_S, _SEEN_S = 0.01, 0.02, 0.5
 _MOST_SHOWN = 6
+_DIVERGED = 1e3
 
 
 @frozen
@@ -87,6 +88,17 @@ NEAR_NAMES = tuple(name for name, _ in NEAR.values())
 def pose(facts: Facts) -> str:
     """Where the robot is at the start, in words."""
     return f"keyframe {facts.keyframe}" if facts.keyframe else "the start"
+
+
+def left_out(refused: Mapping[str, str]) -> Iterator[str]:
+    """Lines about actuators and sensors that a specification does not have, one for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for name, why in refused.items():
+        reasons.setdefault(why, []).append(name)
+    for why, names in reasons.items():
+        few = ", ".join(names[:_MOST_SHOWN])
+        more = f" and {len(names) - _MOST_SHOWN} more" if len(names) > _MOST_SHOWN else ""
+        yield f"{few}{more}: {why}"
 
 
 def sections(robot: Robot, names: SpecNames) -> Sections:
@@ -187,21 +199,15 @@ class _Agent:
             )
         far = {n: v for n, v in facts.strayed.items() if v > self._most(n)}
         if far:
-            shown = ", ".join(f"{n} {number(float(f'{v:.2g}'))}" for n, v in _first(far))
+            shown = ", ".join(f"{n} {_rough(v)}" for n, v in _first(far))
             yield f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
         elif facts.strayed:
             most = max(facts.strayed.values())
             yield (
                 f"In a rehearsal of {HELD_S} s no joint went farther from the start than "
-                f"{number(float(f'{most:.2g}'))} (rad or m)."
+                f"{_rough(most)} (rad or m)."
             )
-        reasons: dict[str, list[str]] = {}
-        for name, why in self._robot.refused.items():
-            reasons.setdefault(why, []).append(name)
-        for why, names in reasons.items():
-            few = ", ".join(names[:_MOST_SHOWN])
-            more = f" and {len(names) - _MOST_SHOWN} more" if len(names) > _MOST_SHOWN else ""
-            yield f"Left out: {few}{more}: {why}."
+        yield from (f"Left out: {line}" for line in left_out(self._robot.refused))
 
     def _most(self, joint: str) -> float:
         units = {each.name: each.unit for each in self._robot.facts.joints}
@@ -296,6 +302,10 @@ def _one_state(name: str, functions: list[str]) -> dict[str, Data]:
         "states": {"S0": name},
         "initial_state": "S0",
     }
+
+
+def _rough(far: float) -> str:
+    return number(float(f"{far:.2g}")) if far < _DIVERGED else "without end"
 
 
 def _type(value: Data) -> Data:

@@ -167,10 +167,18 @@ def _called(own: tuple[Actuator, ...], chain: set[int], facts: Facts, tree: _Tre
         kind = "gripper" if len(joints) <= _MOST_FINGERS else "hand"
         return Group(kind, kind, own, "branches at the end of a chain")
     if len(joints) >= 3 and all(j.kind == "hinge" for j in joints):
-        is_free = any(j.kind == "free" for j in facts.joints)
-        kind = "leg" if is_free else "arm"
+        kind = "leg" if _floats(own, facts) else "arm"
         return Group(kind, kind, own, "a chain of hinges")
     return Group("joints", "joints", own, "neighbours in the tree of bodies")
+
+
+def _floats(own: tuple[Actuator, ...], facts: Facts) -> bool:
+    """Whether a free joint carries what the actuators move."""
+    above = facts.joints[own[0].joints[0][0]].body
+    free = {joint.body for joint in facts.joints if joint.kind == "free"}
+    while above and above not in free:
+        above = facts.parents[above]
+    return above in free
 
 
 def _joined(groups: list[Group], facts: Facts) -> list[Group]:
@@ -197,27 +205,31 @@ def _base(group: Group, facts: Facts) -> int:
 
 
 def _told_apart(groups: list[Group]) -> list[Group]:
-    """Groups of one kind get what tells their names apart: left_arm and right_arm."""
+    """Groups of one kind get what tells their names apart: left_arm and right_arm, leg_1, leg_2."""
     counts = Counter(group.wish for group in groups)
     found = []
     for group in groups:
         wish = group.wish
         if counts[wish] > 1:
-            others = [g for g in groups if g.wish == wish and g is not group]
-            mark = _mark(group, others)
-            wish = f"{mark}_{wish}" if mark else wish
+            common = [_common(g) for g in groups if g.wish == wish]
+            wish = _marked(group, set.intersection(*common), common)
         found.append(Group(group.kind, wish, group.actuators, group.why))
     return found
 
 
-def _mark(group: Group, others: list[Group]) -> str:
-    """A word of all names of the group that no name of the others has."""
-    common = set.intersection(*(_parts(a.name) for a in group.actuators))
-    foreign = {part for other in others for a in other.actuators for part in _parts(a.name)}
-    ways = [w for w in common - foreign if not w.isdigit()]
-    first = group.actuators[0].name.lower()
-    return "_".join(sorted(ways, key=first.index)[:2])
+def _marked(group: Group, of_all: set[str], groups: list[set[str]]) -> str:
+    """The name of a group with the words of all its names that not all groups have."""
+    own = _common(group) - of_all - {group.wish}
+    if not own or groups.count(_common(group)) > 1:
+        return group.wish
+    ordered = [part for part in dict.fromkeys(_parts(group.actuators[0].name)) if part in own]
+    words = [part for part in ordered if not part.isdigit()][:2]
+    return "_".join((*words, group.wish) if words else (group.wish, *ordered[:1]))
 
 
-def _parts(name: str) -> set[str]:
-    return set(re.findall(r"[a-z]+|\d+", name.lower()))
+def _common(group: Group) -> set[str]:
+    return set.intersection(*(set(_parts(a.name)) for a in group.actuators))
+
+
+def _parts(name: str) -> list[str]:
+    return re.findall(r"[a-z]+|\d+", name.lower())

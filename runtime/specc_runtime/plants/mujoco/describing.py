@@ -12,7 +12,7 @@ from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.mujoco.driven import JOINT_KINDS, Driven, driven
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import HOME, initial_positions, load_model
-from specc_runtime.plants.mujoco.posture import Held, held, period_s, written
+from specc_runtime.plants.mujoco.posture import Held, confined, held, period_s
 
 _LEVEL = 1e-6
 
@@ -33,7 +33,7 @@ def described(path: str) -> dict[str, Any]:
     places = dict(pair for joint in robot for pair in _coordinates(model, joint))
     settable = np.isin(np.arange(model.nq), list(places))
     begun = initial_positions(model)
-    start = np.where(settable, written(wanted, 6), begun)
+    start = np.where(settable, confined(model, wanted), begun)
     data.qpos[:] = start
     mujoco.mj_forward(model, data)
     actuators, refused = driven(model, data)

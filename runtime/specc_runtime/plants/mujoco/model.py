@@ -139,3 +139,14 @@ def initial_positions(model: Any) -> Array:
             leading = model.numeric(numeric).data
             start[: len(leading)] = leading
     return start
+
+
+def set_start(model: Any, data: Any) -> None:
+    """Positions of time 0 into data; with keyframe `home` its controls and activations, too.
+
+    So an arm with servos is held from the first step on, and not only once a command comes.
+    """
+    for key in range(model.nkey):
+        if model.key(key).name == HOME:
+            data.ctrl[:], data.act[:] = model.key_ctrl[key], model.key_act[key]
+    data.qpos[:] = initial_positions(model)

@@ -18,8 +18,8 @@ from specc_runtime.plants.mujoco.holding import Brakes, HeldJoints
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import (
     find,
-    initial_positions,
     load_model,
+    set_start,
 )
 from specc_runtime.plants.mujoco.sensing import Sensor
 from specc_runtime.plants.mujoco.truth import GroundTruth
@@ -74,13 +74,13 @@ class MujocoPlant:
         return float(self._data.time)
 
     def reset(self, seed: int) -> None:
-        """Back to time 0 at rest in the home configuration, without commands.
+        """Back to time 0 at rest in the home configuration, with no command but its own.
 
         The noise of a sample depends on the seed, the sensor's name and the number of the sample.
         """
         mujoco.mj_resetData(self._model, self._data)
         self._brakes.release()
-        self._data.qpos[:] = initial_positions(self._model)
+        set_start(self._model, self._data)
         mujoco.mj_forward(self._model, self._data)
         self._cameras.forget()
         for sensor in self._sensors.values():

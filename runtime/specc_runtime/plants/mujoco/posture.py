@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plants.mujoco.driven import Driven, moments
 from specc_runtime.plants.mujoco.library import mujoco
+from specc_runtime.plants.mujoco.model import set_start
 
 HELD_S = 5.0
 """How long a pose must be held in a rehearsal."""
@@ -42,6 +43,9 @@ _MOST_STEPS = 120_000
 _NOT_FAR = 0.5
 """From the start, rad and m, is a pose that stands for it."""
 _MOVED = 1e-4
+_ROUNDED = 1e-5
+"""Of a position, what its last digit may be away."""
+_SLIDE = mujoco.mjtJoint.mjJNT_SLIDE.value
 
 
 @dataclass(frozen=True)
@@ -85,9 +89,24 @@ def held(
         far = np.abs(settled - start)[settable]
         if not np.isfinite(far).all() or far.max(initial=0.0) > _NOT_FAR:
             continue
-        begun = np.where(settable & (np.abs(settled - start) > _MOVED), written(settled, 6), start)
+        rests = confined(model, settled)
+        begun = np.where(settable & (np.abs(rests - start) > _MOVED), rests, start)
         again = Rehearsal(model, begun, actuators, wheels)
         found = min(found, again.best(rest), key=lambda each: each.score)
+    return found
+
+
+def confined(model: Any, positions: Array) -> Array:
+    """Positions (nq,) as they are written, those of hinges and slides within their ranges."""
+    found = written(positions, 6)
+    for joint in range(model.njnt):
+        where = model.jnt_qposadr[joint]
+        if model.jnt_limited[joint] and model.jnt_type[joint] >= _SLIDE:
+            least, greatest = model.jnt_range[joint]
+            if not least <= found[where] <= greatest:
+                inside = min(_ROUNDED * max(1.0, abs(least), abs(greatest)), (greatest - least) / 2)
+                clipped = np.clip(positions[where], least + inside, greatest - inside)
+                found[where] = float(f"{clipped:.6g}")
     return found
 
 
@@ -211,6 +230,7 @@ class Rehearsal:
 
     def _place(self) -> None:
         mujoco.mj_resetData(self._model, self._data)
+        set_start(self._model, self._data)
         self._data.qpos[:] = self._start
         mujoco.mj_forward(self._model, self._data)
 
