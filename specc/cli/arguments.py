@@ -102,6 +102,8 @@ def _writing(commands: Any) -> None:
     start.add_argument("--skeleton", metavar="NAME", help="joint (default), sense-act, two-agents")
     words = "start from this MuJoCo model instead: an agent that holds its pose"
     start.add_argument("--model", metavar="FILE.xml", help=words)
+    words = "with a model: add an agent to the specification that DIRECTORY then is"
+    init.add_argument("--agent", metavar="NAME", help=words)
     words = "of a model: one effector for these, `arm=joint1..joint7`; may be repeated"
     init.add_argument("--group", metavar="NAME=JOINTS", action=Values, default={}, help=words)
 

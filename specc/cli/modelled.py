@@ -5,19 +5,24 @@ from __future__ import annotations
 import os
 import shlex
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import Any
 
 from specc.cli import streams
+from specc.cli.rewrite import rewrite
 from specc.mjcf import Model, ModelError, read_model
 from specc.policy import reach_of
-from specc.read import ANYWHERE
+from specc.read import ANYWHERE, read_file
 from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting import (
     Facts,
     NoFacts,
     NoGroup,
+    NotAdded,
     Robot,
+    added,
+    bound,
     document,
     facts_of,
     grouped,
@@ -35,8 +40,8 @@ class Refused(Exception):
 def init(options: Namespace) -> int:
     """Write a specification for a model, and the model beside it where it lies outside."""
     try:
-        files = _files(options)
-        written = _write(files)
+        adds = options.agent is not None and Path(options.directory).is_file()
+        written = _added(options) if adds else _write(_files(options))
     except Refused as refused:
         streams.say(f"specc: {refused}")
         return 2
@@ -52,11 +57,68 @@ def _files(options: Namespace) -> dict[Path, str | Path]:
     path, folder = options.model, Path(options.directory)
     model = _model(path)
     facts = _facts(path)
-    robot = _robot(SpecNames(PEERS).new(_name(path, model)), facts, model, options.group)
-    spec = folder / f"{robot.name}.yaml"
+    system = SpecNames(PEERS).new(_name(path, model))
+    name = system if options.agent is None else _legal(options.agent)
+    robot = _robot(name, facts, model, options)
+    spec = folder / f"{system}.yaml"
     plant, copies = _plant(path, model, spec)
-    command = f"specc init --model {os.path.basename(path)}"
-    return {spec: document(robot, robot.name, plant, command), **copies}
+    return {spec: document(robot, system, plant, _command(path)), **copies}
+
+
+def _command(path: str) -> str:
+    return f"specc init --model {os.path.basename(path)}"
+
+
+def _legal(wish: str) -> str:
+    name = SpecNames(PEERS).new(wish)
+    if name != wish:
+        raise Refused(f"nothing can be called {wish!r}; {name} would do")
+    return name
+
+
+def _added(options: Namespace) -> list[Path]:
+    """Add an agent to a specification; the files that were written."""
+    path, spec = options.model, Path(options.directory)
+    name = _legal(options.agent)
+    read = read_file(str(spec))
+    if not isinstance(read.data, dict) or any(d.severity == "error" for d in read.diagnostics):
+        raise Refused(f"{spec} is not a specification that can be read; `specc validate` says more")
+    model = _model(path)
+    plant, copies = _same_plant(read.data, path, model, spec)
+    robot = _robot(name, _facts(path), model, options, bound(read.data))
+    try:
+        text = added(read.source.text, read.data, robot, plant, _command(path))
+    except NotAdded as error:
+        raise Refused(str(error)) from None
+    written = _write(copies)
+    try:
+        rewrite(str(spec), text)
+    except OSError as error:
+        for place in written:
+            place.unlink(missing_ok=True)
+        raise Refused(f"cannot write: {error}; nothing was left behind") from None
+    return [spec, *written]
+
+
+def _same_plant(
+    data: Mapping[str, Any], path: str, model: Model, spec: Path
+) -> tuple[str, dict[Path, str | Path]]:
+    """See `_plant`; a specification has one plant, in which all its agents are."""
+    plant = data.get("plant")
+    named = plant.get("model") if isinstance(plant, dict) else None
+    if not plant:
+        return _plant(path, model, spec)
+    if not isinstance(named, str) or not os.path.exists(path) or not _is_same(path, spec, named):
+        shown = named if isinstance(named, str) else "made by Python"
+        raise Refused(
+            f"the plant of {spec} is {shown}, and a system has one plant: put the robot into that "
+            "model with <attach>, then name that file with --model"
+        )
+    return named, {}
+
+
+def _is_same(path: str, spec: Path, named: str) -> bool:
+    return os.path.realpath(path) == os.path.realpath(spec.parent / named)
 
 
 def _model(path: str) -> Model:
@@ -79,14 +141,16 @@ def _facts(path: str) -> Facts:
 
 
 def _robot(
-    name: str, facts: Facts, model: Model, wanted: Mapping[str, str], taken: tuple[str, ...] = ()
+    name: str, facts: Facts, model: Model, options: Namespace, taken: Collection[str] = ()
 ) -> Robot:
-    items = {each: [item.strip() for item in text.split(",")] for each, text in wanted.items()}
+    """The robot, without what others have (`taken`); an agent has named groups only, if any."""
+    wanted = options.group.items()
+    items = {_legal(each): [item.strip() for item in text.split(",")] for each, text in wanted}
     try:
-        groups = grouped(facts, items, taken)
+        groups = grouped(facts, items, taken, guess=not (items and options.agent))
     except NoGroup as error:
         raise Refused(f"--group: {error}") from None
-    found, refused = receptors(facts, model)
+    found, refused = receptors(facts, model, taken)
     refused = {**facts.refused, **refused}
     for line in left_out(refused):
         streams.say(f"specc: left out: {line}")

@@ -20,8 +20,9 @@ def init(options: Namespace) -> int:
         from specc.cli import modelled
 
         return modelled.init(options)
-    if options.group:
-        streams.say("specc: --group names actuators of a model; add --model FILE.xml")
+    if options.group or options.agent:
+        option = "--group" if options.group else "--agent"
+        streams.say(f"specc: {option} is about a model; add --model FILE.xml")
         return 2
     directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)

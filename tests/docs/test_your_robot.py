@@ -85,7 +85,7 @@ def test_a_plant_of_ones_own_takes_forty_lines(folder: Path) -> None:
 
 
 def test_what_is_public_is_listed() -> None:
-    section = TEXT.split("## 9. What is public\n")[1]
+    section = TEXT.split("## 10. What is public\n")[1]
     rows = [row.split("|")[1] for row in section.splitlines() if row.startswith("| `")]
     assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(specc_runtime.__all__)
     for name in specc_runtime.__all__:

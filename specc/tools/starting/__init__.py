@@ -1,5 +1,6 @@
 """Starting a specification from the model of a robot."""
 
+from specc.tools.starting.adding import NotAdded, added, bound
 from specc.tools.starting.document import Robot, document, left_out
 from specc.tools.starting.facts import Facts, NoFacts, facts_of
 from specc.tools.starting.groups import NoGroup, grouped
@@ -9,7 +10,10 @@ __all__ = [
     "Facts",
     "NoFacts",
     "NoGroup",
+    "NotAdded",
     "Robot",
+    "added",
+    "bound",
     "document",
     "facts_of",
     "grouped",

@@ -14,9 +14,8 @@ from specc.frozen import frozen
 from specc.tools.importers.writing import Data, Noted, SpecNames
 from specc.tools.starting.facts import Actuator, Facts, Joint
 
-ANGLE, DISTANCE = "angle_tolerance", "distance_tolerance"
-NEAR = {"rad": (ANGLE, 0.05), "m": (DISTANCE, 0.005)}
-"""By the unit of a joint: the constant that says how near to the start is near, and its value."""
+NEAR = {"rad": ("angle_tolerance", 0.05), "m": ("distance_tolerance", 0.005)}
+"""By the unit of a joint: a constant that says how near to the start is near, and its value."""
 _SPEED = {"rad": "rad/s", "m": "m/s"}
 _FORCE = {"rad": "N*m", "m": "N"}
 _NO_LIMIT = 1e6
@@ -93,15 +92,18 @@ def _kind(actuator: Actuator, facts: Facts) -> tuple[str, str, str]:
 class Writer:
     """Writes the channels of one group into a draft."""
 
-    def __init__(self, group: str, facts: Facts, names: SpecNames) -> None:
+    def __init__(self, group: str, facts: Facts, names: SpecNames, near: Mapping[str, str]) -> None:
+        """`near`: by units of joints, the constants that say how near to the start is near."""
         self.draft = Draft()
-        self._group, self._facts, self._names = group, facts, names
+        self._group, self._facts, self._names, self._near = group, facts, names, near
         self._letters: dict[str, int] = {}
 
     def write(self, channel: Channel, mark: str = "") -> None:
         """Add a channel; `mark` tells the constants of several channels apart."""
         prefix = f"{self._group}_{mark}" if mark else self._group
-        _Channel(self.draft, channel, prefix, self._facts, self._names, self._letter).write()
+        own = _Channel(self.draft, channel, prefix, self._facts, self._names, self._letter)
+        own.near = self._near
+        own.write()
 
     def _letter(self, wish: str) -> str:
         count = self._letters[wish] = self._letters.get(wish, 0) + 1
@@ -123,6 +125,7 @@ class _Channel:
         self._draft, self._channel, self._prefix = draft, channel, prefix
         self._facts, self._names, self._letter = facts, names, letter
         self._own = channel.actuators
+        self.near: Mapping[str, str] = {}
         self._measured: dict[str, tuple[str, list[Joint]]] = {}
 
     def write(self) -> None:
@@ -169,9 +172,9 @@ class _Channel:
         draft.outputs[name] = type_
         draft.tell[f"y.c.{name}"] = f"x.E.{name}"
         draft.bind[f"E.{name}"] = {"joints": [joint.name for joint in joints]}
-        tolerance, most = NEAR[unit]
+        most = NEAR[unit][1]
         if all(self._facts.strayed.get(joint.name, 0.0) < most for joint in joints):
-            draft.near[name] = self._start(name, unit, joints), tolerance
+            draft.near[name] = self._start(name, unit, joints), self.near[unit]
 
     def _start(self, name: str, unit: str, joints: list[Joint]) -> str:
         """The constant with the positions at the start."""

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from specc.frozen import frozen
 from specc.mjcf import Model
@@ -55,12 +56,27 @@ class Sections:
     operators: dict[str, Data]
     agents: dict[str, Data]
     bind: dict[str, Data]
-    task: dict[str, Data]
+    cycle: dict[str, Data]
+    scene: dict[str, Data]
+
+    @property
+    def task(self) -> dict[str, Data]:
+        """The task of a system that has no other one."""
+        return {"cycle": self.cycle, **({"scene": self.scene} if self.scene else {})}
+
+    def named(self) -> dict[str, Data]:
+        """The sections of definitions."""
+        return {
+            "types": self.types,
+            "interfaces": self.interfaces,
+            "constants": self.constants,
+            "operators": self.operators,
+        }
 
 
 def document(robot: Robot, system: str, plant: str, command: str) -> str:
     """The text of a whole specification, in the canonical layout."""
-    parts = sections(robot, SpecNames({*NEAR_NAMES, *PEERS}))
+    parts = sections(robot, SpecNames(PEERS))
     remarks = [
         f"Made by `{command}`. What the model does not say is called a guess.",
         *parts.remarks,
@@ -69,20 +85,19 @@ def document(robot: Robot, system: str, plant: str, command: str) -> str:
         "specc": "1.1",
         "system": system,
         "title": f"Holds the pose of {pose(robot.facts)}",
-        "types": parts.types,
-        "interfaces": parts.interfaces,
-        "constants": parts.constants,
-        "operators": parts.operators,
+        **parts.named(),
         "agents": parts.agents,
         "plant": {"model": plant, "bind": parts.bind},
         "task": parts.task,
     }
     written = to_yaml({key: value for key, value in data.items() if value}, fold=True)
-    head = "".join(f"# {line}\n" for remark in remarks for line in _wrapped(remark))
+    head = "".join(f"# {line}\n" for line in wrapped(*remarks))
     return formatted(head + written)
 
 
-NEAR_NAMES = tuple(name for name, _ in NEAR.values())
+def wrapped(*remarks: str) -> list[str]:
+    """Remarks as lines of comments."""
+    return [line for remark in remarks for line in _wrapped(remark, 4)]
 
 
 def pose(facts: Facts) -> str:
@@ -101,9 +116,12 @@ def left_out(refused: Mapping[str, str]) -> Iterator[str]:
         yield f"{few}{more}: {why}"
 
 
-def sections(robot: Robot, names: SpecNames) -> Sections:
-    """What the agent needs in every section; `names` gives those of types and constants."""
-    return _Agent(robot, names).sections()
+def sections(robot: Robot, names: SpecNames, known: Mapping[str, Any] | None = None) -> Sections:
+    """What the agent needs in every section; `names` gives those of types and constants.
+
+    `known` are the constants of a specification that has other agents.
+    """
+    return _Agent(robot, names, known).sections()
 
 
 @frozen
@@ -122,8 +140,16 @@ class _Sensed:
 
 
 class _Agent:
-    def __init__(self, robot: Robot, names: SpecNames) -> None:
+    def __init__(self, robot: Robot, names: SpecNames, known: Mapping[str, Any] | None) -> None:
         self._robot, self._names = robot, names
+        self._before = "" if known is None else f"{robot.name}_"
+        self._known = {
+            unit: name
+            for unit, (name, most) in NEAR.items()
+            if (known or {}).get(name) == f"{most}[{unit}]"
+        }
+        fresh = {unit: names.new(NEAR[unit][0]) for unit in NEAR if unit not in self._known}
+        self._near = self._known | fresh
         self._parts = SpecNames(PEERS)
         self._effectors = [self._effector(group) for group in robot.groups]
         self._receptors = [self._sensor(receptor) for receptor in robot.receptors]
@@ -132,7 +158,7 @@ class _Agent:
     def _effector(self, group: Group) -> tuple[str, Group, Draft]:
         name = self._parts.new(group.wish)
         found = channels(group.actuators, self._robot.facts)
-        writer = Writer(name, self._robot.facts, self._names)
+        writer = Writer(self._before + name, self._robot.facts, self._names, self._near)
         for index, channel in enumerate(found):
             writer.write(channel, f"{index + 1}" if len(found) > 1 else "")
         return name, group, writer.draft
@@ -142,7 +168,7 @@ class _Agent:
         names, name = SpecNames(), self._parts.new(receptor.wish)
         elements = {names.new(each.wish): each for each in receptor.elements}
         reports: dict[str, Data] = {key: each.type for key, each in elements.items()}
-        interface = self._names.new(camel(name)) if len(reports) > 1 else ""
+        interface = self._names.new(camel(self._before + name)) if len(reports) > 1 else ""
         return _Sensed(name, receptor, elements, reports, interface)
 
     def sections(self) -> Sections:
@@ -162,9 +188,6 @@ class _Agent:
         for each in self._receptors:
             own = {key: self._bound(e, each.receptor) for key, e in each.elements.items()}
             bind |= qualified(f"{name}.R.{each.name}", own)
-        task: dict[str, Data] = {"cycle": {"of": f"{name}.c", "from": "hold", "to": "hold"}}
-        if self._robot.facts.scene:
-            task["scene"] = self._scene()
         return Sections(
             list(self._remarks()),
             {k: v for draft in drafts for k, v in draft.types.items()},
@@ -173,16 +196,19 @@ class _Agent:
             {k: v for draft in drafts for k, v in draft.operators.items()},
             {name: {key: value for key, value in agent.items() if value}},
             bind,
-            task,
+            {"of": f"{name}.c", "from": "hold", "to": "hold"},
+            self._scene(),
         )
 
     def _tolerances(self) -> dict[str, Data]:
-        used = {
-            tolerance for _, _, draft in self._effectors for _, tolerance in draft.near.values()
+        used = {near for _, _, draft in self._effectors for _, near in draft.near.values()}
+        return {
+            name: f"{NEAR[unit][1]}[{unit}]"
+            for unit, name in self._near.items()
+            if name in used and unit not in self._known
         }
-        return {name: f"{most}[{unit}]" for unit, (name, most) in NEAR.items() if name in used}
 
-    def _scene(self) -> Data:
+    def _scene(self) -> dict[str, Data]:
         """Positions at the start: of joints as they are written, by their units."""
         units = {joint.name: joint.unit for joint in self._robot.facts.joints}
         return {

@@ -40,9 +40,17 @@ class Group:
 
 
 def grouped(
-    facts: Facts, wanted: Mapping[str, Sequence[str]], taken: Iterable[str] = ()
+    facts: Facts,
+    wanted: Mapping[str, Sequence[str]],
+    taken: Iterable[str] = (),
+    *,
+    guess: bool = True,
 ) -> list[Group]:
-    """Groups of all actuators but those that are `taken`, named ones first. Raises NoGroup."""
+    """Groups of actuators but those that are `taken`: named ones, then guessed ones.
+
+    Raises:
+        NoGroup: a group names what there is not, or what another one has.
+    """
     left = {a.name: a for a in facts.actuators if a.name not in set(taken)}
     groups = []
     for name, items in wanted.items():
@@ -50,7 +58,7 @@ def grouped(
         groups.append(Group("joints", name, tuple(dict.fromkeys(own))))
         for actuator in own:
             left.pop(actuator.name, None)
-    return groups + _guessed(facts, list(left.values()))
+    return groups + (_guessed(facts, list(left.values())) if guess else [])
 
 
 def _named(item: str, facts: Facts, left: Mapping[str, Actuator]) -> list[Actuator]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from specc.analysis.plant import units_of_sensor
 from specc.frozen import frozen
@@ -32,11 +32,14 @@ class Receptor:
     camera: bool = False
 
 
-def receptors(facts: Facts, model: Model) -> tuple[list[Receptor], dict[str, str]]:
-    """Receptors, and name -> why not of all sensors that have none."""
+def receptors(
+    facts: Facts, model: Model, taken: Collection[str] = ()
+) -> tuple[list[Receptor], dict[str, str]]:
+    """Receptors, and name -> why not of all sensors that have none; not of those `taken`."""
     refused: dict[str, str] = {}
-    usable = [each for each in facts.sensors if _is_usable(each, model, refused)]
-    found = [*_of_sensors(usable, model), *_of_cameras(model)]
+    own = (each for each in facts.sensors if each.name not in taken)
+    usable = [each for each in own if _is_usable(each, model, refused)]
+    found = [*_of_sensors(usable, model), *_of_cameras(model, taken)]
     return found, refused
 
 
@@ -97,9 +100,9 @@ def _elements(sensors: list[Sensor], model: Model) -> Iterator[Element]:
         yield Element(kind, type_, {"sensors": [sensor.name for sensor in own]})
 
 
-def _of_cameras(model: Model) -> Iterator[Receptor]:
+def _of_cameras(model: Model, taken: Collection[str]) -> Iterator[Receptor]:
     for name, size in model.cameras.items():
-        if name and not set(name) & set("{}"):
+        if name and name not in taken and not set(name) & set("{}"):
             width, height = size or DEFAULT_CAMERA
             bind = {"camera": name, "image": "rgb"}
             image = Element("image", f"image[{height}, {width}, 3]", bind)

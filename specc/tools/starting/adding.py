@@ -1,0 +1,79 @@
+"""Adding an agent to a specification that exists: its text, with the new entries in place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from specc.tools.fmt import formatted
+from specc.tools.fmt.tree import Collection, Entry
+from specc.tools.importers.writing import PEERS, Data, SpecNames, to_yaml
+from specc.tools.starting.channels import noted
+from specc.tools.starting.document import Robot, sections, wrapped
+
+_NAMED = ("types", "interfaces", "constants", "operators", "files", "frames", "parameters")
+
+
+class NotAdded(Exception):
+    """The specification takes no such agent; the message says why."""
+
+
+def bound(data: Mapping[str, Any]) -> set[str]:
+    """Actuators, sensors and cameras that a specification, as plain data, has devices for."""
+    bindings = _mapping(_mapping(data, "plant"), "bind").values()
+    found: set[str] = set()
+    for each in bindings:
+        if isinstance(each, Mapping):
+            named = (each.get("actuators"), each.get("sensors"), [each.get("camera")])
+            found |= {str(one) for names in named if isinstance(names, list) for one in names}
+    return found
+
+
+def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command: str) -> str:
+    """The text of a specification, which is YAML without faults, with one more agent.
+
+    All of it comes in the canonical layout. Raises NotAdded.
+    """
+    if robot.name in _mapping(data, "agents"):
+        raise NotAdded(f"there is an agent {robot.name} already; give another --agent")
+    taken = {name for key in _NAMED for name in _mapping(data, key)}
+    parts = sections(robot, SpecNames({*taken, *PEERS}), _mapping(data, "constants"))
+    remarks = wrapped(f"Made by `{command}`.", *parts.remarks)
+    has_task = "task" in data
+    scene = {k: v for k, v in parts.scene.items() if k not in _mapping(_task(data), "scene")}
+    new: dict[str, Data] = {
+        **parts.named(),
+        "agents": {robot.name: noted(parts.agents[robot.name], remarks)},
+        "plant": {"model": plant, "bind": parts.bind},
+        "task": {"scene": scene} if has_task and scene else "" if has_task else parts.task,
+    }
+    written = to_yaml({key: value for key, value in new.items() if value}, fold=True)
+    return formatted(text.rstrip("\n") + "\n" + written, _merge)
+
+
+def _merge(root: Collection) -> None:
+    """Put entries of a mapping that has keys twice into those that came first."""
+    first: dict[str, Entry] = {}
+    for entry in root.entries:
+        name = entry.key.text if entry.key else ""
+        earlier = first.setdefault(name, entry)
+        if earlier is entry:
+            continue
+        one, other = earlier.value, entry.value
+        if isinstance(one, Collection) and isinstance(other, Collection):
+            if other.entries:
+                other.entries[0].above[:0] = entry.above
+            one.entries += other.entries
+            one.below += other.below
+            one.flow &= not any(each.above for each in one.entries)
+            _merge(one)
+    root.entries = list(first.values())
+
+
+def _task(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    return _mapping(data, "task")
+
+
+def _mapping(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = data.get(key)
+    return found if isinstance(found, Mapping) else {}
