@@ -249,6 +249,32 @@ def test_a_model_that_cannot_be_used(
     assert not (tmp_path / "cell").exists()
 
 
+def test_a_machine_without_the_simulator_is_told_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The process that reads models finds no MuJoCo."""
+    missing = "raise ModuleNotFoundError(\"No module named 'mujoco'\", name='mujoco')"
+    at(tmp_path / "path/mujoco.py", missing)
+    monkeypatch.syspath_prepend(str(tmp_path / "path"))
+    model = at(tmp_path / "robot.xml", arm(SERVOS))
+    assert main(["init", str(tmp_path / "cell"), "--model", str(model)]) == 2
+    assert "mujoco is not installed: `" in capsys.readouterr().err
+    assert not (tmp_path / "cell").exists()
+
+
+def test_every_step_of_the_design_is_done(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = started(robots.BASE, tmp_path)
+    capsys.readouterr()
+    assert main(["status", str(spec)]) == 0
+    assert capsys.readouterr().out.endswith("\nevery step is done\n")
+    text = spec.read_text()
+    assert "imu: {y: Imu}" in text
+    assert 'Imu: {accelerometer: "vector[3, m/s**2]", gyro: "vector[3, rad/s]"}' in text
+    assert "# Left out: eye: it has no cutoff" in text
+
+
 def test_options_without_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["init", str(tmp_path / "new"), "--group", "a=b"]) == 2
     assert "--group is about a model; add --model" in capsys.readouterr().err

@@ -6,7 +6,7 @@ from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant
 
-from tests.plants.worlds import model_file
+from tests.plants.worlds import SLIDER, model_file
 
 SENSORS = (
     SensorBinding("x", joints=("x",)),
@@ -33,6 +33,19 @@ def run(plant, order, ticks=20):
             seen[name].append(np.array(plant.sample(name)))
         plant.advance(0.002)
     return {name: np.array(values) for name, values in seen.items()}
+
+
+def test_controls_of_the_home_keyframe_hold_until_a_command_comes(tmp_path):
+    text = SLIDER.replace('qpos="0.5"', 'qpos="0.5" ctrl="3"')
+    plant = MujocoPlant(model_file(tmp_path, text), SENSORS, (PUSH,))
+    plant.advance(0.002)
+    assert plant.sample("f") == 3.0
+    plant.actuate("push", -1.0)
+    plant.advance(0.002)
+    assert plant.sample("f") == -1.0
+    plant.reset(0)
+    plant.advance(0.002)
+    assert plant.sample("f") == 3.0
 
 
 def test_it_starts_at_rest_in_the_home_keyframe(plant):

@@ -253,7 +253,8 @@ class _Agent:
         }
         functions: dict[str, Data] = {"move": draft.move, "tell": draft.tell}
         lines = [line for note in dict.fromkeys(draft.notes) for line in _wrapped(note, 8)]
-        data: dict[str, Data] = {"rate": rate(self._period), "x": x, "y": y}
+        title = _moved(group, self._robot.facts)
+        data: dict[str, Data] = {"title": title, "rate": rate(self._period), "x": x, "y": y}
         if draft.memory:
             data["memory"] = draft.memory
         if draft.let:
@@ -309,7 +310,8 @@ class _Agent:
         lets: dict[str, Data] = {"in_place": " and ".join(near), "sensed": " and ".join(seen)}
         lets = {key: value for key, value in lets.items() if value}
         done = " and ".join((f"elapsed >= {HELD_S}[s]", *lets))
-        data: dict[str, Data] = {"rate": self._rate(_DECIDED_S), "x": x, "y": y}
+        title = f"Holds the pose of {pose(self._robot.facts)}"
+        data: dict[str, Data] = {"title": title, "rate": self._rate(_DECIDED_S), "x": x, "y": y}
         if lets:
             data["let"] = lets
         return data | {
@@ -320,6 +322,13 @@ class _Agent:
             "initial_state": "hold",
             "transitions": [["hold", "terminal", "always", "hold"]],
         }
+
+
+def _moved(group: Group, facts: Facts) -> str:
+    """The title of a virtual effector: the joints that it moves."""
+    joints = list(dict.fromkeys(facts.joints[j].name for a in group.actuators for j, _ in a.joints))
+    shown = ", ".join(joints) if len(joints) < 3 else f"{joints[0]} to {joints[-1]}"
+    return _clean(f"Moves {shown}" + (f" ({len(joints)} joints)" if len(joints) > 2 else ""))
 
 
 def _one_state(name: str, functions: list[str]) -> dict[str, Data]:
@@ -342,6 +351,9 @@ def _first(far: Mapping[str, float]) -> list[tuple[str, float]]:
     return sorted(far.items(), key=lambda pair: -pair[1])[:_MOST_SHOWN]
 
 
+def _clean(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
 def _wrapped(text: str, indent: int = 0) -> list[str]:
-    clean = "".join(c if c.isprintable() else "?" for c in text)
-    return textwrap.wrap(clean, _WIDTH - indent, break_long_words=False)
+    return textwrap.wrap(_clean(text), _WIDTH - indent, break_long_words=False)
