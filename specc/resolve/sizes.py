@@ -31,12 +31,8 @@ def may_be_size(kind: str) -> bool:
 
 def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     """Sizes of a description that nobody uses: examples that differ from each other."""
-    examples = (n for n in count(11) if all(n % d for d in range(2, n)))
-    return {
-        name: OpenSize(next(examples), name)
-        for name, kind in parameters.items()
-        if may_be_size(kind)
-    }
+    named = (name for name, kind in parameters.items() if may_be_size(kind))
+    return {name: OpenSize(example, name) for name, example in zip(named, count(11), strict=False)}
 
 
 @dataclass(slots=True)
