@@ -31,6 +31,7 @@ from specc.tools.starting import (
 )
 
 PLANTS = "plants"
+_MOST_SHOWN = 5
 
 
 class Refused(Exception):
@@ -45,8 +46,10 @@ def init(options: Namespace) -> int:
     except Refused as refused:
         streams.say(f"specc: {refused}")
         return 2
-    for place in written:
+    for place in written[:_MOST_SHOWN]:
         streams.show(f"{place}\n")
+    if len(written) > _MOST_SHOWN:
+        streams.show(f"and {len(written) - _MOST_SHOWN} more files below {PLANTS}\n")
     named = shlex.quote(str(written[0]))
     streams.show(f"\nspecc status {named}\nspecc run {named}\n")
     return 0

@@ -229,6 +229,39 @@ def test_strange_names_become_names(tmp_path: Path) -> None:
     run(spec)
 
 
+ODD = ("he said &quot;hi&quot;: #1", "a&#10;b'c", "- {x")
+
+
+def test_names_may_be_any_texts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In YAML, titles and comments; those with braces, which bindings take for indices, are out."""
+    servos = "".join(f'<position name="{n} *&amp;s" joint="{n}" kp="200" kv="20"/>' for n in ODD)
+    text = arm(servos, ODD).replace('name="home"', 'name="&quot;x&#10;: # y"')
+    spec = started(text.replace('name="hand eye"', 'name="&quot;eye&#10;: b"'), tmp_path)
+    assert "left out: - {x *&s: braces in names stand for indices" in capsys.readouterr().err
+    assert is_clean(spec)
+    run(spec)
+
+
+REPLICATED = f"""{robots.HEAD.format(name="row")}<worldbody><replicate count="3" offset="0 0.3 0">
+  <body name="b" pos="0 0 1"><joint name="j" axis="0 1 0" damping="1"/>
+    <geom size="0.02" fromto="0 0 0 .2 0 0" type="capsule" contype="0"/></body>
+  </replicate></worldbody>
+  <actuator><position name="a" joint="j1" kp="100" kv="5"/></actuator></mujoco>"""
+ATTACHED = """<mujoco model="cell"><asset><model name="arm" file="../parts/arm.xml"/></asset>
+  <worldbody>
+  <frame pos="0 0 1"><attach model="arm" body="shoulder_link" prefix="l_"/></frame>
+  <frame pos="0 1 1"><attach model="arm" body="shoulder_link" prefix="r_"/></frame>
+  </worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("model", short([REPLICATED, ATTACHED], 1))
+def test_names_that_come_into_being_in_the_simulator(model: str, tmp_path: Path) -> None:
+    at(tmp_path / "parts/arm.xml", arm(SERVOS))
+    spec = started(model, tmp_path)
+    assert is_clean(spec)
+    run(spec)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -151,7 +151,7 @@ class _Channel:
         text = f"vector[{size}, {unit}]" if unit else f"vector[{size}]"
         named = next((n for n, t in self._draft.types.items() if t == text), "")
         if not named:
-            named = self._names.new(camel(f"{self._prefix}_{word}"))
+            named = self._names.new(camel(f"{self._prefix}_{word}".replace("joints_", "joint_")))
             self._draft.types[named] = text
         return named
 

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
@@ -96,17 +96,27 @@ def facts_of(path: str) -> Facts:
     for reason in ("missing", "error"):
         if reason in answer:
             raise NoFacts(str(answer[reason])[:_LONGEST])
-    joints = (Joint(**{**j, "range": j["range"] and tuple(j["range"])}) for j in answer["joints"])
-    actuators = (
+    joints = [Joint(**{**j, "range": j["range"] and tuple(j["range"])}) for j in answer["joints"]]
+    actuators = [
         Actuator(**{**a, "joints": tuple(map(tuple, a["joints"]))}) for a in answer["actuators"]
-    )
+    ]
+    braced = {a.name: BRACED for a in actuators if _has_braces(a, joints)}
     many = {
         "joints": tuple(joints),
         "parents": tuple(answer["parents"]),
-        "actuators": tuple(actuators),
+        "actuators": tuple(each for each in actuators if each.name not in braced),
+        "refused": {**answer["refused"], **braced},
         "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
     }
     return Facts(**{**answer, **many})
+
+
+BRACED = "braces in names stand for indices: give it or its joint another name"
+
+
+def _has_braces(actuator: Actuator, joints: Sequence[Joint]) -> bool:
+    names = (actuator.name, *(joints[joint].name for joint, _ in actuator.joints))
+    return any(set("{}") & set(name) for name in names)
 
 
 def _asked(path: str) -> dict[str, Any]:

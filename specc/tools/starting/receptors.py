@@ -8,7 +8,7 @@ from specc.analysis.plant import units_of_sensor
 from specc.frozen import frozen
 from specc.mjcf import Model
 from specc.model.units import Unit
-from specc.tools.starting.facts import Facts, Sensor
+from specc.tools.starting.facts import BRACED, Facts, Sensor
 
 DEFAULT_CAMERA = (640, 480)
 
@@ -50,7 +50,7 @@ def _is_usable(sensor: Sensor, model: Model, refused: dict[str, str]) -> bool:
     if not sensor.name:
         why = "it has no name"
     elif set(sensor.name) & set("{}"):
-        why = "braces in names stand for indices"
+        why = BRACED
     elif part is None or model.sensors.get(sensor.name) != sensor.size:
         why = "specc does not know how many numbers it gives"
     elif part.kind == "rangefinder" and sensor.cutoff <= 0:
