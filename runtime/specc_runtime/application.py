@@ -20,7 +20,7 @@ from specc_runtime.faults import Fault, PlantFailed, SceneFailed, said
 from specc_runtime.interruption import SAFE_S, Abandoned, Interruption
 from specc_runtime.loading import load_system, made
 from specc_runtime.options import Options, RendererName, UsageError
-from specc_runtime.plant import Pictured, Plant, Viewable
+from specc_runtime.plant import Grouped, Pictured, Plant, Viewable
 from specc_runtime.plants.errors import PlantError
 from specc_runtime.report import Report, check_outputs, stillborn, write
 from specc_runtime.session import Recording, Session
@@ -31,6 +31,7 @@ from specc_runtime.watchdog import Watchdog
 
 if TYPE_CHECKING:
     from specc_runtime.recording.snapshots import Kept
+    from specc_runtime.video import Video
 
 FULFILLED, UNFULFILLED, WRONG_USAGE = 0, 1, 2
 
@@ -352,20 +353,23 @@ def _accompany(
         raise UsageError(f"--video and --viewer: {system.name} has no plant to look at")
     for wanted, option, protocol in (
         (options.video, "--video", Pictured),
+        (options.geom_groups, "--geom-groups", Grouped),
         (options.viewer, "--viewer", Viewable),
     ):
         if wanted and (lacking := shortcomings(plant, protocol)):
             raise UsageError(f"{option}: the plant {'; '.join(lacking)}")
     if options.viewer:
         companions.append(Viewer(plant, clock, session.interruption.request))
+    video: Video | None = None
     if options.video is not None:
         from specc_runtime.video import Video
 
-        companions.append(Video(options.video, plant, system.tick_s, options.camera))
+        video = Video(options, plant, system.tick_s, clock)
+        companions.append(video)
     if not options.quiet:
         from specc_runtime.progress.bar import progress
 
-        companions.append(progress(clock))
+        companions.append(progress(clock, lambda: video.busy_s if video else 0.0))
 
 
 def _write(report: Report, options: Options) -> int:

@@ -34,6 +34,10 @@ class Options:
     camera: str = "overview"
     report: Path | None = None
     video: Path | None = None
+    fps: float | None = None
+    size: tuple[int, int] | None = None
+    """Width and height of a film in pixels."""
+    geom_groups: tuple[int, ...] | None = None
     viewer: bool = False
     renderer: RendererName = "auto"
     inline: bool = False
@@ -101,6 +105,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="overview",
         help="camera of the film (default: %(default)s)",
     )
+    words = "pictures a second of the film (default: 25, of FILE.webp 10)"
+    add("--fps", metavar="N", type=_rate, help=words)
+    words = "pixels of the film (default: 640x480, of FILE.webp 400x300)"
+    add("--size", metavar="WxH", type=_size, help=words)
+    words = "groups of geoms that the film shows (default: 0,1,2)"
+    add("--geom-groups", metavar="N,N", type=_groups, help=words)
     add("--viewer", action="store_true", help="show the scene in a window")
     add("--inline", action="store_true", help="no worker threads; the records are the same")
 
@@ -152,6 +162,37 @@ def _count(text: str) -> int:
     if number == 0:
         raise argparse.ArgumentTypeError("at least 1 is needed")
     return number
+
+
+_MOST_FPS, _SIZES_PX = 240, (16, 4096)
+_GROUPS = range(6)
+
+
+def _rate(text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not 0.01 <= rate <= _MOST_FPS:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0.01 to {_MOST_FPS}")
+    return rate
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, by, height = text.partition("x")
+    low, high = _SIZES_PX
+    if not by or not all(low <= (n := _whole_number(part)) <= high and n % 2 == 0
+                         for part in (width, height)):  # fmt: skip
+        words = f"{text!r} is not WIDTHxHEIGHT, both even and from {low} to {high}"
+        raise argparse.ArgumentTypeError(words)
+    return int(width), int(height)
+
+
+def _groups(text: str) -> tuple[int, ...]:
+    parts = text.split(",")
+    if not all(part in map(str, _GROUPS) for part in parts):
+        raise argparse.ArgumentTypeError(f"{text!r} is not numbers from 0 to 5: 0,1,2")
+    return tuple(sorted(set(map(int, parts))))
 
 
 def _seconds(text: str) -> float:

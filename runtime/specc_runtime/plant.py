@@ -162,6 +162,13 @@ class Pictured(Protocol):
         """What a camera for people sees now: an array (height, width, 3) of uint8, RGB."""
 
 
+class Grouped(Protocol):
+    """What a plant has in addition whose geoms are in groups, some of which may be hidden."""
+
+    def show_geom_groups(self, groups: Sequence[int]) -> None:
+        """Show geoms of these groups, 0 to 5, and no others in pictures from now on."""
+
+
 @dataclass(frozen=True, slots=True)
 class Shape:
     """A part of a body: a `cube`, `sphere` or `cylinder` with the lengths of its edges in m.

@@ -246,6 +246,10 @@ def check_outputs(options: Options) -> None:
             raise UsageError(f"--record-{option}: the run is not recorded; add --record")
     if options.record_exact and options.record_images:
         raise UsageError("--record-images: with --record-exact images are as they are")
+    looks = {"fps": options.fps, "size": options.size, "geom-groups": options.geom_groups}
+    for option, look in looks.items():
+        if look is not None and options.video is None:
+            raise UsageError(f"--{option}: the run is not filmed; add --video")
     wanted = ((options.report, REPORT), (options.video, FILM), (options.record, RECORDING))
     written: set[Path] = set()
     for file, kind in wanted:

@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 
 from specc_runtime.aside import replacing
+from specc_runtime.clock import WallClock
 from specc_runtime.companion import OutputLost, View
 from specc_runtime.faults import said
-from specc_runtime.options import UsageError
+from specc_runtime.options import Options, UsageError
 from specc_runtime.values import Rgb
 
 MOST_PICTURES = 240
@@ -23,12 +24,12 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class File(Protocol):
-    """Takes pictures, one every `period_s` of simulated time."""
+    """Takes pictures, one every `period_s` of simulated time; has the usual size and rate."""
 
     size_px: ClassVar[tuple[int, int]]
     frames_per_s: ClassVar[float]
 
-    def __init__(self, path: Path, period_s: float) -> None: ...
+    def __init__(self, path: Path, period_s: float, size_px: tuple[int, int]) -> None: ...
 
     def add(self, picture: Rgb) -> None:
         """The next picture (h, w, 3)."""
@@ -47,12 +48,12 @@ class Film:
     size_px: ClassVar = (640, 480)
     frames_per_s: ClassVar = 25.0
 
-    def __init__(self, path: Path, period_s: float) -> None:
+    def __init__(self, path: Path, period_s: float, size_px: tuple[int, int]) -> None:
         """Raises UsageError if the file cannot be written."""
         self._path = path
         self._pictures = 0
         codec = cv2.VideoWriter.fourcc(*"mp4v")
-        self._writer = cv2.VideoWriter(str(path), codec, 1.0 / period_s, self.size_px)
+        self._writer = cv2.VideoWriter(str(path), codec, 1.0 / period_s, size_px)
         if not self._writer.isOpened():
             raise UsageError(f"cannot write the video {path}")
 
@@ -84,7 +85,7 @@ class Animation:
     size_px: ClassVar = (400, 300)
     frames_per_s: ClassVar = 10.0
 
-    def __init__(self, path: Path, period_s: float) -> None:
+    def __init__(self, path: Path, period_s: float, size_px: tuple[int, int]) -> None:
         """Raises UsageError if the file cannot be written."""
         self._path = path
         self._period_ms = 1000.0 * period_s
@@ -124,37 +125,47 @@ _FILES: dict[str, type[File]] = {".mp4": Film, ".mkv": Film, ".webp": Animation}
 
 
 class Video:
-    """Draws the plant for a file, of the kind that its suffix says."""
+    """Draws the plant for a file, of the kind that its suffix says.
 
-    def __init__(self, path: Path, plant: Any, tick_s: float, camera: str) -> None:
+    `busy_s` is the wall time that this has taken.
+    """
+
+    def __init__(self, options: Options, plant: Any, tick_s: float, clock: WallClock) -> None:
         """Draws the first picture at once; raises UsageError if the file cannot be written.
 
         The plant needs `picture(camera, width, height)` and the camera; what it raises
         goes through.
         """
-        kind = _FILES.get(path.suffix.lower())
-        if kind is None:
+        path = options.video
+        kind = None if path is None else _FILES.get(path.suffix.lower())
+        if path is None or kind is None:
             raise UsageError(
                 f"cannot write the video {path}: its name has to end in .mp4, .mkv or .webp"
             )
-        ticks = max(1, round(1.0 / kind.frames_per_s / tick_s))
+        ticks = max(1, round(1.0 / (options.fps or kind.frames_per_s) / tick_s))
         self.period_s = ticks * tick_s
+        self.busy_s = 0.0
         self._plant = plant
+        self._clock = clock
         self._path = path
         self._ended = ""
-        self._camera = camera
-        plant.picture(camera, *kind.size_px)
-        self._file = kind(path, self.period_s)
+        self._view = options.camera, *(options.size or kind.size_px)
+        if options.geom_groups is not None:
+            plant.show_geom_groups(options.geom_groups)
+        plant.picture(*self._view)
+        self._file = kind(path, self.period_s, self._view[1:])
 
     def tick(self, view: View) -> None:
         """See `Companion`."""
+        begin_s = self._clock.now_s()
         try:
-            picture = self._plant.picture(self._camera, *self._file.size_px)
+            picture = self._plant.picture(*self._view)
         except BaseException as error:
             self._ended = f" ends at {view.time_s:.2f} s: {said(error)}"
             raise
         lines = [("time", f"{view.time_s:.2f} s"), *view.states.items()]
         self._file.add(annotated(picture, lines))
+        self.busy_s += self._clock.now_s() - begin_s
 
     def close(self) -> None:
         """See `Companion`. Raises OutputLost unless the file has all pictures."""

@@ -10,6 +10,7 @@ RUNTIME = modules("runtime", "specc_runtime")
 
 # Package -> the modules, with what is inside them, that may import it.
 DOORS = {
+    "OpenGL": {"specc_runtime.plants.mujoco.gl"},
     "_ruamel_yaml": {"specc.read"},
     "argcomplete": {"specc.cli.completing"},
     "cv2": {

@@ -30,6 +30,7 @@ def test_documented_make_targets_exist(document: str) -> None:
 
 EXTRAS = PROJECT["optional-dependencies"]
 NAMES = {
+    "OpenGL": "PyOpenGL",
     "_ruamel_yaml": "ruamel.yaml.clib",
     "cv2": "opencv-python-headless",
     "lsprotocol": "pygls",  # comes with it, in the versions that fit

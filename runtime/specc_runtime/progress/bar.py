@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 
 from specc_runtime.clock import WallClock
 from specc_runtime.companion import Companion, View
@@ -12,6 +13,21 @@ from specc_runtime.telling import say
 BAR_INTERVAL_S = 0.1
 LINE_INTERVAL_S = 5.0
 """Wall time between two updates."""
+_MUCH = 0.1
+"""Part of the wall time from which on it is told what takes it."""
+
+
+class _Rendering:
+    """What films take of the wall time, in words; `busy_s` says how long they have taken."""
+
+    def __init__(self, clock: WallClock, busy_s: Callable[[], float]) -> None:
+        self._clock, self._busy_s = clock, busy_s
+        self._begin_s = clock.now_s()
+
+    def told(self) -> str:
+        """Nothing where it is little."""
+        part = self._busy_s() / max(self._clock.now_s() - self._begin_s, 1e-9)
+        return f"rendering takes {min(part, 1.0):.0%} of the time" if part >= _MUCH else ""
 
 
 class Bar:
@@ -19,22 +35,22 @@ class Bar:
 
     period_s = 0.01
 
-    def __init__(self, clock: WallClock) -> None:
+    def __init__(self, clock: WallClock, busy_s: Callable[[], float] = float) -> None:
         # A run that nobody watches begins without what draws the bar.
         from rich.console import Console
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
-        self._clock = clock
+        self._clock, self._rendering = clock, _Rendering(clock, busy_s)
         self._shown_s = clock.now_s()
         columns = (
             SpinnerColumn(),
             TextColumn("{task.description}"),
             BarColumn(bar_width=24),
-            TextColumn("{task.fields[time]}  {task.fields[states]}"),
+            TextColumn("{task.fields[time]}  {task.fields[rendering]}  {task.fields[states]}"),
         )
         console = Console(stderr=True)
         self._progress = Progress(*columns, console=console, auto_refresh=False, transient=True)
-        self._task = self._progress.add_task("", total=None, time="", states="")
+        self._task = self._progress.add_task("", total=None, time="", rendering="", states="")
         self._progress.start()
 
     def tick(self, view: View) -> None:
@@ -49,6 +65,7 @@ class Bar:
                 completed=done,
                 total=total,
                 time=f"{view.time_s:.2f} s",
+                rendering=self._rendering.told(),
                 states=_states(view),
             )
             self._progress.refresh()
@@ -63,8 +80,8 @@ class Lines:
 
     period_s = 0.1
 
-    def __init__(self, clock: WallClock) -> None:
-        self._clock = clock
+    def __init__(self, clock: WallClock, busy_s: Callable[[], float] = float) -> None:
+        self._clock, self._rendering = clock, _Rendering(clock, busy_s)
         self._shown_s = -math.inf
         self._cycles = 0
 
@@ -74,16 +91,16 @@ class Lines:
         if now_s - self._shown_s >= LINE_INTERVAL_S or len(view.fulfilled) != self._cycles:
             self._shown_s = now_s
             self._cycles = len(view.fulfilled)
-            text = f"{_what(view)}  {view.time_s:.2f} s  {_states(view)}"
-            say(text.strip())
+            parts = _what(view), f"{view.time_s:.2f} s", self._rendering.told(), _states(view)
+            say("  ".join(filter(None, parts)))
 
     def close(self) -> None:
         """See `Companion`."""
 
 
-def progress(clock: WallClock) -> Companion:
-    """What suits standard error."""
-    return Bar(clock) if sys.stderr.isatty() else Lines(clock)
+def progress(clock: WallClock, busy_s: Callable[[], float]) -> Companion:
+    """What suits standard error; `busy_s` is the wall time that films have taken."""
+    return (Bar if sys.stderr.isatty() else Lines)(clock, busy_s)
 
 
 def _what(view: View) -> str:

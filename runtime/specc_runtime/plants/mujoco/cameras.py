@@ -1,6 +1,6 @@
 """Cameras of a model: their geometry, the choice of what draws their images, and where."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from copy import copy
 from math import radians, tan
@@ -66,10 +66,10 @@ class Cameras:
                 )
             return shot.frames[camera]
 
-    def picture(self, camera: Camera) -> NDArray[np.uint8]:
+    def picture(self, camera: Camera, groups: Sequence[int] | None = None) -> NDArray[np.uint8]:
         """What a camera for people sees now; waits until it is drawn."""
         with self._lock:
-            drawn = self._submit(lambda: self._opened().picture(camera, self._data))
+            drawn = self._submit(lambda: self._opened().picture(camera, self._data, groups))
         return drawn.result()
 
     def forget(self) -> None:

@@ -65,6 +65,7 @@ class MujocoPlant:
         self._divergence = Divergence(self._model, self._data)
         self._brakes = Brakes(self._model, self._data)
         self._bodies = Bodies(self._model, self._data)
+        self._shown: tuple[int, ...] | None = None
         self.truth = GroundTruth(self._model, self._data)
         self.reset(0)
 
@@ -204,7 +205,11 @@ class MujocoPlant:
 
     def picture(self, camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """(height, width, 3) RGB picture for people; cameras of agents are sensors."""
-        return self._cameras.picture(self._cameras.camera(camera, width, height))
+        return self._cameras.picture(self._cameras.camera(camera, width, height), self._shown)
+
+    def show_geom_groups(self, groups: Sequence[int]) -> None:
+        """See `specc_runtime.plant.Grouped`."""
+        self._shown = tuple(groups)
 
     def body_names(self) -> tuple[str, ...]:
         """Names of all bodies but the world."""

@@ -1,5 +1,6 @@
 """Camera images without a graphics system: MuJoCo's ray casting and a texture lookup."""
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -59,9 +60,15 @@ class RaycastRenderer:
         pixels = self._pixels_of_moving(view, state)
         return self._cast(self._model, state, view, pixels, still, static=False)
 
-    def picture(self, camera: Camera, state: Any) -> NDArray[np.uint8]:
+    def picture(
+        self, camera: Camera, state: Any, groups: Sequence[int] | None = None
+    ) -> NDArray[np.uint8]:
         """See `view.Renderer`."""
-        return self.render(camera, state).rgb
+        if groups is None:
+            return self.render(camera, state).rgb
+        view, shown = _view(camera, state), np.array([g in groups for g in range(6)], np.uint8)
+        pixels, empty = _all(view), _empty(camera)
+        return self._cast(self._model, state, view, pixels, empty, visible=shown).rgb
 
     def close(self) -> None:
         """See `view.Renderer`."""
@@ -85,13 +92,14 @@ class RaycastRenderer:
         behind: Frame,
         *,
         static: bool = True,
+        visible: NDArray[np.uint8] = _VISIBLE,
     ) -> Frame:
         """Frame of what the rays of some pixels hit, in front of another frame."""
         rays = view.rays[pixels]
         geom = np.empty(len(rays), np.int32)
         depth, normal = np.empty(len(rays)), np.empty((len(rays), 3))
         mujoco.mj_multiRay(
-            model, state, view.origin, rays.ravel(), _VISIBLE, static, -1,
+            model, state, view.origin, rays.ravel(), visible, static, -1,
             geom, depth, normal.ravel(), len(rays), _FAR_M,
         )  # fmt: skip
         far = behind.depth.ravel()[pixels]

@@ -1,5 +1,6 @@
 """What a camera is and what it sees; renderers and those who use them meet here."""
 
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -47,8 +48,10 @@ class Renderer(Protocol):
     def render(self, camera: Camera, state: Any) -> Frame:
         """Image and depth without decoration, as a sensor sees them."""
 
-    def picture(self, camera: Camera, state: Any) -> NDArray[np.uint8]:
-        """(h, w, 3) image as good-looking as this renderer can make it."""
+    def picture(
+        self, camera: Camera, state: Any, groups: Sequence[int] | None = None
+    ) -> NDArray[np.uint8]:
+        """(h, w, 3) image for people, of the geoms of these groups, by default those below 3."""
 
     def close(self) -> None:
         """Free what was taken from the graphics system."""
