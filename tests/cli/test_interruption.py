@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from specc.tools.fmt import formatted
+from tests.seeds import short
 
 GOOD = """specc: 1
 system: alone
@@ -187,9 +188,9 @@ def test_what_was_found_side_by_side_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="nothing runs side by side")
-@pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("sign", short([signal.SIGKILL, signal.SIGTERM], 0))
 def test_nothing_outlives_a_command_that_is_killed(tmp_path: Path, sign: signal.Signals) -> None:
-    for number in range(2000):
+    for number in range(600):
         (tmp_path / f"{number:04}.yaml").write_text(WRONG)
     command = [sys.executable, "-m", "specc", "validate", "."]
     killed = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE)

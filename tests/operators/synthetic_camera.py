@@ -12,6 +12,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from specc_runtime.operators.vision.models import load_models
 
 OBJECTS = Path(__file__).parents[2] / "specs" / "objects"
 NAMES = ("herbapol_mint_tea", "mnich", "sen")
@@ -19,6 +20,7 @@ NAMES = ("herbapol_mint_tea", "mnich", "sen")
 WIDTH, HEIGHT, FOCAL, CX, CY = 640, 480, 525.0, 319.5, 239.5
 TABLE_Z = 0.906
 SAMPLES = (np.arange(3) - 1) / 3
+MODELS = load_models(str(OBJECTS))
 
 
 def _camera_pose() -> np.ndarray:

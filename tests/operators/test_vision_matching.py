@@ -9,9 +9,7 @@ from specc_runtime.operators.vision.matching import match_features
 from specc_runtime.operators.vision.models import load_models
 from specc_runtime.operators.vision.values import FeatureCloud
 
-from tests.operators.synthetic_camera import OBJECTS
-
-MODELS = load_models(str(OBJECTS))
+from tests.operators.synthetic_camera import MODELS, OBJECTS
 
 
 def disturbed(model, rows, rng, strength):

@@ -9,9 +9,7 @@ import pytest
 from specc_runtime.operators.vision.mesh import read_box
 from specc_runtime.operators.vision.models import DENSE_SPACING_M, load_models
 
-from tests.operators.synthetic_camera import NAMES, OBJECTS, box
-
-MODELS = load_models(str(OBJECTS))
+from tests.operators.synthetic_camera import MODELS, NAMES, OBJECTS, box
 
 
 def test_the_models_are_those_of_the_objects_in_the_order_of_their_names() -> None:

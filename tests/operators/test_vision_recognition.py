@@ -11,12 +11,11 @@ from specc_runtime.operators.vision.features import extract_features, to_cartesi
 from specc_runtime.operators.vision.grouping import group_correspondences
 from specc_runtime.operators.vision.hypotheses import project_hypotheses
 from specc_runtime.operators.vision.matching import match_features
-from specc_runtime.operators.vision.models import load_models
 from specc_runtime.operators.vision.values import model_label_of
 from specc_runtime.operators.vision.verification import verify_hypotheses
 
 from tests.operators.synthetic_camera import (
-    OBJECTS,
+    MODELS,
     X_BK,
     lying_box,
     pose_error,
@@ -25,7 +24,6 @@ from tests.operators.synthetic_camera import (
     with_noise,
 )
 
-MODELS = load_models(str(OBJECTS))
 P = kinect_intrinsics()
 SCENES = 6, pytest.param(24, marks=pytest.mark.long)
 

@@ -1,20 +1,31 @@
 """HP and HV: models are put where hypotheses say, and only what the depth bears out stays."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from specc_runtime.operators.vision.camera import kinect_intrinsics
 from specc_runtime.operators.vision.hypotheses import project_hypotheses
-from specc_runtime.operators.vision.models import load_models
 from specc_runtime.operators.vision.values import PoseHypothesis, model_label_of
 from specc_runtime.operators.vision.verification import verify_hypotheses
 
-from tests.operators.synthetic_camera import NAMES, OBJECTS, X_BK, lying_box, render, with_noise
+from tests.operators.synthetic_camera import (
+    MODELS,
+    NAMES,
+    X_BK,
+    lying_box,
+    render,
+    with_noise,
+)
 
-MODELS = load_models(str(OBJECTS))
 P = kinect_intrinsics()
 MINT = lying_box("herbapol_mint_tea", 0, 0.70, -0.35, 0.3)
 MONK = lying_box("mnich", 2, 0.75, -0.10, -1.0)
-DEPTH = render((MINT, MONK))[1]
+
+
+@cache
+def depth_of_both() -> np.ndarray:
+    return render((MINT, MONK))[1]
 
 
 def hypothesis(target, support=20, moved=(0.0, 0.0, 0.0)):
@@ -23,7 +34,8 @@ def hypothesis(target, support=20, moved=(0.0, 0.0, 0.0)):
     return PoseHypothesis(NAMES.index(target.name), X_KO, support)
 
 
-def verified(*hypotheses, depth=DEPTH):
+def verified(*hypotheses, depth=None):
+    depth = depth_of_both() if depth is None else depth
     return verify_hypotheses(project_hypotheses(hypotheses, MODELS), depth, P)
 
 
@@ -41,8 +53,8 @@ def test_projection_moves_the_whole_model():
 
 
 def test_true_hypotheses_are_accepted_with_and_without_noise():
-    noisy = with_noise(np.zeros((480, 640, 3)), DEPTH, np.random.default_rng(1))[1]
-    for depth in (DEPTH, noisy):
+    noisy = with_noise(np.zeros((480, 640, 3)), depth_of_both(), np.random.default_rng(1))[1]
+    for depth in (depth_of_both(), noisy):
         labels = {seen.label for seen in verified(hypothesis(MINT), hypothesis(MONK), depth=depth)}
         assert labels == {"herbapol_mint_tea_0", "mnich_0"}
 
@@ -71,16 +83,16 @@ def test_the_weaker_of_two_in_conflict_is_rejected():
 
 
 def test_something_nearer_does_not_speak_against_what_it_hides():
-    half_hidden = DEPTH.copy()
+    half_hidden = depth_of_both().copy()
     X_KO = np.linalg.inv(X_BK) @ MINT.X_BO
     column = round(525 * X_KO[0, 3] / X_KO[2, 3] + 319.5)
     half_hidden[:, :column] = 0.7
     assert len(verified(hypothesis(MINT), depth=half_hidden)) == 1
-    assert verified(hypothesis(MINT), depth=np.full_like(DEPTH, 0.7)) == ()
+    assert verified(hypothesis(MINT), depth=np.full_like(depth_of_both(), 0.7)) == ()
 
 
 def test_where_nothing_was_read_nothing_is_known():
-    assert verified(hypothesis(MINT), depth=np.zeros_like(DEPTH)) == ()
+    assert verified(hypothesis(MINT), depth=np.zeros_like(depth_of_both())) == ()
 
 
 def test_a_hypothesis_out_of_the_picture_is_rejected():

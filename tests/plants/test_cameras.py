@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco import MujocoPlant, gl
 
 from tests.plants.worlds import CONVEYOR, PICKING, model_file
+from tests.seeds import short
 
 KINECT = (
     SensorBinding("rgb", camera="kinect"),
@@ -36,6 +38,7 @@ BALL = """
 """
 
 
+@cache
 def gl_works():
     try:
         MujocoPlant(CONVEYOR, renderer="gl").picture("overview", 64, 48)
@@ -44,8 +47,11 @@ def gl_works():
     return True
 
 
-needs_gl = pytest.mark.skipif(not gl_works(), reason="no OpenGL here")
+# A text is looked at when a test begins, not when it is collected.
+needs_gl = pytest.mark.skipif("not gl_works()", reason="no OpenGL here")
 RENDERERS = [pytest.param("gl", marks=needs_gl), "raycast"]
+RAYS_FIRST = [pytest.param("gl", marks=[needs_gl, pytest.mark.long]), "raycast"]
+"""Of tests that make several large images."""
 
 
 def scene(renderer, seed=3):
@@ -70,7 +76,7 @@ def closed(monkeypatch):
         plant.close()
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", RAYS_FIRST)
 def test_points_of_a_depth_image_lie_on_what_was_seen(renderer):
     """X = (u - cx) / fx Z, in the optical frame at the published pose, falls on the table."""
     depth = scene(renderer).sample("depth").value()
@@ -109,7 +115,7 @@ def test_a_ball_appears_where_the_pinhole_has_it(renderer, tmp_path):
 
 
 @needs_gl
-@pytest.mark.parametrize("seed", [0, 3])
+@pytest.mark.parametrize("seed", short([0, 3], 1))
 def test_both_renderers_see_the_same(seed):
     drawn, cast = scene("gl", seed), scene("raycast", seed)
     depth_gl, depth_rays = drawn.sample("depth").value(), cast.sample("depth").value()
@@ -127,7 +133,7 @@ def test_both_renderers_see_the_same(seed):
     assert np.mean(difference[table & (error < 1e-3)] > 30) < 1e-3
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", RAYS_FIRST)
 def test_pictures_leave_no_trace_in_later_frames(renderer):
     filmed = scene(renderer, 0)
     filmed.sample("depth").value()
@@ -161,7 +167,7 @@ def test_frames_of_rays_do_not_remember_where_things_were():
     assert np.mean(np.abs(difference) > 2) < 1e-4
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", RAYS_FIRST)
 def test_frames_are_the_same_in_every_run(renderer):
     one, other = scene(renderer), scene(renderer)
     for name in ("rgb", "depth", "noisy"):
@@ -242,7 +248,7 @@ def test_a_model_without_an_overview_gets_one_that_sees_it(tmp_path: Path) -> No
     assert 18 <= rows.mean() <= 30 and 26 <= columns.mean() <= 38
 
 
-@pytest.mark.parametrize("renderer", RENDERERS)
+@pytest.mark.parametrize("renderer", RAYS_FIRST)
 def test_an_image_is_that_of_its_instant_whenever_it_is_drawn(renderer):
     """Neither what the plant did since nor what else was drawn can be seen in it."""
     names = ("rgb", "depth", "noisy")

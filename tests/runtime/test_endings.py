@@ -113,8 +113,9 @@ DEAF = (
 """Loading a model never comes back from C, as with one that has absurdly many parts."""
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("is_early", [False, True])
+@pytest.mark.parametrize(
+    ("number", "is_early"), short(product([signal.SIGINT, signal.SIGTERM], [False, True]), 0, 3)
+)
 def test_a_signal_ends_a_run_whose_model_does_not_load(
     tmp_path: Path, number: signal.Signals, is_early: bool
 ) -> None:
@@ -388,7 +389,7 @@ def test_a_plant_that_fails_leaves_one_fault_and_a_report(
 EVIL = "\\x1b[31mred\\n::error::forged\\n##[error]too\\u202e"
 
 
-@pytest.mark.parametrize("quiet", [[], ["--quiet"]])
+@pytest.mark.parametrize("quiet", short([[], ["--quiet"]], 0))
 def test_texts_of_strangers_steer_neither_a_terminal_nor_a_runner(
     tmp_path: Path, quiet: list[str]
 ) -> None:

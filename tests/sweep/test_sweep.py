@@ -373,7 +373,7 @@ def test_a_file_that_is_changed_meanwhile_changes_no_run(tmp_path: Path) -> None
     model = tmp_path / "plants/conveyor_gate.xml"
     text = model.read_text(encoding="utf-8")
     assert 'timestep="0.002"' in text
-    options = ("--seeds", "0:8", "--duration", "4", "--workers", "1")
+    options = ("--seeds", "0:4", "--duration", "4", "--workers", "1")
     sweep = subprocess.Popen(command(spec, "--out", "out", *options), cwd=tmp_path)
     while sweep.poll() is None and len(lines(tmp_path)) < 2:
         time.sleep(0.01)
