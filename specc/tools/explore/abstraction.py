@@ -1,8 +1,9 @@
-"""What of a system is kept when it is explored, and which machines are explored together.
+"""The abstraction of a system for exploring, and its slices: machines that are explored together.
 
-Kept is what conditions and assumptions rest on, directly or through lets, memory and other
-subsystems. A value of every period that is computed from measurements is `noise`: always fresh, and
-never known. A machine is explored together with those that send it something that is kept.
+The abstraction keeps the inputs, memory and outputs on which conditions and assumptions depend,
+directly or through lets, memory and other subsystems. A value that is computed from measurements
+in every period is `noise`: always fresh, and never known. A slice has a machine together with all
+machines that send it an element that is kept.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from specc.tools.explore.partial import Known, filled, static
 
 
 def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
-    """What is evaluated in a state: its ends, and the rows for them."""
+    """The conditions of a state: error, terminal, and the initial conditions of its rows."""
     for cause, end in subsystem.state(state).behaviour.endings:
         rows = subsystem.rows(state, cause)
         if rows and end.when != m.FALSE:
@@ -33,7 +34,7 @@ def conditions_of(subsystem: Subsystem, state: str) -> Iterator[m.Expr]:
 
 @dataclass(slots=True)
 class Kept:
-    """What is kept of one subsystem."""
+    """The inputs, memory and outputs of one subsystem that the abstraction keeps."""
 
     machine: Machine
     inputs: set[InputName] = field(default_factory=set)
@@ -47,12 +48,12 @@ class Kept:
 
     @property
     def rests(self) -> Dependences:
-        """What its expressions rest on."""
+        """The dependences of its expressions."""
         return self.machine.dependences
 
     @property
     def decides(self) -> bool:
-        """Whether anything is evaluated that may change something."""
+        """Whether it has a condition, an event or an assumption."""
         subsystem = self.subsystem
         ends = any(list(conditions_of(subsystem, s.name)) for s in subsystem.states)
         events = any(element.event for element in subsystem.inputs.values())
@@ -60,10 +61,10 @@ class Kept:
 
 
 class Abstraction:
-    """What is kept of all subsystems of a system without errors."""
+    """The kept elements of all subsystems of a system without errors."""
 
     def __init__(self, facts: Facts, requirements: Iterable[r.Requirement] = ()) -> None:
-        """What these requirements read of memory and of what is sent is kept as well."""
+        """Memory and outputs that these requirements read are kept as well."""
         self.facts = facts
         self.kept = {machine.subsystem.qualified_name: Kept(machine) for machine in facts.machines}
         self._origins = {
@@ -83,7 +84,7 @@ class Abstraction:
 
     @cached_property
     def cuts(self) -> frozenset[float]:
-        """The numbers with which something is compared."""
+        """The numbers that stand in comparisons, the bounds of regions."""
         return frozenset(self._compared())
 
     def _compared(self) -> Iterator[float]:
@@ -98,12 +99,12 @@ class Abstraction:
             yield from _compared(exprs, static(kept.subsystem, system))
 
     def _origin(self, reader: Subsystem, port: Port) -> tuple[str, str] | None:
-        """The sender's name, and what it calls the reader; None for devices."""
+        """The names of the sender and of its port to the reader; None for devices."""
         end = self.facts.connections.other_port(reader, port)
         return (port.other_end, end.peer) if end and port.other_end in self.kept else None
 
     def sender_of(self, reader: str, key: InputName) -> tuple[str, InputName] | None:
-        """Who sends an input, and as what; None for what devices measure."""
+        """The sender of an input and the output there; None for measurements."""
         origin = self._origins.get((reader, *key))
         return (origin[0], (origin[1], key[1])) if origin else None
 
@@ -120,7 +121,7 @@ class Abstraction:
         return found
 
     def _is_measured(self, sender: str, key: InputName, noise: set[tuple[str, InputName]]) -> bool:
-        """Whether whatever is sent there is computed from measurements."""
+        """Whether every value of an output is computed from measurements."""
         kept = self.kept[sender]
         sent = [e for each in kept.subsystem.written.get(key, {}).values() for e in each]
         return bool(sent) and all(
@@ -154,7 +155,7 @@ class Abstraction:
             self._need(reading.subsystem, [e for each in written.values() for e in each])
 
     def _need(self, name: str, exprs: Iterable[m.Expr]) -> None:
-        """Keep what some expressions of a subsystem rest on, and what that rests on."""
+        """Keep the transitive dependences of some expressions of a subsystem."""
         kept = self.kept[name]
         rests = kept.rests.all(exprs)
         for item in rests.memory - kept.memory:
@@ -174,7 +175,7 @@ class Abstraction:
             self._need(sender, [e for each in written.values() for e in each])
 
     def is_steady(self, reader: str, key: InputName) -> bool:
-        """Whether an input that is not kept is there, and new, in every period after the first."""
+        """Whether an input that is not kept is fresh in every period after the first."""
         if (reader, key) in self.noise:
             return True
         bindings = {(b.binding.device, b.binding.element): b.binding for b in self.facts.bindings}
@@ -186,13 +187,13 @@ class Abstraction:
         return bound.rate_hz is None or bound.rate_hz >= subsystem.rate_hz
 
     def slices(self) -> list[tuple[str, ...]]:
-        """The machines that are explored together, each with all that influence it."""
+        """The slices: each machine that decides, with all machines that influence it."""
         every = [set(self.around([name])) for name, kept in self.kept.items() if kept.decides]
         largest = [s for s in every if not any(s < other for other in every)]
         return list(dict.fromkeys(self._ordered(names) for names in largest))
 
     def around(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Some machines with all that influence them."""
+        """Some machines with all machines that influence them."""
 
         def influences(name: str) -> list[str]:
             sent = (self.sender_of(name, key) for key in sorted(self.kept[name].inputs))

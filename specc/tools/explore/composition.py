@@ -1,7 +1,8 @@
-"""Machines that influence one another, stepped together on their timeline, breadth first.
+"""The composition of the machines of a slice, stepped together on their timeline.
 
-A configuration is what there is between two base ticks at which some machine is due: each machine,
-its input buffers, and what it has computed and not yet sent (logical execution time).
+A configuration is the state of the slice between two base ticks at which some machine is due: of
+each machine its state and memory, its input buffers, and its outputs that are computed but not yet
+visible (logical execution time).
 """
 
 from __future__ import annotations
@@ -23,17 +24,20 @@ from specc.tools.explore.walker import Move, Outcome, Walker
 from specc.tools.explore.watch import Visible, Watch
 
 Moves = tuple[tuple[int, Move], ...]
-"""What those machines did that were due, by their index."""
+"""The moves of the machines that were due, by the index of the machine."""
 
 
 class Precision(NamedTuple):
-    """Whether time in states is counted, and the most values of an element, if there is a bound."""
+    """How exact an abstraction is.
+
+    `exact`: time in states is counted in periods. `most`: bound on the values of an element.
+    """
 
     exact: bool = False
     most: int | None = MOST_VALUES
 
     def refines(self, other: Precision) -> bool:
-        """Whether whatever is possible on this abstraction is on the other one, too."""
+        """Whether every run of this abstraction is one of the other abstraction, too."""
         return self.exact >= other.exact and (self.most is None or self.most == other.most)
 
 
@@ -41,7 +45,7 @@ COARSEST = Precision()
 
 
 class Part(NamedTuple):
-    """A machine in a configuration: buffers hold twice the number of a value, plus 1 if new."""
+    """A machine in a configuration: buffers hold twice the number of a value, plus 1 if fresh."""
 
     local: int
     buffers: tuple[int, ...]
@@ -51,7 +55,7 @@ class Part(NamedTuple):
 class Configuration(NamedTuple):
     """All machines, by the numbers of their parts, after base tick `phase` of the hyperperiod.
 
-    `watched` is the number of what is still required.
+    `watched` is the number of the obligations that requirements still leave.
     """
 
     phase: int
@@ -60,11 +64,12 @@ class Configuration(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """A step to another configuration; `overtaken` are values that were replaced unseen.
+    """A step to another configuration.
 
-    `violated` are requirements, by their index. `turn` says which machine each one was before
-    copies were put in order; nothing where they were. Where a machine fails that `ends` the run,
-    once others would see what it did.
+    `overtaken` are values that were overwritten before their reader saw them. `violated` are
+    requirements, by index. `turn` is the permutation that put copies in order: for each machine
+    its index before; empty if they were in order. `ends`: a machine failed, and its outputs are
+    due, so the run ends.
     """
 
     target: int
@@ -89,10 +94,10 @@ class Composition:
         symmetric: bool = True,
         still: bool = False,
     ) -> None:
-        """`watched` is what is required; of `probes` it is only told what they turned out to be.
+        """`watched` are the requirements; `probes` are judged too but violate nothing.
 
-        Copies of an agent are put into one order if it is `symmetric` and nothing is required. If
-        it is `still`, there is only one way, on which nothing happens that need not.
+        If `symmetric`, copies of an agent are put into one order, unless there are requirements.
+        If `still`, there is only one trace, on which nothing happens that can be avoided.
         """
         self.values = Values(precision.most, abstraction.cuts)
         self.names = names
@@ -127,14 +132,14 @@ class Composition:
             self.watch = Watch(watched, probes, self.walkers, self.values, system, whole_s)
 
     def _alike(self) -> Iterator[tuple[int, int]]:
-        """Machines that are the same, the first of them in front of each other one."""
+        """Pairs of equal machines: the one of the first copy, and the one of another copy."""
         for copies in self.copies:
             for copy in copies.machines[1:]:
                 yield from zip(copies.machines[0], copy, strict=True)
 
     @cached_property
     def widened(self) -> set[str]:
-        """The targets with too many values, once everything was explored."""
+        """The targets with too many values to follow, once everything was explored."""
         said = self.values.widened
         return {
             f"{walker.name}.{target.removeprefix(f'{walker.kind}.')}"
@@ -170,7 +175,7 @@ class Composition:
         return tuple(walker.locals.things[part.local].state for walker, part in parts)
 
     def parts_of(self, configuration: Configuration) -> list[Part]:
-        """All machines, with their buffers."""
+        """All machines of a configuration, with their buffers."""
         found = zip(self._parts, configuration.parts, strict=True)
         return [numbers.things[number] for numbers, number in found]
 
@@ -182,7 +187,7 @@ class Composition:
     def _made(
         self, phase: int, parts: Sequence[Part], before: int, visible: Visible
     ) -> tuple[Configuration, tuple[int, ...]]:
-        """A configuration, and the requirements that are violated until the next one."""
+        """A configuration, and the requirements violated before the next configuration."""
         numbered = zip(self._parts, parts, strict=True)
         numbers = tuple(numbers.of(part) for numbers, part in numbered)
         if self.watch is None:
@@ -193,7 +198,7 @@ class Composition:
         return Configuration(phase, numbers, watched), violated
 
     def start(self) -> tuple[Configuration, Edge]:
-        """After time 0, at which every machine executes the behaviour of its initial state."""
+        """The configurations after time 0, at which each machine executes its initial behaviour."""
         parts, moves = list[Part](), list[tuple[int, Move]]()
         for index, walker in enumerate(self.walkers):
             buffers = tuple(2 * number for number in walker.begin())
@@ -204,7 +209,7 @@ class Composition:
         return made, Edge(0, tuple(moves), (), violated)
 
     def following(self, here: Configuration) -> Iterator[tuple[Configuration, Edge]]:
-        """What may come next, nothing at the end of a run. Targets are not set."""
+        """The edges from a configuration, none at the end of a run; `target` is not set yet."""
         phase = self._next[here.phase]
         due = self.due[phase]
         parts = self.parts_of(here)
@@ -226,7 +231,7 @@ class Composition:
             yield made, edge._replace(violated=violated, turn=turn) if violated or turn else edge
 
     def _ordered(self, parts: list[Part]) -> tuple[list[Part], Frame]:
-        """The machines with copies in order, and which machine each one was before."""
+        """The machines with copies in order, and the permutation: for each its index before."""
         turn = list(range(len(parts)))
         for number, copies in enumerate(self.copies):
             seen = self._seen(number, parts)
@@ -246,14 +251,14 @@ class Composition:
         return parts, () if turn == list(range(len(parts))) else tuple(turn)
 
     def _seen(self, number: int, parts: list[Part]) -> list[tuple[object, ...]]:
-        """What there is of each copy: its machines, and what others have and send of it."""
+        """The sort key of each copy: its machines, and the values that others hold and send."""
         copies = self.copies[number]
         own = [tuple([parts[index] for index in copy]) for copy in copies.machines]
         views = (self._view(number, index, parts[index]) for index in copies.others)
         return list(zip(own, *views, strict=True))
 
     def _view(self, number: int, index: int, part: Part) -> tuple[tuple[int, ...], ...]:
-        """What another machine has and sends of each copy."""
+        """The values that a machine outside the copies holds and sends of each copy."""
         key = number, index, part
         if key not in self._views:
             copies = self.copies[number]
@@ -270,7 +275,7 @@ class Composition:
         return self._views[key]
 
     def _exchanged(self, index: int, part: Part, copies: Copies, order: list[int]) -> Part:
-        """A machine that sees copies in another order."""
+        """A machine whose elements to and from copies are exchanged as the order says."""
         walker = self.walkers[index]
         inputs = copies.renamed(copies.inputs.get(index, ()), order)
         outputs = copies.renamed(copies.outputs.get(index, ()), order)
@@ -282,13 +287,13 @@ class Composition:
         return Part(walker.renamed(part.local, inputs), tuple(buffers), pending)
 
     def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
-        """What an element is called in a run in which machines stand for others."""
+        """The name of an element in a real run, where `frame` maps machines to real ones."""
         for copies in self.copies:
             key = copies.real(frame, index, key, is_sent=is_sent)
         return key
 
     def real_move(self, frame: Frame, index: int, move: Move) -> tuple[int, Move]:
-        """What a machine does in such a run."""
+        """The move of a machine with the names of that run."""
         if not self.copies:
             return index, move
         sent = tuple((self.real(frame, index, k, is_sent=True), n) for k, n in move.sent)
@@ -296,7 +301,7 @@ class Composition:
         return frame[index], move._replace(sent=sent, lost=lost)
 
     def real_overtaken(self, frame: Frame, edge: Edge) -> tuple[tuple[int, InputName], ...]:
-        """The values that were replaced unseen in such a run."""
+        """The overtaken values with the names of that run."""
         if not self.copies:
             return edge.overtaken
         return tuple((frame[i], self.real(frame, i, k, is_sent=False)) for i, k in edge.overtaken)
@@ -304,7 +309,7 @@ class Composition:
     def _deliver(
         self, due: tuple[int, ...], parts: list[Part]
     ) -> tuple[tuple[int, InputName], ...]:
-        """What was computed at the last time stamp becomes visible at this one."""
+        """Make outputs of the last time stamp visible; returns the values that were overtaken."""
         overtaken = []
         for i in due:
             for key, number in parts[i].pending:
@@ -324,7 +329,7 @@ class Composition:
 
 
 def _happens(outcome: Outcome) -> tuple[bool, bool]:
-    """Whether a run ends by it, and whether it takes a row that it need not."""
+    """Sort key: whether an outcome ends the run, and whether it takes an avoidable row."""
     return outcome.ends, outcome.move.row >= 0 and bool(outcome.move.free)
 
 
@@ -333,5 +338,5 @@ def _after(outcome: Outcome, buffers: tuple[int, ...]) -> Part:
 
 
 def turned(frame: Frame, turn: Frame) -> Frame:
-    """Which machine each one stands for after copies were put in order."""
+    """A frame (machine -> real machine) after copies were put in order by `turn`."""
     return tuple(frame[was] for was in turn) if turn else frame

@@ -1,9 +1,8 @@
-"""Making a trace a run of the generated code: what devices report so that it goes that way.
+"""Search for measurements with which a run of the generated code follows a trace.
 
-A run is rehearsed. Where a machine first does something else, the run goes back by some periods,
-and a sensor reports another value from there on; runs that get further are kept, and changed
-further. So nothing is taken for true that the code does not do, and what only operators decide is
-decided by them.
+A run is rehearsed. Where a machine first leaves the trace, the run goes back by some periods, and
+a sensor reports another value from there on. Runs that get further are kept and changed further.
+So the result is a run that the code really makes, with the real operators.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ MOST_SENT = 8
 
 
 class Failure(Protocol):
-    """What ended a run: a fault of a step."""
+    """The fault of a step that ended a run."""
 
     subsystem: str
     stamp: int
@@ -40,31 +39,32 @@ class Failure(Protocol):
 
 
 class Rehearsal(Protocol):
-    """The generated code of the system, which runs as often as it is asked to."""
+    """The generated code of the system, which can be run many times."""
 
     sensors: Sequence[str]
     ticks: Mapping[str, int]
     tick_s: float
 
     def influences(self, subsystem: str) -> Sequence[str]:
-        """The sensors that a subsystem gets values of, the nearest first."""
+        """The sensors whose values reach a subsystem, the nearest first."""
 
     def run(
         self, reports: Reports, ticks: int, goes_on: Any, since: Any, keep: Collection[int]
     ) -> tuple[Sequence[Failure], Mapping[int, Any]]:
-        """A run up to a base tick: what ended it earlier, and the moments to `keep` on the way.
+        """Run up to a base tick; returns the faults that ended it earlier, and the kept moments.
 
-        What ends it does so at one time. `goes_on` is told of each step, and says whether another
-        tick follows. It begins at a moment of a run `since` which reports are others, if any.
+        All faults are of one tick. `goes_on` is called for each step and says whether another tick
+        follows. `keep` are base ticks at which the state of the run is kept. `since` is such a
+        moment of an earlier run, from which this run starts; only later reports may differ.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """Where a run first does something else than a trace: base tick, subsystem, in words.
+    """The first deviation of a run from a trace: base tick, subsystem, description.
 
-    `others` are the subsystems that stray at the same tick; `sent` has the numbers and vectors that
-    were sent before, by their type, the latest first.
+    `others` is the number of other deviations at the same tick. `sent` has the numbers and vectors
+    that were sent before, by type, the latest first.
     """
 
     tick: int
@@ -75,15 +75,15 @@ class Stray:
 
     @property
     def reach(self) -> tuple[int, int]:
-        """How far the run goes with the trace."""
+        """How far the run follows the trace, as a sort key."""
         return self.tick, -self.others
 
 
 def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
-    """What sensors report so that a run takes a trace.
+    """Find measurements with which a run follows a trace.
 
     Raises:
-        NotConcreteError: nothing was found that makes it.
+        NotConcreteError: no such measurements were found.
     """
     values = Values(system)
     known: Reports = {name: [(0, values.of(name)[0])] for name in rehearsal.sensors}
@@ -122,22 +122,22 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
 
 @dataclass(eq=False, slots=True)
 class _Way:
-    """A run that strays, and what else to try: from which moment on, and what is reported."""
+    """A run that leaves the trace, and the changes to try: a moment, and the reports from it."""
 
     stray: Stray
     changes: Iterator[tuple[Any, Reports]]
     spent: int = 0
-    """Steps of what was tried."""
+    """Steps that its trials took."""
 
 
 def _ways(known: Reports, stray: Stray, expected: _Expected, values: Values) -> Iterator[_Way]:
-    """A run that strays, to be changed shortly before that, or from the beginning on."""
+    """A run that leaves the trace, to be changed shortly before, or from the beginning."""
     rehearsal = expected.rehearsal
     periods = {rehearsal.ticks[stray.subsystem], min(rehearsal.ticks.values())}
     before = {n * period for n in range(MOST_MOMENTS) for period in periods}
     moments = [stray.tick - ago for ago in sorted(before) if ago < stray.tick]
     sensors = rehearsal.influences(stray.subsystem)[:MOST_SENSORS]
-    # Once more from the beginning, for the moments, and for what was sent.
+    # Once more from the beginning, to keep these moments and all sent values.
     stray = expected.stray(known, keep=(0, *moments)) or stray
     kept = expected.kept
     for some in filter(None, (moments, [0])):
@@ -160,7 +160,7 @@ def _why(stray: Stray, rehearsal: Rehearsal) -> str:
 
 
 class _Expected:
-    """What the machines of a trace do. `kept` are the moments of the last run."""
+    """The expected steps of a trace. `kept` are the moments of the last run."""
 
     def __init__(self, way: Trace, system: System, rehearsal: Rehearsal) -> None:
         self.rehearsal = rehearsal
@@ -182,7 +182,7 @@ class _Expected:
         }
 
     def stray(self, known: Reports, since: Any = None, keep: Collection[int] = ()) -> Stray | None:
-        """Where a run first leaves the trace; of what was sent it knows from where it begins."""
+        """The first deviation of a run, None without; `sent` counts from the start of the run."""
         found: list[Stray] = []
         ticks = self.rehearsal.ticks
         self.runs += 1
@@ -221,7 +221,7 @@ class _Expected:
         return failure.is_assumption and step is not None and bool(step.move.broken)
 
     def _unlost(self, known: Reports) -> Iterator[Stray]:
-        """Measurements that were to come when nobody looks at them, and did not."""
+        """Deviations where a measurement should arrive unseen, but does not arrive."""
         for (name, stamp), step in self._steps.items():
             tick = stamp * self.rehearsal.ticks[name]
             for key in step.move.lost:
@@ -241,9 +241,9 @@ def _numbered(way: Trace) -> Iterator[tuple[Step, int]]:
 def _changed(
     known: Reports, moment: int, sensor: str, stray: Stray, values: Values
 ) -> Iterator[Reports]:
-    """Reports with others of a sensor from a moment on."""
+    """Reports in which one sensor reports other values from a moment on."""
     said = [each for each in known[sensor] if each[0] < moment]
-    # Devices may well come to report what was asked of them.
+    # Devices often come to report the values that they were commanded.
     asked = stray.sent.get(present(values.types[sensor]), ())
     for value in (*asked, *(values.of(sensor) if moment else values.given(sensor))):
         if said[-1:] and said[-1][1] == value:

@@ -1,4 +1,4 @@
-"""Explores a whole system, slice by slice, and says what was found and how far it came."""
+"""Explores a whole system, slice by slice; the result has findings, verdicts and coverage."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from specc.tools.explore.required import Group, Judged, groups, judged, undecide
 from specc.tools.explore.symmetry import likewise
 
 FOR_REQUIREMENTS = 8
-"""One part in so many of the budget is for what is required."""
+"""One part in so many of the budget is for requirements."""
 MOST_ALIKE = 4
 """Machines and conditions that are named."""
 BOUND = "ended at the bound"
@@ -28,7 +28,7 @@ Verdict = Literal["proved", "refuted", "may fail", "on your word", "not explored
 
 @dataclass(frozen=True, slots=True)
 class Explored:
-    """One slice: how far it was explored, and with time counted or only passing."""
+    """One slice: the part that was explored, and whether time was counted in periods."""
 
     names: tuple[str, ...]
     configurations: int
@@ -37,27 +37,26 @@ class Explored:
     complete: bool
     exact: bool
     timed: bool
-    """Whether time in a state matters at all."""
+    """Whether a condition depends on the time in a state."""
     broken_off: BrokenOff
     widened: tuple[str, ...] = ()
     undecided: int = 0
     """Findings that are neither confirmed nor refuted."""
     unjudged: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
-    """Machine, state, and the conditions for which it may wait there, or not: they rest on values
-    that are not known."""
+    """Machine, state, and conditions there of which it is unknown whether they ever come true."""
     alike: tuple[str, ...] = ()
-    """Machines of slices for which this one stands."""
+    """Machines of equal slices that were not explored themselves."""
 
     @property
     def status(self) -> str:
-        """Whether there is nothing but what was found."""
+        """Whether the findings are all there are: complete, bound, or broken off."""
         if not self.complete:
             return self.broken_off or BOUND
         but = f" but for {counted(self.undecided, 'finding')} not decided"
         return f"complete{but if self.undecided else ''}"
 
     def words(self) -> str:
-        """How far it came, and what was abstracted."""
+        """A line on the coverage of the slice and its abstraction."""
         what = f"{', '.join(self.names)}: "
         states = counted(self.configurations, "state")
         if self.complete:
@@ -84,7 +83,7 @@ class Explored:
 
 @dataclass(slots=True)
 class Exploration:
-    """What came of it: slices, findings, and what is known of the assumptions."""
+    """The result: slices, findings, and verdicts on assumptions and requirements."""
 
     slices: list[Explored] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -93,12 +92,12 @@ class Exploration:
     alone: tuple[str, ...] = ()
     """Machines that decide nothing."""
     left: list[tuple[str, ...]] = field(default_factory=list)
-    """Slices that were not begun since exploring was broken off."""
+    """Slices that were not begun because exploring was broken off."""
     broken_off: BrokenOff = ""
 
     @property
     def status(self) -> str:
-        """Whether nothing is lost, assumed or required wrongly, but for what is told."""
+        """The word for the whole: complete, complete but for findings, bound, broken off."""
         if self.broken_off:
             return self.broken_off
         if self.is_short:
@@ -116,9 +115,9 @@ class Exploration:
 
 
 def explore(facts: Facts, budget: int) -> Exploration:
-    """Explore a system without errors in so many steps; where time is counted, twice as many.
+    """Explore a system without errors in `budget` steps, twice as many where time is counted.
 
-    Ctrl-C ends it, with what was found until then.
+    Ctrl-C ends it, with the findings until then.
     """
     with one_run():
         return _explore(facts, budget)
@@ -164,9 +163,9 @@ def _explore(facts: Facts, budget: int) -> Exploration:
 
 
 def _require(result: Exploration, required: Sequence[Group], facts: Facts, budget: int) -> None:
-    """Explore what is required with what is left of the budget."""
+    """Explore the requirements with the rest of the budget."""
     spent = sum(each.steps for each in result.slices)
-    # Formulas that look far ahead have as many states as ticks.
+    # A formula with a distant deadline has a configuration for each tick.
     left = min(budget - spent, budget // FOR_REQUIREMENTS)
     told: dict[int, Judged] = {}
     for index, group in enumerate(required):
@@ -192,7 +191,7 @@ def _require(result: Exploration, required: Sequence[Group], facts: Facts, budge
 def _explored(
     names: tuple[str, ...], abstraction: Abstraction, facts: Facts, budget: int
 ) -> tuple[Explored, Graph, dict[tuple[object, ...], Finding]]:
-    """A slice: what to say of it, the graph that says most, and what was found."""
+    """Explore a slice: its summary, its most exact complete graph, and the findings."""
     told = refined(
         lambda precision, most: Graph(Composition(names, abstraction, precision), most),
         lambda graph: _found(graph, abstraction, facts),
@@ -209,7 +208,7 @@ def _explored(
 def _found(
     graph: Graph, abstraction: Abstraction, facts: Facts
 ) -> dict[tuple[object, ...], Finding]:
-    """What is found in a graph; nothing if looking for it is broken off."""
+    """The findings in a graph; none if the search is broken off."""
     try:
         return findings(graph, abstraction, facts.system)
     except (KeyboardInterrupt, MemoryError) as error:
@@ -254,7 +253,7 @@ def _best(said: set[Verdict]) -> Verdict:
 
 
 def _is_proved(finding: Finding, verdicts: dict[tuple[str, int], set[Verdict]]) -> bool:
-    """Whether another slice shows that an assumption holds after all."""
+    """Whether another slice proves the assumption that this finding says fails."""
     if finding.code != "W1006":
         return False
     _, name, index = finding.about

@@ -1,4 +1,4 @@
-"""What exploring a system finds: machines that cannot go on, lost events, wrong assumptions."""
+"""The findings of an exploration: deadlocks, lost events, failing assumptions."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found, with the way to it. `about` is the same wherever the same is found.
+    """A finding with its trace. `about` identifies it across slices and abstractions.
 
-    It is not confirmed if it was found only where time passes in any way, or where not all values
-    are followed, and if that is not refuted either.
+    It is not confirmed if it was found only on a coarse abstraction (any time passes, or not all
+    values are followed) and is not refuted on a finer one.
     """
 
     about: tuple[object, ...]
@@ -45,7 +45,7 @@ class Finding:
 
     @property
     def diagnostic(self) -> Diagnostic:
-        """It counts as an error where every run goes that way, unless it is only advice."""
+        """The diagnostic: an error if every run takes the trace, unless it is only advice."""
         free = list(self.way.free)
         if len(free) > _MOST_NAMED:
             free[_MOST_NAMED:] = [f"{len(free) - _MOST_NAMED} more"]
@@ -66,14 +66,14 @@ class Finding:
 
 @dataclass
 class Found:
-    """The findings about a graph, by what they are about."""
+    """The findings about a graph, by `about`."""
 
     graph: Graph
     abstraction: Abstraction
     findings: dict[tuple[object, ...], Finding] = field(default_factory=dict)
 
     def add(self, finding: Finding) -> None:
-        """Keep a finding; of several the one that rests on least."""
+        """Keep a finding; of several about the same thing, a decided one."""
         known = self.findings.get(finding.about)
         if known is None or (finding.way.is_decided and not known.way.is_decided):
             self.findings[finding.about] = finding
@@ -82,7 +82,7 @@ class Found:
 def findings(
     graph: Graph, abstraction: Abstraction, system: System
 ) -> dict[tuple[object, ...], Finding]:
-    """All that is found in a graph, by what it is about."""
+    """All findings in a graph, by `about`."""
     found = Found(graph, abstraction)
     for last in lasting(graph, abstraction):
         told = [*_circles(last), *_roots(last)]
@@ -133,14 +133,14 @@ def _roots(last: Lasting) -> Iterator[Finding]:
 
 
 def _all_missed(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
-    """What a machine that rests waits for and has missed, every time that it was sent."""
+    """Findings on a resting machine that missed its awaited input every time it was sent."""
     for key in sorted(stuck.missing):
         if _never_seen(last, stuck.index, key):
             yield _missed(last, stuck, stuck.index, key)
 
 
 def _never_seen(last: Lasting, index: int, key: InputName) -> bool:
-    """Whether all that was sent was missed, so that the end of the sender cannot be meant."""
+    """Whether every sent value was missed, so that the sender's end cannot excuse it."""
     sender, output = last.sender(index, key)
     sent = sum(s.index == sender and output in dict(s.move.sent) for s in last.way.steps)
     missed = sum(s.index == index and key in s.move.lost for s in last.way.steps)
@@ -171,7 +171,7 @@ def _held(last: Lasting, stuck: Stuck) -> Finding:
 
 
 def _gone(last: Lasting, stuck: Stuck) -> str:
-    """Whether what a machine waits for came before, in words."""
+    """Words for an awaited input: `never comes`, or `no longer comes`."""
     asked = [last.sender(stuck.index, key) for key in stuck.missing]
     came = any((s.index, output) in asked for s in last.way.steps for output, _ in s.move.sent)
     return "no longer comes" if came else "never comes"
@@ -188,7 +188,7 @@ def _waiting(last: Lasting, stuck: Stuck) -> str:
 
 
 def _lost(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
-    """What a machine waits for was not looked at when it came, or the question for it was not."""
+    """Lost events behind a wait: the awaited input was missed, or the request for it was."""
     asked = [(stuck.index, key) for key in sorted(stuck.missing)]
     for sender in sorted(last.waits(stuck)):
         walker = last.walkers[sender]
@@ -206,7 +206,7 @@ def _lost(last: Lasting, stuck: Stuck) -> Iterator[Finding]:
 
 
 def _is_looked_at(last: Lasting, reader: int, key: InputName) -> bool:
-    """Whether conditions or functions ask for an input in a state in which its reader still is."""
+    """Whether conditions or functions read an input in the states where the reader stays."""
     walker = last.walkers[reader]
     states = last.states[reader]
     return any(key in walker.looks_at[s] or key in walker.looks_into[s] for s in states)
@@ -225,7 +225,7 @@ def _event(
     step: Step | None,
     related: tuple[Related, ...] = (),
 ) -> Finding:
-    """An event that is lost at a step or, without one, overtaken."""
+    """The finding on an event that is lost at a step or, without a step, overtaken."""
     what, name = f"`x.{key[0]}.{key[1]}`", f"`{walker.name}`"
     message = f"{what} is lost: the next value comes before {name} reads it"
     place, label = walker.subsystem.inputs[key].place, "is overtaken"
@@ -247,7 +247,7 @@ def _event(
 
 
 def _events(graph: Graph) -> Iterator[Finding]:
-    """What is declared to be an event is looked at, or ignored, wherever it comes."""
+    """Findings on declared events that are neither looked at nor ignored where they arrive."""
     walkers = graph.composition.walkers
     easiest: dict[tuple[int, InputName, str], tuple[Cost, int, Edge]] = {}
     declared = any(walker.events for walker in walkers)
@@ -268,7 +268,7 @@ def _events(graph: Graph) -> Iterator[Finding]:
 
 
 def _lost_events(graph: Graph, number: int, edge: Edge) -> Iterator[tuple[int, InputName, str]]:
-    """Machine, input and state in which it is not looked at, or none where it is overtaken."""
+    """Machine, lost input, and the state that missed it (none if it was overtaken)."""
     composition = graph.composition
     frame, walkers = graph.frame(number), composition.walkers
     for i, move in (composition.real_move(frame, *each) for each in edge.moves):
@@ -279,7 +279,7 @@ def _lost_events(graph: Graph, number: int, edge: Edge) -> Iterator[tuple[int, I
 
 
 def _once(graph: Graph, lost: Lost) -> Finding:
-    """A value that is sent once, and lost, though it is not declared to be an event."""
+    """Advice on a value that is sent once and lost without being declared an event."""
     way = trace(graph, lost.number, lost.edge)
     walker, key = graph.composition.walkers[lost.reader], lost.key
     what, how = f"`x.{key[0]}.{key[1]}`", "is overtaken by the next value"
@@ -301,9 +301,9 @@ def _once(graph: Graph, lost: Lost) -> Finding:
 
 
 def _no_progress(last: Lasting, system: System) -> Iterator[Finding]:
-    """The transition with which a cycle of the task ends is never taken again.
+    """Findings where the transition that ends a cycle of the task is never taken again.
 
-    It is meant where the machine waits for another one at its declared end.
+    This is intended if its machine waits for a sender at a declared end.
     """
     task = system.task
     names = last.graph.composition.names

@@ -1,8 +1,9 @@
-"""The configurations of a slice that exploring finds, and the easiest way to each of them.
+"""The graph of configurations of a slice, and the easiest path to each configuration.
 
-What lies on the way to a finding is to be told, and tried on the generated code: so of all ways the
-one counts on which least happens that need not, and that at once: while measurements stay as they
-are, a condition holds when it is first asked, or never.
+The path to a finding is shown to people and tried on the generated code. So the easiest path is
+the one with the fewest avoidable transitions; among equals the shortest; among these the one whose
+avoidable transitions come first. Early ones fit constant measurements, with which a condition holds
+when it is first asked, or never.
 """
 
 from __future__ import annotations
@@ -22,19 +23,19 @@ Cost = tuple[int, int, int]
 """Of a way: rows taken where something else was possible, steps, and how late these rows are."""
 BrokenOff = Literal["", "interrupted", "out of memory"]
 RESERVE = 1 << 25
-"""Bytes that are left for telling what was found when there is no memory for more."""
+"""Bytes that are released when memory runs out, so that findings can be printed."""
 FOLLOWED = 8
 """Requirements that take as long as a step of a machine."""
 _FAR: Cost = 1 << 62, 0, 0
 
 
 def broken_off(error: KeyboardInterrupt | MemoryError) -> BrokenOff:
-    """What exploring was broken off by."""
+    """The reason for which exploring was broken off."""
     return "out of memory" if isinstance(error, MemoryError) else "interrupted"
 
 
 def _reserve() -> mmap:
-    """Memory that nothing is written to: to clear as much took longer than most explorations."""
+    """Memory that is reserved unwritten, since clearing it took longer than most explorations."""
     try:
         return mmap(-1, RESERVE)
     except OSError as error:
@@ -42,14 +43,14 @@ def _reserve() -> mmap:
 
 
 class Graph:
-    """The configurations that were found, and the steps between them.
+    """The configurations that were found, and the edges between them.
 
-    The first one is come to by `begin`. `faults` are edges that end runs; `violated` are the
-    requirements that some edge, or the beginning, violates.
+    The edge `begin` leads to the first configuration. `faults` are edges that end runs. `violated`
+    are the requirements that some edge, or the beginning, violates.
     """
 
     def __init__(self, composition: Composition, budget: int) -> None:
-        """At most about `budget` steps of single machines are taken."""
+        """Explore with at most about `budget` steps of single machines."""
         self.composition = composition
         first, begun = composition.start()
         self.begin = begun.moves
@@ -66,12 +67,12 @@ class Graph:
         try:
             with _reserve():
                 self._explore(budget)
-        except (KeyboardInterrupt, MemoryError) as error:  # what was found so far is told
+        except (KeyboardInterrupt, MemoryError) as error:  # findings so far are printed
             self.broken_off = broken_off(error)
 
     @property
     def complete(self) -> bool:
-        """Whether every configuration was followed."""
+        """Whether the edges of every configuration were followed."""
         return len(self.edges) == len(self.configurations)
 
     @property
@@ -97,7 +98,7 @@ class Graph:
             here = len(self.edges)
             out: list[Edge] = []
             for there, edge in self.composition.following(self.configurations[here]):
-                # One configuration may have more ways than there are steps.
+                # One configuration may have more edges than the budget has steps.
                 if self.steps >= budget:
                     return
                 self.steps += len(edge.moves) + self.composition.followed // FOLLOWED
@@ -121,14 +122,14 @@ class Graph:
             self._depths.append(self._depths[here] + 1)
         return number
 
-    # The easiest ways.
+    # The easiest paths.
 
     def cost(self, number: int, *last: Edge) -> Cost:
-        """How hard it is to come to a configuration, and then to take an edge."""
+        """The cost of the easiest path to a configuration and over further edges."""
         return reduce(_after, last, self._ways.costs[number])
 
     def way(self, number: int) -> list[Passage]:
-        """The edges that lead to a configuration, each with where it begins."""
+        """The easiest path to a configuration: edges, each with the configuration it leaves."""
         found, before = list[Passage](), self._ways.before
         while (passage := before[number]) is not None:
             found.append(passage)
@@ -136,11 +137,11 @@ class Graph:
         return found[::-1]
 
     def frame(self, number: int) -> Frame:
-        """Which machine each one stands for on that way."""
+        """The frame at its end: for each machine the real machine that it stands for."""
         return self._ways.frames[number] if self.composition.copies else self._ordered
 
     def violation(self, requirement: int) -> tuple[int, tuple[Edge, ...]]:
-        """The easiest way to violate one: a configuration, and the edge from it if it needs one."""
+        """The easiest violation of a requirement: a configuration, and the edge, if any."""
         if requirement in self._begun.violated:
             return 0, ()
         number, edge = min(
@@ -174,7 +175,7 @@ class Graph:
 
 
 class _Ways(NamedTuple):
-    """The easiest way to each configuration: what it costs, its last edge, and the frame there."""
+    """The easiest path to each configuration: its cost, its last edge, and the frame there."""
 
     costs: list[Cost]
     before: list[Passage | None]

@@ -1,8 +1,8 @@
-"""What is still required of a run: a formula that each tick rewrites, with three truth values.
+"""Monitors by formula progression: each tick rewrites the obligation, with three truth values.
 
-What a formula says of the ticks to come is left of it as a formula. Past operators keep how long
-ago their operands held. So what a monitor remembers is small, and two runs of which the same is
-still required are in one state.
+The obligation is the formula that the ticks to come have to meet. Past operators keep how long ago
+their operands held. So the state of a monitor is small, and two runs with the same obligation are
+in one state.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from specc.model.expr import Expr
 Truth = bool | None
 """None is unknown."""
 MOST_PENDING = 64
-"""Formulas that are waited for at once; with more of them, what they say is unknown."""
+"""Pending operands of a junction; with more of them, their truth is unknown."""
 
 
 @frozen
@@ -31,7 +31,7 @@ class Said:
 
 @frozen
 class Leaf:
-    """A condition on one tick, or what a past operator says of it, or the opposite."""
+    """A condition on one tick, or the value of a past operator there; perhaps negated."""
 
     index: int
     is_meant: bool
@@ -39,7 +39,7 @@ class Leaf:
 
 @frozen
 class Junction:
-    """All of some formulas, or any of them."""
+    """A conjunction or disjunction of formulas."""
 
     op: Literal["and", "or"]
     operands: frozenset[Node]
@@ -47,7 +47,7 @@ class Junction:
 
 @frozen
 class Ahead:
-    """A formula at some tick, or at all ticks, of those from now until so many later."""
+    """A bounded future operator: a formula at some tick, or at all ticks, of a window from now."""
 
     op: Literal["within", "throughout"]
     ticks: int
@@ -59,7 +59,7 @@ Node = Said | Leaf | Junction | Ahead
 
 @frozen
 class Past:
-    """A past operator; its operands say nothing of ticks to come. `since` has no `ticks`."""
+    """A past operator; its operands do not look ahead. `since` has no `ticks`."""
 
     op: Literal["once", "since"]
     ticks: int
@@ -67,7 +67,7 @@ class Past:
 
 
 class State(NamedTuple):
-    """What is left to hold, and of each past operator when it surely, and when it maybe, held."""
+    """The obligation, and for each past operator when it surely, and when it maybe, held."""
 
     left: Node
     past: tuple[tuple[int, int], ...]
@@ -78,7 +78,7 @@ class NotFollowedError(Exception):
 
 
 class Monitor:
-    """Follows one requirement. `atoms` are its conditions, which whoever steps it has to judge."""
+    """The monitor of one requirement. The caller judges its conditions, `atoms`, at each tick."""
 
     def __init__(self, requirement: r.Requirement, tick_s: Fraction) -> None:
         """`tick_s` is the base tick of the whole system.
@@ -98,7 +98,7 @@ class Monitor:
         self.begin = State(begun, tuple((-1, -1) for _ in self._past))
 
     def step(self, state: State, atoms: tuple[Truth, ...], ticks: int) -> tuple[State, set[Truth]]:
-        """So many ticks on which the conditions are the same; which verdicts there were on them."""
+        """The state after some ticks with constant conditions, and the verdicts on these ticks."""
         said: set[Truth] = set()
         while ticks:
             ticks -= 1
@@ -123,11 +123,10 @@ class Monitor:
             ticks -= passed
         return state, said
 
-    # While conditions stay, most ticks only bring nearer until when, or since when, they have to
-    # change.
+    # While conditions are constant, most ticks only move deadlines and ages by one.
 
     def _passed(self, before: State, after: State, ticks: int) -> tuple[State, int]:
-        """As many ticks later as only time passes, at most so many; and how many these are."""
+        """Skip ticks on which only deadlines and ages move, at most `ticks`; and their number."""
         awaited, left = _awaited(before.left, after.left), self._aging(before.past, after.past)
         if awaited is None or left is None:
             return after, 0
@@ -145,7 +144,7 @@ class Monitor:
     def _aging(
         self, before: tuple[tuple[int, int], ...], after: tuple[tuple[int, int], ...]
     ) -> list[int] | None:
-        """For how long what held once says the same, where that ages; None for other changes."""
+        """For how many ticks each age that grew may still grow; None if anything else changed."""
         found = []
         for item, was, now in zip(self._past.values(), before, after, strict=True):
             changed = [(a, b) for a, b in zip(was, now, strict=True) if a != b]
@@ -157,7 +156,7 @@ class Monitor:
     def _values(
         self, atoms: tuple[Truth, ...], past: tuple[tuple[int, int], ...]
     ) -> tuple[dict[int, Truth], tuple[tuple[int, int], ...]]:
-        """What holds at a tick, inner past operators first, and what is remembered of it."""
+        """The truth values at a tick, inner past operators first, and their memory after it."""
         values: dict[int, Truth] = dict(zip(self._atom_leaves, atoms, strict=True))
         remembered = []
         for (index, item), (surely, maybe) in zip(self._past.items(), past, strict=True):
@@ -196,7 +195,7 @@ class Monitor:
         return self._looking_back(formula, meant=meant)
 
     def _looking_back(self, formula: r.Temporal, *, meant: bool) -> Leaf:
-        # `historically` is that the opposite was not the case `once`.
+        # `historically p` is `not once not p`.
         is_opposite = formula.op == "historically"
         if any(map(r.reach_s, formula.operands)):
             raise NotFollowedError
@@ -212,7 +211,7 @@ class Monitor:
 
 
 def _each_tick(formula: r.Formula) -> r.Formula:
-    """A formula that holds at every tick if this one does: what always was so always is so."""
+    """A formula that holds at every tick if this one does: an outer `historically` adds nothing."""
     match formula:
         case r.Temporal(op="historically", operands=(operand,)) if r.reach_s(operand):
             return _each_tick(operand)
@@ -222,7 +221,7 @@ def _each_tick(formula: r.Formula) -> r.Formula:
 
 
 def _awaited(before: Node, after: Node) -> set[Ahead] | None:
-    """What came nearer; None if anything else changed, or may before that comes."""
+    """The deadlines that came nearer; None if anything else changed, or may before them."""
     was, now = set(_conjuncts(before)), set(_conjuncts(after))
     found = {each for each in now - was if isinstance(each, Ahead) and _is_awaited(each)}
     earlier = {replace(each, ticks=each.ticks + 1) for each in found}
@@ -230,7 +229,7 @@ def _awaited(before: Node, after: Node) -> set[Ahead] | None:
 
 
 def _is_awaited(node: Ahead) -> bool:
-    """Whether it waits for what is decided at each tick: where that is asked again, sooner wins."""
+    """Whether each tick decides its operand alone: then a sooner deadline absorbs a later one."""
     return node.op == "within" and not _looks_ahead(node.operand)
 
 
@@ -252,7 +251,7 @@ def _now(node: Node, values: Mapping[int, Truth]) -> Truth:
 
 
 def _after(node: Node, values: Mapping[int, Truth]) -> Node:
-    """What has to hold from the next tick on, so that a formula holds at this one."""
+    """The obligation from the next tick on, so that a formula holds at this tick."""
     match node:
         case Leaf(index=index, is_meant=meant):
             value = values[index]
@@ -274,7 +273,7 @@ def _conjuncts(node: Node) -> Iterable[Node]:
 
 
 def _joined(op: Literal["and", "or"], operands: Iterable[Node]) -> Node:
-    """The conjunction or disjunction, without what follows from the rest."""
+    """The conjunction or disjunction, without operands that follow from the others."""
     end, parts, ahead = op == "or", set[Node](), dict[tuple[str, Node], Ahead]()
     for part in _flat(op, operands):
         if isinstance(part, Said) and part.holds is not None:
@@ -283,7 +282,7 @@ def _joined(op: Literal["and", "or"], operands: Iterable[Node]) -> Node:
         elif isinstance(part, Ahead):
             key = part.op, part.operand
             other = ahead.setdefault(key, part)
-            # Sooner says more, and so does for longer.
+            # A sooner deadline is stronger, and so is a longer duration.
             if (part.ticks < other.ticks) == ((part.op == "within") == (op == "and")):
                 ahead[key] = part
         else:

@@ -1,7 +1,8 @@
-"""Values that are sent once and lost although their reader comes to ask for them.
+"""Values that are sent once and lost although their reader asks for them later.
 
-Sent once is what a sender sends in behaviours of one period only, and not again until the reader
-has acted: that is, has taken a row to another state in which it sends the sender something.
+An output is sent once if only behaviours of one period send it, and if it is not sent again before
+the reader has acted. The reader acts when it takes a row to another state in which it sends
+something back.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from specc.tools.explore.partial import is_known
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """The edge from a configuration on which a value is lost; `overtaken`, or not looked at."""
+    """An edge on which a value is lost: `overtaken` by the next one, or not looked at."""
 
     reader: int
     key: InputName
@@ -31,10 +32,10 @@ class Lost:
 
 
 def lost_once(graph: Graph, abstraction: Abstraction) -> Iterator[Lost]:
-    """The easiest loss of each input that is not declared to be an event, but sent once."""
+    """The easiest loss of each input that is sent once and not declared an event."""
     composition = graph.composition
-    # Ways on which copies were exchanged do not say which of them sends again, and where not all
-    # values are followed, neither do these.
+    # A path on which copies were exchanged does not tell which copy sends again; nor does a graph
+    # in which not all values are followed.
     if composition.copies or composition.widened:
         return
     for reader, walker in enumerate(composition.walkers):
@@ -64,7 +65,7 @@ class _Sent:
 
     @property
     def is_once(self) -> bool:
-        """Whether behaviours that send it last one period, and some state does not send it."""
+        """Whether all behaviours that send it last one period, and some state does not send it."""
         sender = self._composition.walkers[self._sender].subsystem
         names = sender.written.get(self._output, {}).keys()
         sending = [state for state in sender.states if state.behaviour.name in names]
@@ -73,7 +74,7 @@ class _Sent:
         )
 
     def losses(self) -> Iterator[Lost]:
-        """The edges on which it is lost for good, if its reader asks for it after that."""
+        """The edges on which it is lost for good, if the reader asks for it later."""
         for number, out in enumerate(self.graph.edges):
             for edge in out:
                 overtaken = (self.reader, self.key) in edge.overtaken
@@ -90,7 +91,7 @@ class _Sent:
 
     @cached_property
     def asking(self) -> set[str]:
-        """The states that ask if it came; none if one asks for its value alone, which stays."""
+        """The states that ask if it is fresh; none if one asks for the value alone, which stays."""
         kept = self._composition.walkers[self.reader].kept
         names = [state.name for state in kept.subsystem.states]
         asked = {s: kept.rests.all(conditions_of(kept.subsystem, s)) for s in names}
@@ -99,7 +100,7 @@ class _Sent:
 
     @cached_property
     def _before_asking(self) -> dict[int, None]:
-        """The configurations from which the reader comes to ask for it."""
+        """The configurations from which the reader can reach a state that asks for it."""
         states = map(self._composition.states, self.graph.configurations)
         ends = (number for number, each in enumerate(states) if each[self.reader] in self.asking)
         return self._before(ends, lambda _: True)
@@ -107,7 +108,7 @@ class _Sent:
     def _sent_again(self, value: int | None) -> dict[int, None]:
         """The configurations after which it may be sent before the reader has acted.
 
-        With a `value`, only that one counts, and what is not known.
+        With a `value`, only this value and unknown ones count.
         """
         if value not in self._again:
             beyond = range(len(self.graph.edges), len(self.graph.configurations))
@@ -118,7 +119,7 @@ class _Sent:
         return self._again[value]
 
     def _sending(self, value: int | None) -> Iterator[int]:
-        """The configurations in which it was sent, and has not come yet."""
+        """The configurations in which it was sent and is not visible yet."""
         known = self._composition.values.value
         for number, configuration in enumerate(self.graph.configurations):
             pending = dict(self._composition.parts_of(configuration)[self._sender].pending)
@@ -136,7 +137,7 @@ class _Sent:
         )
 
     def _before(self, ends: Iterable[int], follows: Callable[[Edge], bool]) -> dict[int, None]:
-        """The configurations from which one comes to some others by edges that count."""
+        """The configurations that reach some others by edges that `follows` accepts."""
         edges = ((edge, n) for n, out in enumerate(self.graph.edges) for edge in out)
         before = grouped((edge.target, n) for edge, n in edges if follows(edge))
         return reachable(ends, lambda number: before.get(number, ()))

@@ -1,7 +1,7 @@
-"""What is left of an expression when everything that is known has been filled in.
+"""Partial evaluation: the residual expression after all known values are filled in.
 
-Known values are literals, as expressions themselves. What rests on nothing unknown is computed by
-`specc.lang.evaluate`, the rest stays as it stands, without lets.
+Known values are literals, expressions themselves. Subexpressions without unknown values are
+computed by `specc.lang.evaluate`. The others stay as they are, with their lets expanded.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from specc.proof.clock import Range, Turns
 from specc.tools.explore.regions import Region, leaves, ranged
 
 SOME: Final = "some"
-"""A value of which nothing is known but that it is not None."""
+"""An unknown value that is present (not None)."""
 Value = m.Expr | Region | str
 """A literal, or a region of numbers, or SOME."""
 EXACT: Final = 2**53
-"""Up to it integers are the same as floats; which of the two a real is in a run matters beyond."""
+"""Up to it integers equal floats; beyond, it matters which of the two a real is in a run."""
 
 
 @dataclass(slots=True)
 class Known:
-    """What is known when expressions of a subsystem are evaluated; what is missing is unknown."""
+    """The known values for evaluating expressions of a subsystem; missing ones are unknown."""
 
     lets: Mapping[str, m.Expr]
     constants: Mapping[str, m.Expr]
@@ -53,24 +53,24 @@ class Known:
     fresh: Mapping[InputName, bool] = field(default_factory=dict)
     present: Mapping[InputName, bool] = field(default_factory=dict)
     periods: int | None = None
-    """Since the state was entered; only what is in `turns` knows of it."""
+    """Periods since the state was entered; only expressions in `turns` depend on it."""
     turns: dict[int, tuple[m.Expr, Turns]] = field(default_factory=dict)
-    """When what time alone decides is true, by the identity of the expression."""
+    """The periods at which an expression that time alone decides turns, by its identity."""
     _lets: dict[str, m.Expr] = field(default_factory=dict)
 
     def value_of(self, leaf: m.Expr) -> Value | None:
-        """What is known of an input or of memory."""
+        """The known value of an input or of memory."""
         if isinstance(leaf, m.Input):
             return self.inputs.get((leaf.peer, leaf.element))
         return self.memory.get(leaf.name) if isinstance(leaf, m.MemoryRef) else None
 
     def range_of(self, leaf: m.Expr) -> Range | None:
-        """The region of an input or of memory, if that is known."""
+        """The known region of an input or of memory, if any."""
         value = self.value_of(leaf)
         return (value.low, value.high) if isinstance(value, Region) else None
 
     def is_unclear(self, expr: m.Expr) -> bool:
-        """Whether only the region is known of an input or of memory that it takes."""
+        """Whether it reads an input or memory of which only the region is known."""
         values = (*self.inputs.values(), *self.memory.values())
         return any(isinstance(value, Region) for value in values) and any(
             isinstance(self.value_of(leaf), Region) for leaf in leaves(expr)
@@ -78,7 +78,7 @@ class Known:
 
 
 def static(subsystem: Subsystem, system: System) -> Known:
-    """What is known of a subsystem at all times."""
+    """The values of a subsystem that are known at all times."""
     known = Known({item.name: item.value for item in subsystem.lets}, {}, 1 / subsystem.rate_hz)
     constants: dict[str, m.Expr] = {}
     for constant in (*system.constants, *subsystem.constants):  # each names only those before it
@@ -87,7 +87,7 @@ def static(subsystem: Subsystem, system: System) -> Known:
 
 
 def is_literal(expr: m.Expr) -> bool:
-    """Whether an expression is a value that a run has exactly."""
+    """Whether an expression is a literal that a run represents exactly."""
     if isinstance(expr, m.Items):
         return all(map(is_literal, expr.items))
     if isinstance(expr, m.Number) and isinstance(expr.value, int):
@@ -96,7 +96,7 @@ def is_literal(expr: m.Expr) -> bool:
 
 
 def is_known(value: Value | None) -> TypeGuard[m.Expr]:
-    """Whether it is known what a value is, and not merely that there is one, or where."""
+    """Whether the value itself is known, not only its presence or region."""
     return value is not None and not isinstance(value, (Region, str))
 
 
@@ -128,7 +128,7 @@ def _items(values: tuple[Any, ...], types: list[Any], type_: Type) -> m.Expr | N
 
 
 def filled(expr: m.Expr, known: Known) -> m.Expr:
-    """The expression with all that is known filled in: a literal, or what is left to be known."""
+    """Fill in all known values: the result is a literal, or the residual expression."""
     if known.periods and id(expr) in known.turns:
         _, turns = known.turns[id(expr)]
         return _truth(turns.first != sum(turn <= known.periods for turn in turns.at) % 2)
@@ -139,7 +139,7 @@ def filled(expr: m.Expr, known: Known) -> m.Expr:
 
 
 def _computed(expr: m.Expr) -> m.Expr:
-    """The value of an expression whose parts are values; a fault in it is left to the run."""
+    """The value of an expression whose parts are values; unchanged if evaluating it fails."""
     if not isinstance(expr, _COMPUTABLE) or not all(map(is_literal, m.children(expr))):
         return expr
     try:
@@ -152,7 +152,7 @@ def _computed(expr: m.Expr) -> m.Expr:
 _COMPUTABLE = (m.Unary, m.Binary, m.Compare, m.Among, m.Builtin)
 
 
-# One rule for each kind of node that knows more than its parts.
+# One rule for each kind of node that can be decided without all of its parts.
 
 
 def _named(values: Mapping[Any, Value], key: Any, expr: m.Expr) -> m.Expr:
@@ -169,7 +169,7 @@ def _let(expr: m.LetRef, known: Known) -> m.Expr:
 
 
 def has_more(expr: m.Expr, parts: int) -> bool:
-    """Whether an expression has more parts than so many, of which no more are looked at."""
+    """Whether an expression has more than `parts` parts; stops counting there."""
     return next(islice(m.walk(expr), parts, None), None) is not None
 
 
@@ -246,7 +246,7 @@ def _is_none(expr: m.IsNone, known: Known) -> m.Expr:
 
 
 def is_some(value: m.Expr, known: Known) -> bool:
-    """Whether a value that was filled in is surely not None."""
+    """Whether the result of filling in is surely present (not None)."""
     if not isinstance(value.type, OptionalOf):
         return not isinstance(value, m.Nothing)
     match value:
@@ -279,7 +279,7 @@ def _quantifier(expr: m.Quantifier, known: Known) -> m.Expr:
 
 
 def _times(body: m.Expr, known: Known) -> int:
-    """How many parts the body of a quantifier has with the quantifiers in it written out."""
+    """The size of the body of a quantifier after the quantifiers in it are expanded."""
     if not isinstance(body, m.Quantifier):
         return 1 + sum(_times(part, known) for part in m.children(body))
     over = body.over

@@ -1,8 +1,8 @@
-"""From coarse to fine: what was found is looked for again, ever more exactly.
+"""Abstraction refinement: findings are looked for again on finer abstractions.
 
-Time in a state is first taken to pass in any way, and of each element only so many values are
-followed. What was found so is dropped only if it is not there in what was explored completely on
-an abstraction that is finer in every respect.
+The first abstraction lets any time pass in a state, and follows a bounded number of values of each
+element. A finding is dropped only if it is absent from the complete graph of an abstraction that
+is finer in every respect.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from specc.tools.explore.composition import COARSEST, Precision
 from specc.tools.explore.graph import Graph
 
 FOR_TIME, FOR_VALUES = 8, 64
-"""One part in so many is for a finer abstraction where nothing was found on the coarser one.
+"""One part in so many of the budget is for a finer abstraction without findings on the coarse one.
 
-The smaller part is where that was complete, so that only a machine that waits may be hidden.
+The smaller part is for a coarse graph that was complete: it can hide only waiting machines.
 """
 About = TypeVar("About")
 What = TypeVar("What")
 Told = list[tuple[Graph, Mapping[About, What]]]
-"""Graphs from coarse to fine, each with what was found in it."""
+"""Graphs from coarse to fine, each with its findings."""
 
 
 def refined(
@@ -29,7 +29,7 @@ def refined(
     look: Callable[[Graph], Mapping[About, What]],
     budget: int,
 ) -> Told[About, What]:
-    """The graphs of one slice, each in about so many steps at most, until nothing is open."""
+    """The graphs of one slice, each of at most about `budget` steps, until nothing is open."""
     told: Told[About, What] = []
 
     def explored(precision: Precision, budget: int) -> Graph:
@@ -40,7 +40,7 @@ def refined(
     graph = explored(COARSEST, budget)
     found = told[-1][1]
     is_open = found or not graph.complete or graph.composition.widened
-    # Without measurements, time alone makes ways that counting it closes again.
+    # Time that may pass in any way adds traces, which counting it removes.
     if is_open and graph.composition.is_timed and not graph.broken_off:
         least = budget // (FOR_VALUES if graph.complete else FOR_TIME)
         counted = explored(Precision(exact=True), budget if found else least)
@@ -53,9 +53,9 @@ def refined(
 
 
 def not_refuted(told: Told[About, What]) -> dict[About, tuple[What, bool]]:
-    """What was found, as the finest graph has it, and whether nothing in that is coarse.
+    """The findings that no finer, complete graph refutes by lacking them.
 
-    That it is not there on another one that is complete, and finer, refutes it.
+    Each is as in the finest graph that has it, with whether that graph is exact.
     """
     kept: dict[About, tuple[What, bool]] = {}
     for index, (graph, there) in enumerate(told):
@@ -71,7 +71,7 @@ def not_refuted(told: Told[About, What]) -> dict[About, tuple[What, bool]]:
 
 
 def best(graphs: Iterable[Graph]) -> Graph:
-    """Of graphs from coarse to fine, the last one that is complete, or else the coarsest."""
+    """Of graphs from coarse to fine, the last one that is complete, else the coarsest."""
     every = list(graphs)
     done = (graph for graph in reversed(every) if graph.complete or graph.broken_off)
     return next(done, every[0])

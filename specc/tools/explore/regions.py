@@ -1,7 +1,7 @@
-"""Numbers of which only the region is known: where they lie among those that are compared with.
+"""Interval abstraction: numbers of which only the region between two constants is known.
 
-A counter has too many values to follow each of them. What decides is how it compares with some
-constants, so that all its values between two of these are one region.
+A counter has too many values to follow each of them. Decisions depend on comparisons with some
+constants. So all values between two of these constants are one region.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from specc.proof.clock import ANY, OPERATIONS, Range, sign_of
 
 
 class Region(NamedTuple):
-    """Numbers from the least to the greatest one."""
+    """The numbers from `low` to `high`, both included."""
 
     low: float
     high: float
 
 
 class Regions:
-    """The numbers, cut at some of them."""
+    """The number line, cut at some constants."""
 
     def __init__(self, cuts: Iterable[float]) -> None:
         self.cuts = sorted(set(cuts))
 
     def between(self, low: float, high: float, *, whole: bool) -> Iterator[Region]:
-        """The regions in which there are numbers of a range, for `whole` numbers or any others."""
+        """The regions that intersect a range, of integers if `whole`."""
         at = bisect_left(self.cuts, low)
         before = self.cuts[at - 1] if at else -math.inf
         for cut in (*self.cuts[at:], math.inf):
@@ -44,12 +44,12 @@ class Regions:
             before = cut
 
     def is_within(self, number: float) -> bool:
-        """Whether a number is between any of the cuts and zero."""
+        """Whether a number lies between zero and one of the cuts."""
         return min([0, *self.cuts[:1]]) <= number <= max([0, *self.cuts[-1:]])
 
 
 def _inside(low: float, high: float, *, whole: bool) -> Region:
-    """What lies between two numbers, without them."""
+    """The open interval between two numbers."""
     if not whole:
         return Region(math.nextafter(low, math.inf), math.nextafter(high, -math.inf))
     least = low if math.isinf(low) else math.floor(low) + 1
@@ -57,7 +57,7 @@ def _inside(low: float, high: float, *, whole: bool) -> Region:
 
 
 def ranged(expr: m.Expr, known: Callable[[m.Expr], Range | None]) -> Range:
-    """The least and the greatest value of numbers and truth values; `known` are those of leaves."""
+    """The range of an expression of numbers or truth values; `known` gives that of leaves."""
     if (leaf := known(expr)) is not None:
         return leaf
     if isinstance(expr, (m.Number, m.Truth)):
@@ -78,9 +78,9 @@ def is_number(expr: m.Expr) -> bool:
 
 
 def leaves(expr: m.Expr) -> Iterator[m.Input | m.MemoryRef]:
-    """The inputs and the memory whose values it takes to know that of an expression.
+    """The inputs and memory that determine the value of an expression.
 
-    What an operator makes of them is not known anyway.
+    Arguments of operators are left out: the result is unknown anyway.
     """
     if isinstance(expr, (m.Input, m.MemoryRef)):
         yield expr

@@ -1,4 +1,4 @@
-"""Values that sensors may be made to report, when a run is searched for: few, of each sort one."""
+"""Values of sensors to try in the search for a run: few, one of each kind."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ MOST_VALUES = 16
 
 
 class NotConcreteError(Exception):
-    """No run that goes as the trace was found; the message says why."""
+    """No run was found that follows the trace; the message says why."""
 
 
 def present(type_: Type) -> Type:
-    """The type of a value that is there."""
+    """The type without `optional`."""
     return type_.value if isinstance(type_, OptionalOf) else type_
 
 
 class Values:
-    """Values of sensors that are worth trying, in the form of recordings."""
+    """Values of sensors to try, in the form of recordings."""
 
     def __init__(self, system: System) -> None:
         self.types = {f"{d.qualified_name}.{e.name}": e.type for d in system.devices for e in d.y}
@@ -51,18 +51,18 @@ class Values:
         sporadic = {f"{b.device}.{b.element}": b for b in bindings if b.sporadic}
         self.sporadic = sporadic.keys()
         self.silent = {name for name, b in sporadic.items() if b.max_gap_s is None}
-        """Those that need not report anything for as long as one likes."""
+        """Sensors that may stay silent for any time."""
         nodes = list(_nodes(system))
         self._numbers = set(_numbers(nodes))
         self._vectors = dict.fromkeys(_vectors(nodes, system))
         self._known: dict[str, list[Any]] = {}
 
     def of(self, sensor: str) -> list[Any]:
-        """Those of a sensor, the usual one first; `...` for nothing new."""
+        """The values of a sensor, the usual one first; `...` for no new value."""
         return [*self.given(sensor), *((...,) if sensor in self.sporadic else ())]
 
     def given(self, sensor: str) -> list[Any]:
-        """Those with a value."""
+        """The values of a sensor without `...`."""
         if sensor not in self._known:
             type_ = self.types[sensor]
             found = [first_value(type_), *others(first_value(type_), type_)]
@@ -77,7 +77,7 @@ class Values:
         return self._known[sensor]
 
     def _marks(self, type_: Type) -> list[float]:
-        """Numbers of the units of a type that are named, those between and beyond, far apart."""
+        """The numbers named in the units of a type, and numbers between and beyond, spread out."""
         units = set(_units(type_))
         marks = sorted({number for unit, number in self._numbers if unit in units} | {0.0})
         between = [(a + b) / 2 for a, b in pairwise(marks)]
@@ -85,7 +85,7 @@ class Values:
 
 
 def _nodes(system: System) -> Iterator[m.Expr]:
-    """The parts of what a system asks and computes."""
+    """The nodes of all expressions of a system."""
     exprs = [item.value for item in system.constants]
     for subsystem in system.subsystems:
         exprs += [condition.when for condition in subsystem.conditions]
@@ -97,13 +97,13 @@ def _nodes(system: System) -> Iterator[m.Expr]:
 
 
 def _numbers(nodes: Sequence[m.Expr]) -> Iterator[tuple[Dimensions, float]]:
-    """The numbers among them, with their units."""
+    """The numbers among some nodes, with their units."""
     numbers = (node for node in nodes if isinstance(node, m.Number))
     yield from ((unit, float(n.value)) for n in numbers for unit in _units(n.type))
 
 
 def _vectors(nodes: Sequence[m.Expr], system: System) -> Iterator[tuple[Type, Any]]:
-    """The vectors among them, such as points, with their types."""
+    """The vectors among some nodes, points included, with their types."""
     known = Known({}, {item.name: item.value for item in system.constants}, Fraction(1))
     for node in nodes:
         if isinstance(node, m.Items) and isinstance(node.type, Vector):
@@ -133,7 +133,7 @@ def _units(type_: Type) -> Iterator[Dimensions]:
 
 
 def _spread(numbers: Sequence[float]) -> Iterator[float]:
-    """The one in the middle, then those in the middle of each half, and so on."""
+    """The numbers by bisection: the middle, then the middle of each half, and so on."""
     parts = [(0, len(numbers))]
     for begin, end in parts:
         if begin < end:
@@ -143,7 +143,7 @@ def _spread(numbers: Sequence[float]) -> Iterator[float]:
 
 
 def _plain(value: Any, type_: Type) -> Any:
-    """A value in the form that recordings have it in."""
+    """A value in the form of recordings."""
     match whole(type_):
         case Pose():
             return [float(number) for row in value for number in row]

@@ -1,7 +1,7 @@
-"""Requirements as goals of exploring: proved, violated on some way, or not decided by what is kept.
+"""Requirements as goals of exploring: proved, violated on some trace, or not decided.
 
-Requirements about the same machines are explored together, and these with all that influence them.
-Those about single ticks add no states; they go first, apart from those that look back or ahead.
+Requirements about the same machines are explored together, with all machines that influence these.
+Requirements about single ticks add no configurations. They go first, apart from temporal ones.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ Verdict = Literal["proved", "violated", "may be violated", "open", "not decided"
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What exploring says of a requirement; the conditions on which a violation rests."""
+    """The verdict on a requirement, and the conditions on which a violation rests."""
 
     requirement: Requirement
     verdict: Verdict
     rests_on: tuple[str, ...] = ()
     why: str = "it is about values that are not known"
-    """Why it is not decided."""
+    """The reason of `not decided`."""
     asked: bool = True
-    """Whether it may ask something of a run; it is proved of any system otherwise."""
+    """Whether some run may ask it; if not, it holds vacuously."""
 
     def words(self) -> str:
         """The verdict."""
@@ -61,14 +61,14 @@ class Judged:
 
 @dataclass(slots=True)
 class Group:
-    """Requirements that are explored together: about the same machines, all timeless or none."""
+    """Requirements about the same machines, all about single ticks or all temporal."""
 
     names: tuple[str, ...]
     requirements: list[Requirement]
 
 
 def groups(facts: Facts) -> list[Group]:
-    """The requirements that can be followed."""
+    """The requirements that monitors can follow, in groups."""
     found: dict[tuple[bool, tuple[str, ...]], Group] = {}
     for requirement in facts.system.requirements:
         asked = {x.subsystem for x in requirement.readings if x.kind != "reported"}
@@ -80,14 +80,14 @@ def groups(facts: Facts) -> list[Group]:
 
 
 def undecided(requirement: Requirement) -> Judged:
-    """What is said of a requirement that is not in a group."""
+    """The verdict on a requirement that is in no group."""
     if is_followed(requirement):
         return Judged(requirement, "not decided")
     return Judged(requirement, "not decided", why="it looks ahead from the past")
 
 
 def is_followed(requirement: Requirement) -> bool:
-    """Whether monitors follow it as machines are stepped."""
+    """Whether a monitor can follow it while machines are stepped."""
     try:
         return bool(Monitor(requirement, base_tick(())))
     except NotFollowedError:
@@ -97,7 +97,7 @@ def is_followed(requirement: Requirement) -> bool:
 def judged(
     group: Group, facts: Facts, budget: int
 ) -> tuple[list[Judged], list[Finding], list[Graph]]:
-    """What exploring says of the requirements of a group, and what was explored."""
+    """The verdicts on the requirements of a group, their findings, and the graphs."""
     abstraction = Abstraction(facts, group.requirements)
 
     probes = {i: probe for i, r in enumerate(group.requirements) if (probe := _probe(r))}
@@ -117,7 +117,7 @@ def judged(
     graphs = [graph for graph, _ in told]
     last = graphs[-1]
     if not (last.complete or last.broken_off):
-        # Where windows are too long for all ways, one may tell what is waited for, and no more.
+        # With deadlines too distant for all traces, a single trace may still show the awaited one.
         one = build(Precision(exact=True), budget, still=True)
         told.insert(0, (one, look(one)))
     left = not_refuted(told)
@@ -134,7 +134,7 @@ def judged(
 
 
 def _way(graph: Graph, index: int, group: Group, abstraction: Abstraction) -> Finding:
-    """The easiest way to a violation."""
+    """The finding on a violation, with the easiest trace to it."""
     number, edges = graph.violation(index)
     found = Found(graph, abstraction)
     found.add(_finding(group.requirements[index], trace(graph, number, *edges)))
@@ -168,7 +168,7 @@ def _verdict(
     if way is not None:
         if way.way.is_decided:
             return "violated"
-        # What machines answer in time rests on plants; what they exclude does not.
+        # Answers in time rest on plants; the exclusion of a state does not.
         return "open" if reach_s(requirement.formula) else "may be violated"
     if _is_proved(graphs, index):
         return "proved"
@@ -176,14 +176,14 @@ def _verdict(
 
 
 def _probe(requirement: Requirement) -> Requirement | None:
-    """That a requirement never asks anything of a run; None if it always does, or asks too late."""
+    """The requirement "this one is never asked"; None if it always is, or if none is known."""
     when = asked(requirement.formula)
     ever = None if when is None else _ever(when)
     return None if ever is None else replace(requirement, formula=Junction("not", (ever,)))
 
 
 def _ever(formula: Formula) -> Formula | None:
-    """What holds of some tick alone if a formula ever holds; None if that is not known."""
+    """A condition on single ticks that holds at some tick if a formula ever does; None if none."""
     match formula:
         case Temporal(operands=(*_, operand)):  # of `since`, what began it
             return _ever(operand)
@@ -198,7 +198,7 @@ def _ever(formula: Formula) -> Formula | None:
 
 
 def _now(formula: Formula) -> Formula | None:
-    """What holds of a tick alone where a formula holds at it."""
+    """A condition on a single tick that holds wherever a formula holds."""
     if isinstance(formula, Temporal) and formula.op in ("historically", "throughout"):
         return _now(formula.operands[0])
     return formula if is_timeless(formula) else None

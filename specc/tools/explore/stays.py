@@ -1,7 +1,8 @@
-"""Where an exploration comes to stay: sets of configurations that nothing leads out of.
+"""Bottom components: strongly connected components of configurations that no edge leaves.
 
-In such a set a machine that never changes its state never will. Exploring finds rather too many
-ways than too few, so what has no way on in it has none in any run.
+A machine that does not change its state in such a component never will. The abstraction has more
+runs than the system, never fewer. So a machine without a way on in the component has none in any
+run that comes there.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from specc.tools.explore.walker import Walker
 
 @dataclass(frozen=True, slots=True)
 class Stuck:
-    """A machine that stays in a state, or goes round in some, although rows lead to others.
+    """A machine that stays in a state, or in a cycle of states, although rows lead to others.
 
-    `needs` are the inputs that these rows ask about, `missing` those of them that nobody sends any
-    more. It is `blocked` if it takes no row at all, not even back to its state.
+    `needs` are the inputs that these rows ask about; `missing` are the needed inputs that nobody
+    sends any more. The machine is `blocked` if it takes no row at all, not even back to its state.
     """
 
     index: int
@@ -40,22 +41,22 @@ class Stuck:
 
     @property
     def awaited(self) -> frozenset[InputName]:
-        """What it waits for."""
+        """The inputs that it waits for."""
         return self.missing or self.needs
 
 
 @dataclass
 class Lasting:
-    """A set of configurations that nothing leads out of, by their numbers."""
+    """A bottom component: the numbers of its configurations, and what machines do in it."""
 
     graph: Graph
     abstraction: Abstraction
     members: frozenset[int]
     rows: set[tuple[int, int]] = field(default_factory=set)
-    """Machine and index of each row that is taken again and again."""
+    """Machine and index of each row that is taken in it."""
     states: dict[int, set[str]] = field(default_factory=dict)
     sent: set[tuple[int, InputName]] = field(default_factory=set)
-    """Machine and output of all that is sent again and again."""
+    """Machine and output of each value that is sent in it."""
 
     def __post_init__(self) -> None:
         self.states = {index: set() for index in range(len(self.graph.composition.walkers))}
@@ -69,11 +70,11 @@ class Lasting:
                         self.rows.add((index, move.row))
         self._spread(self._exchanges(frames))
 
-    # Where copies are put in order, a way back to a configuration may have exchanged them. Then
-    # each does what the others do.
+    # Where copies are put in order, a path back to a configuration may have exchanged them. Then
+    # each copy does whatever the others do.
 
     def _frames(self) -> dict[int, Frame]:
-        """Which machine each one stands for in each configuration, on ways from the entry."""
+        """The frame of each configuration (machine -> real machine), on paths from the entry."""
         if not self.graph.composition.copies:
             return dict.fromkeys(self.members, self.graph.frame(min(self.members)))
         found = {self.entry: self.graph.frame(self.entry)}
@@ -86,7 +87,7 @@ class Lasting:
         return found
 
     def _exchanges(self, frames: dict[int, Frame]) -> set[Frame]:
-        """Which machine each one has become on some way back."""
+        """The permutations of machines that some path back makes."""
         if not self.graph.composition.copies:
             return set()
         found = set()
@@ -98,7 +99,7 @@ class Lasting:
         return found - {tuple(range(len(self.walkers)))}
 
     def _spread(self, exchanges: set[Frame]) -> None:
-        """What a machine does, those do as well that it is exchanged with."""
+        """Give the rows, states and outputs of a machine to those that it is exchanged with."""
         composition, before = self.graph.composition, -1
         while exchanges and before != (before := self._size()):
             for frame in exchanges:
@@ -115,12 +116,12 @@ class Lasting:
 
     @cached_property
     def entry(self) -> int:
-        """The configuration that is come to most easily."""
+        """The configuration with the easiest path to it."""
         return min(self.members, key=lambda number: (self.graph.cost(number), number))
 
     @cached_property
     def way(self) -> Trace:
-        """How it is come to."""
+        """The trace to the entry."""
         return trace(self.graph, self.entry)
 
     @property
@@ -134,7 +135,7 @@ class Lasting:
         return all(len(states) == 1 for states in self.states.values())
 
     def sender(self, index: int, key: InputName) -> tuple[int, InputName]:
-        """The machine that sends an input of another one, and as what."""
+        """The machine that sends an input of another one, and its output there."""
         walker = self.walkers[index]
         sent = self.abstraction.sender_of(walker.name, key)
         assert sent is not None  # only such inputs are kept
@@ -142,23 +143,23 @@ class Lasting:
 
     @cached_property
     def stuck(self) -> dict[int, Stuck]:
-        """The machines that stay although rows lead on, without those that are meant to.
+        """The machines that wait in one state although rows lead on, without intended waits.
 
-        One that goes from state to state is at work.
+        A machine that goes from state to state is at work.
         """
         meant = {stuck.index for stuck in self.resting}
         return {i: s for i, s in self._staying.items() if i not in meant and not s.goes_round}
 
     @cached_property
     def resting(self) -> list[Stuck]:
-        """Those that wait for a sender at its declared end, directly or through others."""
+        """The machines that wait for a sender at a declared end, directly or through others."""
         found = self._staying
         meant = [i for i, s in found.items() if any(self._ended(i, k) for k in s.awaited)]
         behind = grouped((j, i) for i in found for j in self._held_up(found[i]))
         return [found[index] for index in sorted(reachable(meant, lambda i: behind.get(i, ())))]
 
     def _held_up(self, stuck: Stuck) -> Iterator[int]:
-        """The machines that would send what one waits for, if they got on."""
+        """The waiting machines that would send the inputs that one waits for."""
         for key in stuck.awaited:
             sender, output = self.sender(stuck.index, key)
             other = self._staying.get(sender)
@@ -166,7 +167,7 @@ class Lasting:
                 yield sender
 
     def _would_send(self, index: int, output: InputName) -> bool:
-        """Whether a machine sends something in states that it does not come to."""
+        """Whether a machine sends an output in states that it does not reach here."""
         states = (
             s for s in self.walkers[index].subsystem.states if s.name not in self.states[index]
         )
@@ -189,7 +190,7 @@ class Lasting:
                 yield Stuck(index, state, frozenset(needs), missing, blocked, len(states) > 1)
 
     def _ways(self, walker: Walker, states: set[str]) -> list[m.Expr]:
-        """The conditions of the rows that lead from states to others."""
+        """The conditions of the rows that lead out of a set of states."""
         rows = [step.row for step in walker.kept.machine.steps]
         away = [row for row in rows if row.source in states and row.target not in states]
         ends = {name: dict(walker.subsystem.state(name).behaviour.endings) for name in states}
@@ -202,12 +203,12 @@ class Lasting:
         return self.is_at_end(sender) and (not begun or (sender, output) not in self.sent)
 
     def is_at_end(self, index: int) -> bool:
-        """Whether a machine is in a state that nothing ends."""
+        """Whether a machine stays in one state without any condition."""
         (state, *others) = self.states[index]
         return not others and not list(conditions_of(self.walkers[index].subsystem, state))
 
     def waits(self, stuck: Stuck) -> frozenset[int]:
-        """The machines whose values one waits for."""
+        """The machines that send the awaited inputs."""
         return frozenset(self.sender(stuck.index, key)[0] for key in stuck.awaited)
 
     @cached_property
@@ -220,9 +221,9 @@ class Lasting:
 
     @cached_property
     def roots(self) -> list[Stuck]:
-        """The machines that cannot go on, and do not wait for another one that cannot either.
+        """The machines that cannot go on, without those that wait for another such machine.
 
-        One that only returns to its state is at rest, unless all are and wait for something.
+        A machine that only takes rows back to its state is at rest, unless no machine moves.
         """
         circle = {i for each in self.circles for i in each}
         held = {
@@ -239,7 +240,7 @@ class Lasting:
 
 
 def lasting(graph: Graph, abstraction: Abstraction) -> list[Lasting]:
-    """All such sets that were explored completely, in the order in which they are found."""
+    """The bottom components that were explored completely, in the order of their discovery."""
     beyond = len(graph.edges)
     following = [{min(e.target, beyond) for e in graph.going_on(n)} for n in range(beyond)]
     found = last_components([*following, {beyond}])

@@ -1,8 +1,8 @@
-"""Agents that are copies of one another: whatever is found of one order of them holds of all.
+"""Symmetry reduction: agents that are copies of one another are explored in one order.
 
-Two agents are copies if exchanging them changes nothing that is kept: their machines are the same,
-and so are all others with each name of the one put in the place of the other's. What is not kept
-may differ, such as the speed of a rover that nothing decides on.
+Two agents are copies if exchanging them leaves the abstraction unchanged. Their machines must be
+equal, and every other machine must be equal to itself with the two names exchanged. Elements
+outside the abstraction may differ, such as the speed of a rover on which no condition depends.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class Copies:
 
     @cached_property
     def copy_of(self) -> dict[int, int]:
-        """The number of the copy that a machine is a part of."""
+        """The number of the copy that each machine belongs to."""
         return {i: number for number, copy in enumerate(self.machines) for i in copy}
 
     @cached_property
     def others(self) -> tuple[int, ...]:
-        """The machines that get something of copies, or send it to them."""
+        """The machines outside that receive elements of copies, or send elements to them."""
         return tuple(sorted(self.inputs.keys() | self.outputs.keys()))
 
     def renamed(self, links: Links, order: Sequence[int]) -> dict[InputName, InputName]:
@@ -48,7 +48,7 @@ class Copies:
         return {old: new for pair in pairs for old, new in pair}
 
     def real(self, frame: Frame, index: int, key: InputName, *, is_sent: bool) -> InputName:
-        """The name that a machine which stands for another one has for an element of a copy."""
+        """The real name of an element of a copy, where `frame` maps machines to real ones."""
         links = (self.outputs if is_sent else self.inputs).get(index, ())
         for number, names in enumerate(links):
             if key in names:
@@ -77,7 +77,7 @@ class Symmetry:
         self._signatures: dict[str, tuple[object, ...]] = {}
 
     def copies(self) -> list[Copies]:
-        """All of them, those of one kind together."""
+        """All copies, by kind of agent."""
         alike: dict[tuple[object, ...], list[str]] = {}
         for agent in dict.fromkeys(self._agent[name] for name in self._index):
             roles = {r: n for r, n in self._agents[agent].items() if n in self._index}
@@ -112,7 +112,7 @@ class Symmetry:
         return end is not None and self._agent[end[0]] == agent
 
     def _are_exchangeable(self, one: str, other: str, agents: Sequence[str]) -> bool:
-        """Whether exchanging two agents, of which each machine has its like, changes nothing."""
+        """Whether exchanging two agents with corresponding machines changes nothing."""
         for role, name in self._agents[one].items():
             like = self._agents[other].get(role)
             if like is None or not self._are_connected_alike(name, like, one, other):
@@ -144,7 +144,7 @@ class Symmetry:
         return True
 
     def _exchanged(self, name: str, one: str, other: str) -> str:
-        """The name of a machine's like if it is of one of two agents."""
+        """The name of the corresponding machine, for a machine of one of two agents."""
         agent = self._agent[name]
         if agent not in (one, other):
             return name
@@ -153,9 +153,9 @@ class Symmetry:
         ]
 
     def _names(self, name: str, one: str, other: str) -> tuple[Names, Names] | None:
-        """What a machine's inputs and outputs become if two agents are exchanged; None if nothing.
+        """The names of inputs and outputs after two agents are exchanged; None if none changes.
 
-        Those that have nothing to do with the two are left out.
+        Elements that have nothing to do with the two agents are left out.
         """
         abstraction, subsystem = self._abstraction, self._abstraction.kept[name].subsystem
         senders = {abstraction.sender_of(name, key): key for key in subsystem.inputs}
@@ -184,7 +184,7 @@ class Symmetry:
 def likewise(
     slices: Sequence[tuple[str, ...]], abstraction: Abstraction
 ) -> list[tuple[tuple[str, ...], list[dict[str, str]]]]:
-    """Slices, each with those that it stands for, in which machines have other names."""
+    """Slices, each with equal slices that it stands for, as renamings of its machines."""
     names = tuple(abstraction.kept)
     every = Symmetry(names, abstraction).copies() if len(slices) > 1 else []
     found: dict[object, list[tuple[tuple[str, ...], list[str]]]] = {}
@@ -210,7 +210,7 @@ def likewise(
 def _signature(
     kept: Kept, abstraction: Abstraction, inputs: Names, outputs: Names
 ) -> tuple[object, ...]:
-    """All that stepping a machine depends on, with some names changed."""
+    """Everything on which a step of a machine depends, with some names changed."""
     subsystem = kept.subsystem
     name = subsystem.qualified_name
     known = static(subsystem, abstraction.facts.system)

@@ -1,4 +1,4 @@
-"""When what a machine asks turns in time: the periods of a state at which an answer changes."""
+"""The periods in a state at which conditions on time alone change their truth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Timing:
     """Asks the clock of proofs about the expressions of a subsystem."""
 
     def __init__(self, known: Known) -> None:
-        """`known` is what is known at all times; it gets the turns that are found."""
+        """`known` are the values known at all times; turns that are found are added to it."""
         self._timer = Timer(Numbering(known.lets, known.constants, known.period_s))
         self._found = known.turns
         self._lets: dict[str, frozenset[int]] = {}
@@ -23,7 +23,7 @@ class Timing:
             self._lets[name] = self.of([value])
 
     def of(self, exprs: Iterable[m.Expr]) -> frozenset[int]:
-        """The periods at which an answer in some expressions changes, directly or through lets."""
+        """The periods at which a part of some expressions turns, directly or through lets."""
         return frozenset(turn for expr in exprs for turn in self._of(expr))
 
     def _of(self, expr: m.Expr) -> Iterator[int]:

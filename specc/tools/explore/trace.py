@@ -1,4 +1,4 @@
-"""How a run gets to a configuration: what every machine did, and when."""
+"""Traces: the steps of all machines to a configuration, with their times."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_SHOWN = 16
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What one machine did at a time stamp."""
+    """The move of one machine at a time stamp."""
 
     time_s: Fraction
     index: int
@@ -39,7 +39,7 @@ class Step:
         return self.row.place if self.row else self.walker.subsystem.state(self.move.target).place
 
     def words(self) -> str:
-        """What happened, in words."""
+        """The step in words."""
         source, target = self.move.source, self.move.target
         way = f"from `{source}` to `{target}`" if source and source != target else f"in `{target}`"
         sent = [f"`y.{peer}.{name}`{self._value(n)}" for (peer, name), n in self.move.sent]
@@ -58,7 +58,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """The steps to a configuration; `free` are the conditions that could have gone otherwise."""
+    """The steps to a configuration; `free` are the conditions that could have been false."""
 
     steps: tuple[Step, ...]
     overtaken: tuple[tuple[int, InputName], ...]
@@ -71,12 +71,12 @@ class Trace:
         return not self.free
 
     def lost(self, index: int, key: InputName) -> Step | None:
-        """Where the last arrival of an input was not looked at."""
+        """The step at which the last arrival of an input was not looked at."""
         found = (s for s in reversed(self.steps) if s.index == index and key in s.move.lost)
         return next(found, None)
 
     def related(self) -> tuple[Related, ...]:
-        """The steps that change a state, or the last to miss something; the last ones of many."""
+        """The steps to show: those that change a state or miss an input; of many the last ones."""
         missed = {(s.index, s.move.target, key): s for s in self.steps for key in s.move.lost}
         last = {id(step) for step in missed.values()}
         told = [s for s in self.steps if s.move.source not in ("", s.move.target) or id(s) in last]
@@ -88,7 +88,7 @@ class Trace:
 
 
 def trace(graph: Graph, number: int, *last: Edge) -> Trace:
-    """The easiest way to a configuration, and what was done after it."""
+    """The easiest trace to a configuration and over further edges."""
     composition = graph.composition
     walkers = composition.walkers
     time_s, phase = Fraction(0), 0

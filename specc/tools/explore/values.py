@@ -1,4 +1,4 @@
-"""Numbers for the values that are kept, so that configurations are small and quickly compared."""
+"""Numbers that stand for kept values, so that configurations are small and quick to compare."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from specc.tools.explore.partial import SOME, Known, Value, is_literal, is_some
 from specc.tools.explore.regions import Region, Regions, is_number, ranged
 
 MOST_VALUES = 32
-"""Of one element; where more are computed, of later ones only the region is known."""
+"""Values that are followed of one element; of later ones only the region is known."""
 MOST_OPTIONS = 16
-"""Ways of going on that a period may have since of some values only the region is known."""
+"""Branches of a period that come from values of which only the region is known."""
 
 UNKNOWN, ABSENT = 0, 1
-"""Numbers of what is not a value; the others number literals, and SOME."""
+"""Numbers of an unknown and an absent value; other numbers stand for literals and SOME."""
 
 
 @dataclass(slots=True)
 class Numbers:
-    """Numbers things in the order in which they come."""
+    """Numbers things in the order in which they are first met."""
 
     known: dict[Any, int] = field(default_factory=dict)
     things: list[Any] = field(default_factory=list)
@@ -40,7 +40,7 @@ class Values:
     """Numbers of the values that are kept, shared by all machines."""
 
     def __init__(self, most: int | None, cuts: Iterable[float] = ()) -> None:
-        """Of each target, at most so many values are followed, or all between the `cuts`."""
+        """At most `most` values of each target are followed; None: all between the `cuts`."""
         self._most = most
         self._regions = Regions(cuts)
         self._numbers = Numbers()
@@ -48,15 +48,15 @@ class Values:
             self._numbers.of(reserved)
         self._seen: dict[str, set[int]] = {}
         self.widened: set[str] = set()
-        """Targets of which more would have to be known than the region."""
+        """Targets whose region is not enough for a decision."""
 
     def of(self, target: str, expr: m.Expr, known: Known) -> int:
-        """The number of what is assigned to a target before anything is unclear."""
+        """The number of the value that is assigned to a target, before any region is involved."""
         (number, *_) = self.options(target, expr, known)
         return number
 
     def options(self, target: str, expr: m.Expr, known: Known) -> tuple[int, ...]:
-        """The numbers of what may be assigned to a target."""
+        """The numbers of the values that may be assigned to a target."""
         if is_literal(expr):
             number = self._numbers.of(expr)
             seen = self._seen.setdefault(target, set())
@@ -74,14 +74,14 @@ class Values:
         return (self._numbers.of(SOME) if is_some(expr, known) else UNKNOWN,)
 
     def _is_left(self, seen: set[int], expr: m.Expr) -> bool:
-        """Whether a value is one too many."""
+        """Whether a value is beyond the bound on values that are followed."""
         if len(seen) < MOST_VALUES:
             return False
         is_among = not isinstance(expr, m.Number) or self._regions.is_within(expr.value)
         return self._most is not None or not is_among
 
     def _in(self, target: str, expr: m.Expr, low: float, high: float) -> tuple[int, ...]:
-        """The regions of a range."""
+        """The numbers of the regions of a range."""
         whole = isinstance(expr.type, Int)
         regions = list(self._regions.between(low, high, whole=whole))
         if len(regions) > 1:
@@ -91,7 +91,7 @@ class Values:
         return tuple(self._numbers.of(_shown(region, expr)) for region in regions)
 
     def value(self, number: int) -> Value | None:
-        """What a number stands for; None if it is unknown or absent."""
+        """The value that a number stands for; None if it is unknown or absent."""
         return None if number in (UNKNOWN, ABSENT) else self._numbers.things[number]
 
 

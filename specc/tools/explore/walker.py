@@ -1,7 +1,7 @@
-"""One machine, a period at a time: what it may do, given what is kept of its inputs.
+"""The abstract successors of one machine, one period at a time.
 
-What rests on unknown values may turn out either way, but never so that the proofs exclude it, and
-the answer stays while the values do: it is remembered until one of them is renewed.
+A condition on unknown values may be true or false, except for combinations that the proofs
+exclude. The answer is remembered until one of these values is renewed.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from specc.tools.explore.timing import Timing
 from specc.tools.explore.values import ABSENT, Numbers, Values
 
 OVER = -1
-"""The clock of a machine that has failed: the others go on until it would show what it did."""
+"""The clock of a machine that has failed: others go on until its outputs are due."""
 MOST_REMEMBERED = 12
 """Answers about unknown values; with more of them, all are forgotten."""
 
 
 class Local(NamedTuple):
-    """A machine between two periods: memory in numbers, and what is known of unknown values."""
+    """A machine between two periods: memory in numbers, and answers about unknown values."""
 
     state: str
     clock: int
@@ -43,10 +43,10 @@ class Local(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a machine did at a time stamp.
+    """The step of a machine at a time stamp.
 
-    `row` is its index, -1 for none. `free` are the conditions that could have turned out otherwise;
-    `lost` are inputs that were new and not looked at; `broken` are assumptions that were wrong.
+    `row` is an index, -1 for none. `free` are the conditions that could have turned out otherwise;
+    `lost` are inputs that were fresh and not looked at; `broken` are assumptions that failed.
     """
 
     source: str
@@ -59,9 +59,9 @@ class Move(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What may come of a period: the machine after it, by its number, and what it did.
+    """A possible result of a period: the number of the machine after it, and its move.
 
-    If it `ends` the run, by a fault, the machine has not moved.
+    If a fault `ends` the run, the machine has not moved.
     """
 
     local: int
@@ -71,7 +71,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """A way that a period may go: the row, or -1, and what holds then."""
+    """A branch of a period: the row, or -1, and the conditions that hold on it."""
 
     row: int
     target: str
@@ -102,14 +102,14 @@ class Walker:
         self._steps: dict[tuple[int, tuple[int, ...]], tuple[Outcome, ...]] = {}
         self._possible: dict[frozenset[int], bool] = {}
         self.assumed: dict[int, set[bool | None]] = {}
-        """What assumptions turned out to be, by index; None where that is not known."""
+        """The truth values of assumptions, by index; None where unknown."""
         self.open: dict[str, dict[str, None]] = {}
         """By state, the conditions that could turn out either way."""
         self.kind = self.name
         """The name of the first of the machines that are the same as this one."""
 
     def join(self, first: Walker) -> None:
-        """Share what was found of a machine that is the same, and its numbers."""
+        """Share the results and the numbers of an equal machine."""
         self.kind = first.name
         self.locals, self._formulas, self.assumed = first.locals, first._formulas, first.assumed
         self._steps, self._possible, self.open = first._steps, first._possible, first.open
@@ -126,7 +126,7 @@ class Walker:
     # The first period, and any other.
 
     def begin(self) -> tuple[int, ...]:
-        """What is in the buffers before anything has come."""
+        """The buffers before the first arrival."""
         found = []
         for key in self.inputs:
             init = self.subsystem.inputs[key].init
@@ -148,7 +148,7 @@ class Walker:
         return begun
 
     def step(self, local: int, buffers: tuple[int, ...]) -> tuple[Outcome, ...]:
-        """All that may come of a period."""
+        """All possible results of a period."""
         key = local, buffers
         if key not in self._steps:
             self._steps[key] = tuple(
@@ -188,7 +188,7 @@ class Walker:
         return bool(self.locals.things[local].clock == OVER)
 
     def _branches(self, state: str, known: Known) -> Iterator[Branch]:
-        """Staying, and each row that is not excluded by what is known."""
+        """The branches: staying, and each row that known values do not exclude."""
         before: list[m.Expr] = []
         for cause, end in self.subsystem.state(state).behaviour.endings:
             ended = filled(end.when, known)
@@ -206,12 +206,12 @@ class Walker:
         yield Branch(-1, state, tuple(before))
 
     def _doubt(self, asked: m.Expr, known: Known) -> None:
-        """Take note of values of which more would have to be known than the region."""
+        """Note values whose region is not enough for a decision."""
         if known.is_unclear(asked):
             self.values.widened |= {f"{self.kind}.{_name(leaf)}" for leaf in leaves(asked)}
 
     def _may(self, branch: Branch, answers: frozenset[int]) -> bool:
-        """Whether the proofs leave it possible that all this holds together."""
+        """Whether the proofs allow a branch and remembered answers to hold together."""
         asked = {self._formulas.of(e) for e in branch.holds if e != m.TRUE}
         if not asked:
             return True
@@ -289,9 +289,9 @@ class Walker:
         return frozenset(a for a in answers if memory not in self._rests(a).memory)
 
     def _lost(self, buffers: tuple[int, ...], source: str, target: str) -> tuple[InputName, ...]:
-        """Inputs that are new, and neither asked by the conditions nor read by the functions.
+        """Fresh inputs that neither the conditions nor the functions look at.
 
-        Measurements that are events are taken to be new in every period but the first.
+        Measurements that are events are assumed fresh in every period but the first.
         """
         new = [key for key, slot in self.slots.items() if buffers[slot] % 2]
         new += sorted(self.events & self._measured) if source else []
@@ -302,7 +302,7 @@ class Walker:
         return tuple(key for key in new if key not in looked)
 
     def may_be_absent(self, key: InputName) -> bool:
-        """Whether a measurement need not be there when it is taken to be new."""
+        """Whether a measurement that is assumed fresh may be absent."""
         return key in self._measured and key not in self._steady
 
     @cached_property
@@ -319,7 +319,7 @@ class Walker:
             for state in self.subsystem.states
         }
 
-    # What is known at a time stamp.
+    # Known values at a time stamp.
 
     def _known(
         self, buffers: tuple[int, ...], memory: dict[str, int], *, first: bool = False
@@ -348,17 +348,17 @@ class Walker:
         return self.kept.rests.of(self._formulas.things[formula])
 
     def _remembered(self, expr: m.Expr) -> Iterator[int]:
-        """What stays true until an input or memory is renewed, as numbers of formulas."""
+        """The formulas that stay true until an input or memory is renewed, by number."""
         for part in _conjuncts(expr):
             rests = self.kept.rests.of(part)
             if part != m.TRUE and not rests.clock and rests.inputs <= self.slots.keys():
                 yield self._formulas.of(part)
 
-    # Time in a state: counted, or in classes between the turns of what is asked about it.
+    # Time in a state: counted, or in classes between the periods at which a condition turns.
 
     @cached_property
     def turns(self) -> dict[str, tuple[int, ...]]:
-        """For each state, the periods at which something that is asked of the time in it turns."""
+        """For each state, the periods at which a condition on the time in it changes its truth."""
         timing, found = Timing(self.static), {}
         for state in self.subsystem.states:
             asked = [item.value for item in state.behaviour.assignments]
@@ -368,18 +368,18 @@ class Walker:
         return found
 
     def _clocks(self, local: Local) -> tuple[int, ...]:
-        """The clock at the next time stamp: periods up to the last turn, or any later class."""
+        """The possible clocks at the next time stamp: counted to the last turn, or a class."""
         found = self.turns[local.state]
         if self.exact:
             return (min(local.clock + 1, found[-1] if found else 1),)
         return tuple(range(local.clock, len(found) + 1))
 
     def _begin(self, state: str) -> int:
-        """The clock of a state that was just entered; a class is that of one period later."""
+        """The clock of a state just entered; with classes, the class of one period later."""
         return 0 if self.exact else sum(turn <= 1 for turn in self.turns[state])
 
     def _periods(self, state: str, clock: int) -> int:
-        """A number of periods that stands for a clock; a class is the turns that have passed."""
+        """A number of periods that represents a clock; a class counts the turns that passed."""
         return clock if self.exact else self.turns[state][clock - 1] if clock else 1
 
 
@@ -388,7 +388,7 @@ def _name(leaf: m.Input | m.MemoryRef) -> str:
 
 
 def _conjuncts(expr: m.Expr) -> Iterator[m.Expr]:
-    """The parts of a conjunction, and the negated ones of a negated disjunction."""
+    """The operands of a conjunction, or the negated operands of a negated disjunction."""
     match expr:
         case m.Logic(op="and", operands=operands):
             for part in operands:

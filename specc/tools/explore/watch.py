@@ -1,4 +1,4 @@
-"""Requirements as machines are stepped: which values their conditions name, and what is left."""
+"""Monitors of requirements while machines are stepped: values of conditions, obligations."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ Visible = Iterable[tuple[int, InputName, int]]
 
 
 class Watched(NamedTuple):
-    """Numbers of what is still required, and of each value that was seen last."""
+    """Numbers of the obligations, and of the value of each reading that was seen last."""
 
     states: tuple[int, ...]
     seen: tuple[int, ...]
 
 
 class Watch:
-    """Follows some requirements over the machines of a slice; `said` is what they turned out to be.
+    """Follows some requirements over the machines of a slice; `said` has their verdicts.
 
-    Values are seen as monitors of a run see them: state and memory from the step on, what is sent
-    when others see it.
+    Values are seen as the monitors of a run see them: state and memory from the step on, outputs
+    from the tick at which they become visible.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Watch:
         system: System,
         tick_s: Fraction,
     ) -> None:
-        """What `probes` violate is not told. `tick_s` is the base tick of the whole system.
+        """Violations of `probes` are not told. `tick_s` is the base tick of the whole system.
 
         Raises NotFollowedError.
         """
@@ -75,7 +75,7 @@ class Watch:
         for slot, x in enumerate(sent.values()):
             output = self._index[x.subsystem], (x.element[0], x.element[1])
             self._shown.setdefault(output, []).append(slot)
-        # Those of the system alone: parameters of a description may have the same names.
+        # Only constants of the system: parameters of a description may have the same names.
         self._known = Known({}, {c.name: c.value for c in system.constants}, tick_s)
         self._numbers, self._left = Numbers(), Numbers()
         self._followed: dict[_Ticks, tuple[int, frozenset[Truth]]] = {}
@@ -100,10 +100,10 @@ class Watch:
     def after(
         self, number: int, visible: Visible, locals_: Sequence[Local], ticks: int
     ) -> tuple[int, tuple[int, ...]]:
-        """What is left after so many ticks with the same values, and what was violated on them.
+        """The obligations after some ticks with constant values, and the violations on them.
 
-        Of a machine that has failed nothing is known, and what is left open by that proves nothing
-        wrong: the run is over.
+        Nothing is known of a machine that has failed. A verdict that this leaves open is no
+        violation: the run is over.
         """
         states, seen = self._numbers.things[number]
         for machine, output, value in visible:
@@ -135,7 +135,7 @@ class Watch:
     def _monitored(
         self, index: int, state: int, atoms: tuple[Truth, ...], ticks: int
     ) -> tuple[int, frozenset[Truth]]:
-        """A step of one monitor: many steps of all differ in what the others ask."""
+        """A step of one monitor, cached: steps of all often differ in other monitors only."""
         key = index, state, atoms, ticks
         if key not in self._followed:
             after, said = self.monitors[index].step(self._left.things[state], atoms, ticks)
@@ -143,7 +143,7 @@ class Watch:
         return self._followed[key]
 
     def _now(self, reading: Reading, seen: tuple[int, ...], locals_: Sequence[Local]) -> object:
-        """What stands for the value of a reading: a state, or a number; None for others."""
+        """The abstract value of a reading: a state, or a number; None if it has none."""
         index = self._index.get(reading.subsystem)
         if index is None or reading.kind == "reported" or locals_[index].clock == OVER:
             return None
@@ -183,6 +183,6 @@ class Watch:
 
 
 def _target(reading: Reading) -> str:
-    """What is assigned where a reading is written; copies have no requirements."""
+    """The target of the assignments that write a reading; copies have no requirements."""
     name, *element = reading.element
     return f"{reading.subsystem}.{'.'.join(('y', name, *element) if element else (name,))}"
