@@ -1,4 +1,4 @@
-"""One thing that a specification requires of a run: how it is judged, and what becomes of it."""
+"""One requirement on a run: its monitor, its verdict, and its part of a snapshot."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ from specc_runtime.temporal import (
 
 Verdict = Literal["met", "violated", "unknown"]
 Told = Callable[[Any], Any]
-"""Makes plain data of values by their attributes, or values of the data."""
+"""Converts values, by attribute, to plain data or back."""
 Show = Callable[[Mapping[str, Any]], None]
-"""Judges conditions on values by their attributes."""
+"""Evaluates conditions on values, by attribute."""
 _LONGEST = 100_000
-"""Ticks of the past whose values are kept although they are judged."""
+"""Judged ticks whose values are kept at most, for judging anew."""
 _NOTHING: Mapping[str, Any] = {}
 
 
 class Requirement:
-    """What is required, at every tick if it `lasts`, else at the first one; and what became of it.
+    """A requirement at every tick if it `lasts`, else at the first one, with its verdict.
 
-    `reads` has the attribute of each value that it names, by that name. `asked`, of the same atoms,
-    holds where it asks something of the run; without it, it does at every tick.
+    `reads` has the attribute of each value that it names, by that name. `asked` is a formula over
+    the same atoms: it holds where the requirement does not hold vacuously. Without `asked`, it is
+    asked at every tick.
     """
 
     def __init__(
@@ -55,20 +56,20 @@ class Requirement:
         self._asked = None if asked is None else _Asked(asked, lasts=lasts)
         self._lasts = lasts
         self.holds = False
-        """Whether it does, at the last tick that is judged."""
+        """Whether it is met at the last tick that is judged."""
         self._worst = TRUE
         self._count = 0
         self._history = 0
-        """Ticks that another description of it judged."""
+        """Ticks that another version of it judged."""
         self._over = False
         depth = formula.depth if formula.depth < _LONGEST else formula.delay
         self._earlier: deque[Mapping[str, Any]] = deque(maxlen=int(depth) + 1)
-        """The values of the last ticks, from which the formula can be judged anew."""
+        """The values of the last ticks, from which another formula can be judged."""
         self._first: dict[str, tuple[int, dict[str, Any]]] = {}
-        """By the verdict that it makes, the first such tick and the values that are told of it."""
+        """For each verdict the first tick that makes it, and the values reported for that tick."""
 
     def step(self, values: Mapping[str, Any]) -> None:
-        """Take in a tick with the values that are there then."""
+        """Judge a tick on its values."""
         self._earlier.append(values)
         if self._asked is not None:
             self._asked.step()
@@ -89,18 +90,18 @@ class Requirement:
                 self._first[verdict] = self._count, self._shown(then)
 
     def pass_over(self, ticks: int) -> None:
-        """Nothing is known of so many ticks; all atoms are unknown."""
+        """Judge some ticks on which all atoms are unknown."""
         for _ in range(ticks):
             self.step(_NOTHING)
 
     def finish(self, missed: int) -> None:
-        """The run is over, `missed` ticks ago: all that is still to be judged is unknown."""
+        """End the run, `missed` ticks ago: ticks that are not judged yet are unknown."""
         self.pass_over(0 if self._over else missed + self.formula.delay)
         self._over = True
 
     @property
     def verdict(self) -> Verdict:
-        """What is known of it; a requirement is met only once the run is over."""
+        """The verdict so far; a requirement is met only once the run is over."""
         if not self._worst[1][0]:
             return "violated"
         return "met" if self._over and self._count and self._worst[0][0] else "unknown"
@@ -108,7 +109,7 @@ class Requirement:
     def as_data(self, tick_s: float) -> dict[str, Any]:
         """The entry of the report; `time_s` is the first tick that makes the verdict.
 
-        `asked` is whether it ever asked something of the run, None where it always does.
+        `asked`: whether it was ever asked in the run, None where it always is.
         """
         verdict = self.verdict
         margin = {"met": self._worst[0][1], "violated": self._worst[1][1], "unknown": None}[verdict]
@@ -125,7 +126,7 @@ class Requirement:
         }
 
     def saved(self, told: Told) -> dict[str, Any]:
-        """What it remembers of the run."""
+        """The state of the monitor, as plain data."""
         earlier = () if self._decided else self._earlier
         runs = [list(same) for _, same in groupby(earlier, id)]
         return {
@@ -147,7 +148,7 @@ class Requirement:
         return not self._lasts and max(self._count, self._history) > 0
 
     def is_of(self, saved: Any) -> bool:
-        """Whether that means something to it: it reaches over the same ticks."""
+        """Whether it can restore that state: its formula reaches over the same ticks."""
         return bool(saved.get("shape") == self._shape)
 
     @property
@@ -156,7 +157,7 @@ class Requirement:
         return [self.formula.shape, None if asked is None else asked.formula.shape]
 
     def restore(self, saved: Any, values_of: Told) -> None:
-        """Remember that; raises KeyError, TypeError, ValueError for other data."""
+        """Restore a saved state; raises KeyError, TypeError, ValueError for other data."""
         self._remember(saved)
         self.formula.restore(saved["formula"])
         if self._asked is not None:
@@ -165,10 +166,10 @@ class Requirement:
         self._earlier.extend(_values(saved, values_of, self._earlier.maxlen))
 
     def judge_anew(self, tick: int, saved: Any, values_of: Told, show: Show) -> float:
-        """Go on at a tick after another description, of which `saved` is what it remembers.
+        """Go on at a tick from the state `saved` of another version of this requirement.
 
-        What it has judged stays; what is open is judged as here, on the values of the last ticks,
-        which `show` puts in their place. Gives how many ticks before these would be needed.
+        Its verdicts stay. Open ticks are judged by this version on the values of the last ticks,
+        which `show` provides. Returns the number of earlier ticks whose values are missing.
         """
         earlier: deque[Mapping[str, Any]] = deque()
         if saved is not None:
@@ -176,7 +177,7 @@ class Requirement:
             self._history, self._count = max(self._count, self._history), 0
             if self._asked is not None:
                 self._asked.begin_anew(saved.get("asked"), self._history)
-            # More than this one keeps: the other one may have left more ticks open.
+            # More values than this version keeps: the other version may have left more ticks open.
             earlier = _values(saved, values_of, tick)
         for atom in self.formula.atoms():
             atom.now = UNKNOWN
@@ -204,7 +205,7 @@ class Requirement:
 
 
 class _Asked:
-    """Whether a requirement ever asked something of a run: `formula` held, at some tick judged."""
+    """Whether a requirement was ever asked: `formula` held at some judged tick."""
 
     def __init__(self, formula: Formula, *, lasts: bool) -> None:
         self.formula = formula
@@ -214,7 +215,7 @@ class _Asked:
         self._history = 0
 
     def step(self) -> None:
-        """Take in a tick."""
+        """Judge a tick."""
         found = self.formula.step()
         if found is not None:
             judged = self._count >= self._history and (self._lasts or not self._count)
@@ -222,17 +223,17 @@ class _Asked:
             self._count += 1
 
     def saved(self) -> list[Any]:
-        """What it remembers of the run."""
+        """The state of the monitor, as plain data."""
         return [self.ever, self._count, self._history, self.formula.saved()]
 
     def restore(self, saved: Any) -> None:
-        """Remember that; raises TypeError, ValueError for other data."""
+        """Restore a saved state; raises TypeError, ValueError for other data."""
         ever, count, history, formula = saved
         self.ever, self._count, self._history = bool(ever), int(count), int(history)
         self.formula.restore(formula)
 
     def begin_anew(self, saved: Any, history: int) -> None:
-        """So many ticks were judged by another description; what it remembers is `saved`."""
+        """Go on from the state `saved` of another version, which judged `history` ticks."""
         self.ever = bool(saved and saved[0])
         self._history = history
 
@@ -247,6 +248,6 @@ def _values(saved: Any, values_of: Told, most: int | None) -> deque[Mapping[str,
 
 
 def _plain(value: Any) -> Any:
-    """A number or a text as it is, all else as text, as are numbers that not every JSON has."""
+    """A value for JSON: numbers and texts as they are, others and infinite numbers as text."""
     has_json = isinstance(value, bool | float | str)
     return value if has_json or (type(value) is int and is_short(value)) else text_of(value)

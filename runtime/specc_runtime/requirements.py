@@ -1,4 +1,4 @@
-"""What a specification requires of every run: how a run is followed, and what its report says."""
+"""The requirements of a system: they follow a run, and give their part of its report."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ __all__ = ["ABSENT", "Reading", "Requirement", "Requirements"]
 class Reading:
     """A value that requirements name: `element` of `subsystem`, kept as `attribute`.
 
-    What is observed of the plant is a value at every tick.
-
-    What was sent is seen when others see it; all else as it is after the step, from its time stamp
-    on. `initial` is the input, with its subsystem, that has the value before anything is sent.
+    Ground truth of the plant has a value at every tick. A sent value counts from the tick at which
+    it becomes visible, any other value from the time stamp of its step. `initial` is the input,
+    with its subsystem, whose initial value counts until a value is sent.
     """
 
     attribute: str
@@ -38,7 +37,7 @@ ABSENT: Any = object()
 
 
 def _found(reading: Reading, record: StepRecord, sent: Mapping[str, Any], subsystem: Any) -> Any:
-    """The value after a step that is committed; `subsystem` is None of what is observed."""
+    """The value after a committed step; `subsystem` is None for ground truth."""
     if reading.kind == "state":
         return record.state
     if reading.kind in ("sent", "observed"):
@@ -52,7 +51,7 @@ def _told(reading: Reading, value: Any) -> Any:
 
 
 class _Numbered:
-    """The data of the values of ticks, each once, by the numbers that stand for them."""
+    """The values of ticks as plain data, equal ones once, with a number for each."""
 
     def __init__(self, told: Told) -> None:
         self.told: list[dict[str, Any]] = []
@@ -60,7 +59,7 @@ class _Numbered:
         self._numbers: dict[int, int] = {}
 
     def number(self, values: Mapping[str, Any]) -> int:
-        """The number of these values, which are not other ones later."""
+        """The number of these values, which must not change later."""
         if id(values) not in self._numbers:
             self._numbers[id(values)] = len(self.told)
             self.told.append(self._told(values))
@@ -68,7 +67,7 @@ class _Numbered:
 
 
 class _Alike:
-    """Requirements that read the same subsystems, whose values are known until the same tick."""
+    """Requirements that read the same subsystems, so that they judge the same ticks."""
 
     def __init__(
         self, requirements: list[Requirement], readings: list[Reading], of: Requirements
@@ -85,16 +84,16 @@ class _Alike:
             self.readings[reading.subsystem].append(reading)
 
     def change(self, reading: Reading, tick: int, value: Any) -> None:
-        """From this tick on a value is another one, or not known."""
+        """Note a new value, or an unknown one, from this tick on."""
         self._changes[tick][reading.attribute] = value
 
     def begin(self) -> None:
-        """Judge conditions on what there is before anything is known."""
+        """Evaluate conditions on the values before the first step."""
         for atom in self._atoms:
             atom.update()
 
     def advance(self, tick: int) -> None:
-        """Judge the ticks before `tick` of which all values are known."""
+        """Judge the ticks before `tick` whose values are all known."""
         last = min(tick, *self.settled.values()) if self.settled else tick
         while self.tick < last:
             known = self._known
@@ -115,13 +114,13 @@ class _Alike:
             self.tick += 1
 
     def saved(self, told: Told) -> dict[str, Any]:
-        """What is known of the run so far."""
+        """The state of the monitors, as plain data."""
         changes = {}
         for tick, change in self._changes.items():
             gone = [name for name, value in change.items() if value is ABSENT]
             there = {name: value for name, value in change.items() if value is not ABSENT}
             changes[str(tick)] = [told(there), gone]
-        earlier = _Numbered(told)  # requirements have the same values, each of more or fewer ticks
+        earlier = _Numbered(told)  # requirements share values, over more or fewer ticks
         each = [requirement.saved(earlier.number) for requirement in self.requirements]
         return {
             "tick": self.tick,
@@ -135,9 +134,9 @@ class _Alike:
     def restore(
         self, saved: Any, tick: int, due: Mapping[str, int], values_of: Told, *, is_other: bool
     ) -> list[str]:
-        """See `Requirements`; nothing is known of the run if `saved` is None.
+        """See `Requirements`; with `saved` None the past is unknown.
 
-        `due` has the tick of each subsystem's next step, when all that it sent before is seen.
+        `due` has the tick of each subsystem's next step, at which its earlier outputs are visible.
         """
         begun = {"tick": tick, "settled": {}, "known": {}, "changes": {}, "earlier": (), "each": []}
         saved = saved or begun
@@ -171,7 +170,7 @@ class _Alike:
         return lost
 
     def _show(self, values: Mapping[str, Any]) -> None:
-        """Judge conditions on these values."""
+        """Evaluate conditions on these values."""
         for name in vars(type(self.values)).get("__slots__", ()):
             if name not in values and hasattr(self.values, name):
                 delattr(self.values, name)
@@ -180,7 +179,7 @@ class _Alike:
         self.begin()
 
     def abandon(self, tick: int) -> None:
-        """What is not judged by then is unknown."""
+        """Ticks that are not judged by then are unknown."""
         for atom in self._atoms:
             atom.now = UNKNOWN
         for requirement in self.requirements:
@@ -189,9 +188,9 @@ class _Alike:
 
 
 class Requirements:
-    """Those of a system. A generated class has what they read and how they judge it.
+    """The requirements of a system; a generated class adds readings and formulas.
 
-    Conditions are judged on `values`.
+    Conditions are evaluated on `values`.
     """
 
     readings: ClassVar[tuple[Reading, ...]]
@@ -200,9 +199,9 @@ class Requirements:
     requirements: tuple[Requirement, ...]
 
     def follow(self, subsystems: Mapping[str, tuple[Any, int]], tick_s: float) -> None:
-        """Begin a run of these subsystems, each with the ticks of its period.
+        """Begin a run of these subsystems, each with its period in ticks.
 
-        Of a subsystem, `x` and `memory` are read.
+        Only `x` and `memory` of a subsystem are read.
         """
         self._tick_s = tick_s
         self._subsystems: Mapping[str, tuple[Any, int]] = {PLANT: (None, 1), **subsystems}
@@ -223,14 +222,14 @@ class Requirements:
             one.begin()
 
     def _judged(self) -> Iterator[_Alike]:
-        """Those that are alike, each with its values as those that conditions are judged on."""
+        """The groups of requirements, each after putting its values in the place of `values`."""
         for group in self._groups:
             self.values = group.values
             yield group
 
     @property
     def observed(self) -> frozenset[str]:
-        """Names of what is observed of the plant."""
+        """Names of the ground truth that requirements read."""
         return frozenset(r.element for r in self.readings if r.kind == "observed")
 
     def _initial(self, reading: Reading) -> Any:
@@ -240,7 +239,7 @@ class Requirements:
         return getattr(self._subsystems[reader][0].x, element, ABSENT)
 
     def __call__(self, record: StepRecord) -> None:
-        """Take note of a step that is committed."""
+        """Note a committed step."""
         name = record.subsystem
         groups = [group for group in self._groups if name in group.settled]
         if not groups:
@@ -252,18 +251,18 @@ class Requirements:
             for reading in group.readings[name]:
                 value = _found(reading, record, sent, subsystem)
                 if value is not ABSENT or reading.kind == "observed":
-                    # Others see what is sent a period later.
+                    # Others see an output one period later.
                     seen = start + ticks * (reading.kind == "sent")
                     group.change(reading, seen, _told(reading, value))
             group.settled[name] = start + ticks
 
     def advance(self, tick: int) -> None:
-        """Judge the ticks before `tick`, each requirement as far as what it reads is known."""
+        """Judge the ticks before `tick`, each requirement as far as its values are known."""
         for group in self._judged():
             group.advance(tick)
 
     def finish(self, tick: int) -> None:
-        """The run is over after so many ticks; what is not settled by then is unknown."""
+        """End the run after so many ticks; values that are not settled by then are unknown."""
         for group in self._groups:
             for name, settled in group.settled.items():
                 for reading in group.readings[name]:
@@ -273,21 +272,21 @@ class Requirements:
         self.abandon(tick)
 
     def abandon(self, tick: int) -> None:
-        """The run is over after so many ticks; those that are not judged yet are unknown."""
+        """End the run after so many ticks; ticks that are not judged yet are unknown."""
         for group in self._groups:
             group.abandon(tick)
 
     def saved(self, told: Told) -> list[dict[str, Any]]:
-        """What is known of the run so far."""
+        """The state of the monitors, as plain data."""
         return [group.saved(told) for group in self._groups]
 
     def restore(
         self, saved: Any, tick: int, values_of: Told, *, is_other: bool = False
     ) -> list[str]:
-        """Go on from there at a tick; says of what of the ticks before too little is known.
+        """Go on from a saved state at a tick; returns the requirements with too short a past.
 
-        If the description `is_other` than the one that judged until then, what that has judged
-        stays, and what is open is judged as this one says.
+        If `is_other`, the state is of another specification: its verdicts stay, and open ticks are
+        judged by the requirements of this one.
 
         Raises LookupError, TypeError, ValueError for other data.
         """
@@ -301,9 +300,9 @@ class Requirements:
 
     @property
     def violated(self) -> bool:
-        """Whether one of them is."""
+        """Whether a requirement is violated."""
         return any(item.verdict == "violated" for item in self.requirements)
 
     def as_data(self) -> list[dict[str, Any]]:
-        """What the report says of each."""
+        """The entry of each requirement in the report."""
         return [item.as_data(self._tick_s) for item in self.requirements]

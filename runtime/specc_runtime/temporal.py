@@ -1,11 +1,10 @@
 """Monitors of temporal formulas over base ticks, with three truth values and margins.
 
-A judgement says between which bounds the truth and the margin of a formula lie: both bounds are one
-where it is decided, and the widest where it is unknown. The margin is the robustness of signal
-temporal logic (Donze and Maler, 2010): how far the numbers that are compared may change until the
-verdict does. With these bounds `and` is a minimum and `or` a maximum, over two formulas and over
-ticks, which gives Kleene's logic for truth. Memory is bounded by the ticks that operators reach
-over.
+A judgement is an interval of truth and margin. The bounds coincide where the formula is decided;
+the interval is the widest where it is unknown. The margin is the robustness of signal temporal
+logic (Donze and Maler, 2010): the change of the compared numbers that would change the verdict. On
+the bounds `and` is a minimum and `or` a maximum, over two formulas and over ticks; for truth this
+is Kleene's logic. Memory is bounded by the windows of the operators, in ticks.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from itertools import chain, groupby, repeat
 from typing import Any, ClassVar, NamedTuple
 
 Known = tuple[bool, float]
-"""Truth and margin, which is not negative where it is true and not positive where it is not."""
+"""Truth and margin: the margin is >= 0 where true and <= 0 where false."""
 Judgement = tuple[Known, Known]
 
 _OPERATORS = "specc_runtime.contracts"
@@ -31,10 +30,10 @@ FALSE: Judgement = (_LOWEST, _LOWEST)
 
 
 def judged(holds: bool, margin: float | Callable[[], float] = math.inf) -> Judgement:
-    """The judgement of a condition by what it says and how far it is from saying the opposite.
+    """The judgement of a condition from its truth and its distance to the opposite truth.
 
-    The margin of whole numbers is a float as well, infinite where it is beyond all floats. There is
-    none where it needs what the condition did not come to ask, of `or` or of `all`.
+    The margin of integers is a float as well, infinite where it is beyond all floats. There is no
+    margin if it needs an operand that short-circuit evaluation skipped, of `or` or of `all`.
     """
     try:
         size = abs(float(margin() if callable(margin) else margin))
@@ -47,7 +46,7 @@ def judged(holds: bool, margin: float | Callable[[], float] = math.inf) -> Judge
 
 
 class _Data(NamedTuple):
-    """How something is plain data, and what it is of such data: raises TypeError, ValueError."""
+    """A conversion to plain data and back; reading raises TypeError, ValueError."""
 
     of: Callable[[Any], Any]
     read: Callable[[Any], Any]
@@ -67,13 +66,13 @@ def _known(data: Any) -> Known:
 
 
 def of_judgement(judgement: Judgement) -> list[Any]:
-    """Plain data; one bound where both are the same."""
+    """A judgement as plain data; one bound if both are equal."""
     low, high = judgement
     return [_of_known(low)] if low == high else [_of_known(low), _of_known(high)]
 
 
 def read_judgement(data: Any) -> Judgement:
-    """Of plain data; raises TypeError, ValueError for other data."""
+    """A judgement from plain data; raises TypeError, ValueError for other data."""
     low, *high = map(_known, data)
     return low, high[0] if high else low
 
@@ -89,7 +88,7 @@ def _waiting(data: Any) -> deque[Judgement | None]:
 
 
 def check_runs(data: Any, most: int) -> None:
-    """Raises ValueError for runs, each its length and what is repeated, of more than `most`."""
+    """Raise ValueError for runs (length, repeated value) of more than `most` items."""
     lengths = [int(length) for length, _ in data]
     if sum(lengths) > most or min(lengths, default=1) < 1:
         raise ValueError("more than is ever remembered")
@@ -105,9 +104,9 @@ _BEST = _Data(
 
 
 class _Kept:
-    """What remembers something of the ticks that were: its `keeps`, and its `parts`.
+    """An object with state from past ticks: its attributes in `keeps`, and its `parts`.
 
-    `keeps` has for each attribute how it is plain data.
+    `keeps` has the conversion to plain data of each attribute.
     """
 
     keeps: ClassVar[Mapping[str, _Data]] = {}
@@ -115,21 +114,21 @@ class _Kept:
 
     @property
     def shape(self) -> list[Any]:
-        """What it is and over how many ticks it reaches, plain data.
+        """Its operators and windows in ticks, as plain data.
 
-        What one remembers means nothing to one of another shape.
+        A saved state can be restored only into the same shape.
         """
         return [type(self).__name__, self._reach, *[part.shape for part in self.parts]]
 
     _reach: int = 0
 
     def saved(self) -> list[Any]:
-        """All of it."""
+        """Its state, as plain data."""
         own = [data.of(getattr(self, name)) for name, data in self.keeps.items()]
         return [*own, *[part.saved() for part in self.parts]]
 
     def restore(self, saved: Any) -> None:
-        """Remember that; raises TypeError, ValueError for other data."""
+        """Restore a saved state; raises TypeError, ValueError for other data."""
         readers = [
             *[data.read for data in self.keeps.values()],
             *[part.restore for part in self.parts],
@@ -140,9 +139,9 @@ class _Kept:
 
 
 class Formula(_Kept, ABC):
-    """A formula that follows a run. What it says at a tick is known `delay` ticks later.
+    """A formula that follows a run. Its judgement of a tick is known `delay` ticks later.
 
-    What it remembers follows from the last `depth` ticks.
+    Its state is determined by the last `depth` ticks.
     """
 
     delay: int = 0
@@ -156,13 +155,13 @@ class Formula(_Kept, ABC):
 
     @abstractmethod
     def step(self) -> Judgement | None:
-        """Take in a tick; the judgement of the tick `delay` earlier, None before the first."""
+        """Advance by a tick; returns the judgement `delay` ticks earlier, None before the first."""
 
 
 class Atom(Formula):
-    """A condition on the values of one tick; it is unknown where it cannot be computed.
+    """A condition on the values of one tick, unknown where it cannot be computed.
 
-    `reads` are the attributes of the values that it asks for.
+    `reads` are the attributes of the values that it reads.
     """
 
     def __init__(self, judge: Callable[[], Judgement], *reads: str) -> None:
@@ -175,7 +174,7 @@ class Atom(Formula):
         yield self
 
     def update(self) -> None:
-        """Take in values that have changed."""
+        """Evaluate the condition again after a value changed."""
         try:
             self.now = self._judge()
         except Exception as error:
@@ -189,7 +188,7 @@ class Atom(Formula):
 
 
 def _may_be_raised(error: Exception, reads: Collection[str] = ()) -> bool:
-    """Whether a condition without a value raises it: what is absent, arithmetic, an operator."""
+    """Whether an error means an unknown condition: absence, arithmetic, an operator."""
     if isinstance(error, ArithmeticError | LookupError | ValueError):
         return True
     absent = isinstance(error, AttributeError) and error.name in reads
@@ -198,7 +197,7 @@ def _may_be_raised(error: Exception, reads: Collection[str] = ()) -> bool:
 
 
 class Not(Formula):
-    """The opposite."""
+    """The negation of a formula."""
 
     def __init__(self, operand: Formula) -> None:
         self.delay, self.depth = operand.delay, operand.depth
@@ -216,7 +215,7 @@ def _opposite(known: Known) -> Known:
 
 
 class _Delayed(_Kept):
-    """A formula whose judgements come `by` ticks later than it gives them."""
+    """A formula whose judgements are delayed by `by` ticks."""
 
     keeps: ClassVar[Mapping[str, _Data]] = {"_waiting": _WAITING}
 
@@ -234,7 +233,7 @@ class _Delayed(_Kept):
         return self._waiting.popleft() if len(self._waiting) > self._by else None
 
     def restore(self, saved: Any) -> None:
-        """See `_Kept`; no more than ever waits is taken from a file."""
+        """See `_Kept`; refuses more judgements than can ever wait."""
         check_runs(saved[0], self._by)
         super().restore(saved)
 
@@ -258,21 +257,21 @@ class _Junction(Formula):
 
 
 class And(_Junction):
-    """All hold."""
+    """The conjunction of formulas."""
 
     def __init__(self, *operands: Formula) -> None:
         super().__init__(min, operands)
 
 
 class Or(_Junction):
-    """One at least holds."""
+    """The disjunction of formulas."""
 
     def __init__(self, *operands: Formula) -> None:
         super().__init__(max, operands)
 
 
 class _Window(Formula):
-    """The best or worst of a formula over `ticks + 1` ticks, those to come or those that were."""
+    """The maximum or minimum of a formula over `ticks + 1` ticks, ahead or past."""
 
     best: ClassVar[bool]
     ahead: ClassVar[bool]
@@ -283,7 +282,7 @@ class _Window(Formula):
         self.operands = (operand,)
         self.parts = (operand,)
         self._count = 0
-        # Of each bound the ticks that may still be the best, each with a better one before it.
+        # For each bound the ticks that may still become the best, in falling order.
         self._lows: deque[tuple[int, Known]] = deque()
         self._highs: deque[tuple[int, Known]] = deque()
         self.delay = operand.delay + (ticks if self.ahead else 0)
@@ -308,25 +307,25 @@ class _Window(Formula):
 
 
 class Within(_Window):
-    """At some tick from now on."""
+    """The formula holds at some tick of the window ahead."""
 
     best, ahead = True, True
 
 
 class Throughout(_Window):
-    """At all ticks from now on."""
+    """The formula holds at all ticks of the window ahead."""
 
     best, ahead = False, True
 
 
 class Once(_Window):
-    """At some tick until now."""
+    """The formula held at some tick of the past window."""
 
     best, ahead = True, False
 
 
 class Historically(_Window):
-    """At all ticks until now."""
+    """The formula held at all ticks of the past window."""
 
     best, ahead = False, False
 

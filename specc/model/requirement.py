@@ -1,4 +1,4 @@
-"""What is required of a whole system in every run: formulas of temporal logic over its values."""
+"""Requirements on every run of a system: formulas of temporal logic over its values."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from specc.source import Place
 
 @frozen
 class Reading:
-    """A value that requirements name: the state, memory, what was sent or what a device reported.
+    """A value that requirements name: state, memory, a sent value, a measurement, ground truth.
 
-    `element` is a memory element, or peer and element of a buffer of `subsystem`; what is observed
-    of the plant has no subsystem. `initial` is the
-    input that has an initial value before anything is sent: its subsystem, peer and element.
+    `element` is a memory element, or peer and element of a buffer of `subsystem`; ground truth of
+    the plant (`observe`) has no subsystem. `initial` is the input whose initial value counts until
+    a value is sent: its subsystem, peer and element.
     """
 
     name: str
-    """As it is written: `rover.c.n`, `state(rover.c)`, `present(rover.c.x.m.v)`."""
+    """The text in the specification: `rover.c.n`, `state(rover.c)`, `present(rover.c.x.m.v)`."""
     kind: Literal["state", "memory", "sent", "reported", "observed"]
     subsystem: str
     element: tuple[str, ...]
@@ -59,7 +59,7 @@ class Temporal:
     operands: tuple[Formula, ...]
     span_s: Fraction = Fraction(0)
     span: Expr | None = None
-    """As it is written, with constants."""
+    """The span as written, with constants."""
     at: Span = field(default=(0, 0), compare=False)
     """Where it stands in its text."""
 
@@ -79,7 +79,7 @@ class Requirement:
     place: Place
     name: str = ""
     names: frozenset[str] = frozenset()
-    """Names for parts of formulas that its text uses."""
+    """The `let` names that its text uses."""
 
     @property
     def that(self) -> str:
@@ -87,20 +87,20 @@ class Requirement:
         return " ".join(self.text.split())
 
     def is_named(self, part: Formula | Expr) -> bool:
-        """Whether a part stands elsewhere, and here a name for it."""
+        """Whether the text has a `let` name in the place of this part."""
         return self.part(part) in self.names
 
     def part(self, formula: Formula | Expr) -> str:
-        """How a part of it is written."""
+        """The text of a part."""
         start, end = formula.span if isinstance(formula, Node) else span_of(formula)
         return " ".join(self.text[start:end].split())
 
 
 @frozen
 class Named:
-    """A name for a part of formulas: a formula that is `said`, or a value.
+    """A `let` beside requirements: its formula is `said`, or it has a value.
 
-    `names` are those of others that it uses.
+    `names` are the other names that it uses.
     """
 
     name: str
@@ -122,7 +122,7 @@ def expressions(formula: Formula) -> Iterator[Expr]:
 
 
 def reach_s(formula: Formula) -> Fraction:
-    """How long after a tick it is known what the formula says of it."""
+    """The time in s after a tick at which the truth of the formula at that tick is known."""
     if isinstance(formula, Atom):
         return Fraction(0)
     ahead = isinstance(formula, Temporal) and formula.op in ("within", "throughout")
@@ -131,16 +131,16 @@ def reach_s(formula: Formula) -> Fraction:
 
 
 def span_of(formula: Formula) -> Span:
-    """Where a formula stands in its text."""
+    """The columns of a formula in its text."""
     if isinstance(formula, Atom):
         return formula.that.span
     return formula.at
 
 
 def asked(formula: Formula) -> Formula | None:
-    """When a formula asks something of a run: where it holds, not only since a premise does not.
+    """The condition under which a formula is asked: at other ticks it holds vacuously.
 
-    None if it does at every tick.
+    None if it is asked at every tick.
     """
     match formula:
         case Junction(operands=(_, conclusion), premise=premise) if premise is not None:

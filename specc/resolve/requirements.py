@@ -1,4 +1,4 @@
-"""The requirements of a system: formulas whose names are values of all its subsystems."""
+"""Resolves requirements: formulas whose names are values of all subsystems of a system."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ T = TypeVar("T")
 
 @frozen
 class Formulas:
-    """Reads formulas about a world; `lets` are the names that all of them may use."""
+    """Resolves formulas in a world; `lets` are the names that all formulas may use."""
 
     world: World
     expressions: Expressions
@@ -52,7 +52,7 @@ class Formulas:
     def requirements(
         self, definitions: Sequence[RequirementDef], where: Where
     ) -> tuple[Requirement, ...]:
-        """The requirements without errors; what is wrong with others is reported."""
+        """The requirements without errors; errors in others are reported."""
         _report_same_names(definitions, where, self.expressions)
         found = []
         for i, item in enumerate(definitions):
@@ -62,7 +62,7 @@ class Formulas:
         return tuple(each for each in found if each is not None)
 
     def with_lets(self, items: Mapping[str, FormulaLetDef], where: Where) -> Formulas:
-        """With these names as well."""
+        """A copy that knows these names as well."""
         lets, findings = Lets(self.lets), self.expressions.findings
         constants = {c.name: c.place for c in self.expressions.definitions.constants.values()}
         places = {name: where[name].key for name in items}
@@ -79,7 +79,7 @@ class Formulas:
         return Formulas(self.world, self.expressions, lets)
 
     def requirement(self, text: str, because: str, at: Where, name: str = "") -> Requirement | None:
-        """What a formula says of runs; None after reporting."""
+        """The requirement of a text; None after reporting an error."""
         reader = _Reader(text, self)
         found = self._meant(reader, at, reader.requirement)
         if found is None:
@@ -112,7 +112,7 @@ class Formulas:
         return None
 
     def _note(self, reader: _Reader, at: Where, found: Formula | Expr) -> None:
-        """For editors, what a text was taken for."""
+        """Note the meaning of a text, for editors."""
         text = reader.text
         if isinstance(found, Atom | Junction | Temporal):
             parts = tuple(expressions_in(found))
@@ -125,7 +125,7 @@ class Formulas:
 
 
 def _as_written(expr: Expr, text: str, names: frozenset[str]) -> Expr:
-    """An expression with names where what they stand for was written out."""
+    """An expression with `let` names in the place of their expansions."""
     if not names:
         return expr
     if (name := text[slice(*expr.span)]) in names:
@@ -152,7 +152,7 @@ def _report_same_names(
 
 
 class _Reader:
-    """Reads one requirement: `readings` are values of agents that it names, `scope` all else."""
+    """Resolves one requirement: `readings` are values of agents, `scope` all other names."""
 
     def __init__(self, text: str, known: Formulas) -> None:
         world, expressions = known.world, known.expressions
@@ -165,7 +165,7 @@ class _Reader:
         self._names = Names(text, world, self.readings, self.scope.names())
 
     def requirement(self) -> tuple[Formula, bool]:
-        """The formula inside `always(...)`, if it is there, and whether it is.
+        """The formula, without an outer `always(...)`, and whether there was one.
 
         Raises:
             ExprErrors: what is wrong with the text.
@@ -181,7 +181,7 @@ class _Reader:
         return formula, lasts
 
     def named(self) -> Formula | Expr:
-        """What a name stands for: a formula, or a value.
+        """The meaning of a `let`: a formula, or a value.
 
         Raises:
             ExprErrors: what is wrong with the text.
@@ -225,7 +225,7 @@ class _Reader:
         return Atom(self._condition(node, Bool()))
 
     def _all(self, nodes: Sequence[ast.expr]) -> tuple[Formula, ...]:
-        """The formulas of some operands, with what is wrong in any of them."""
+        """The formulas of some operands; raises the errors of all of them together."""
         return tuple(each(partial(self._formula, node) for node in nodes))
 
     def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
