@@ -9,9 +9,9 @@ import platform
 import re
 import resource
 import sys
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, astuple, dataclass, field
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -24,17 +24,56 @@ from specc_runtime.records import StepRecord
 from specc_runtime.subsystem import Subsystem
 from specc_runtime.system import System
 
+_RECENT = 5
+"""Transitions that are told of each subsystem, the last ones."""
 Passage = tuple[str, int, str]
 """State before (empty in the first period), transition taken or -1, state whose behaviour ran."""
 
 
 @dataclass(slots=True)
+class Taken:
+    """A row that was taken, so many times without another between: first and last time in s."""
+
+    transition: str
+    first_s: float
+    last_s: float
+    times: int = 1
+
+
+@dataclass(slots=True)
 class Tally:
-    """What one subsystem did. `state` is where it is now."""
+    """What one subsystem did. `state` is where it is now, since `since_s`.
+
+    `spent_s` is the time in each state before that, `recent` are the last rows that were taken.
+    """
 
     subsystem: Subsystem
     state: str = ""
     paths: Counter[Passage] = field(default_factory=Counter)
+    since_s: float = 0.0
+    spent_s: dict[str, float] = field(default_factory=dict)
+    recent: deque[Taken] = field(default_factory=lambda: deque(maxlen=_RECENT))
+
+    def note(self, record: StepRecord) -> None:
+        """Count a step."""
+        self.paths[self.state, record.transition, record.state] += 1
+        if record.state != self.state:
+            self.spent_s = self.time_in_states(record.time_s)
+            self.state, self.since_s = record.state, record.time_s
+        if record.transition >= 0:
+            row = str(self.subsystem.transitions[record.transition])
+            if self.recent and self.recent[-1].transition == row:
+                self.recent[-1].last_s = record.time_s
+                self.recent[-1].times += 1
+            else:
+                self.recent.append(Taken(row, record.time_s, record.time_s))
+
+    def time_in_states(self, until_s: float) -> dict[str, float]:
+        """Seconds in each state until then, in order of the states' names."""
+        spent_s = dict(self.spent_s)
+        if self.state:
+            spent_s[self.state] = spent_s.get(self.state, 0.0) + until_s - self.since_s
+        return dict(sorted(spent_s.items()))
 
     @property
     def steps(self) -> int:
@@ -90,9 +129,7 @@ class Statistics:
 
     def __call__(self, record: StepRecord) -> None:
         """Count a step."""
-        tally = self.tallies[record.subsystem]
-        tally.paths[tally.state, record.transition, record.state] += 1
-        tally.state = record.state
+        self.tallies[record.subsystem].note(record)
 
     def saved(self) -> dict[str, Any]:
         """The tallies as plain data, with the rows as texts."""
@@ -100,7 +137,13 @@ class Statistics:
         for name, tally in self.tallies.items():
             rows = {-1: "", **{i: str(row) for i, row in enumerate(tally.subsystem.transitions)}}
             paths = [[a, rows[row], b, count] for (a, row, b), count in tally.paths.items()]
-            found[name] = {"state": tally.state, "paths": paths}
+            found[name] = {
+                "state": tally.state,
+                "paths": paths,
+                "since": tally.since_s,
+                "spent": tally.spent_s,
+                "recent": [astuple(taken) for taken in tally.recent],
+            }
         return found
 
     def restore(self, saved: Mapping[str, Any]) -> None:
@@ -112,6 +155,13 @@ class Statistics:
             tally.state = str(saved[name]["state"])
             for before, row, state, count in saved[name]["paths"]:
                 tally.paths[str(before), rows.get(row, -1), str(state)] += int(count)
+            tally.since_s = float(saved[name].get("since", 0.0))  # older recordings have none
+            spent_s = saved[name].get("spent", {}).items()
+            tally.spent_s = {str(state): float(time_s) for state, time_s in spent_s}
+            tally.recent.extend(
+                Taken(str(row), float(first_s), float(last_s), int(times))
+                for row, first_s, last_s, times in saved[name].get("recent", ())
+            )
 
     @property
     def states(self) -> dict[str, str]:
@@ -195,14 +245,18 @@ def stillborn(options: Options, faults: list[Fault], *, interrupted: bool) -> Re
     )
 
 
-def subsystem_data(tally: Tally, busy_s: float) -> dict[str, Any]:
+def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str, Any]:
     """The entry of one subsystem; `busy_s` is the wall time of its steps."""
     steps = tally.steps
     return {
         "steps": steps,
         "mean_step_us": 1e6 * busy_s / steps if steps else 0.0,
         "states_visited": tally.states_visited,
+        "time_in_states_s": {
+            state: round(time_s, 9) for state, time_s in tally.time_in_states(simulated_s).items()
+        },
         "transitions_taken": tally.transitions_taken,
+        "last_transitions": [asdict(taken) for taken in tally.recent],
     }
 
 

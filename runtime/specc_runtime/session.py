@@ -228,7 +228,10 @@ class Session:
             real_time_factor=simulated_s / wall_s if wall_s else 0.0,
             peak_memory_mb=peak_memory_mb(),
             cycles=account.cycles.results,
-            subsystems={n: subsystem_data(tallies[n], busy_s[n]) for n in sorted(tallies)},
+            subsystems={
+                name: subsystem_data(tallies[name], busy_s[name], simulated_s)
+                for name in sorted(tallies)
+            },
             equations_executed=account.statistics.equations(),
             records_sha256=account.digest.hexdigest(),
             faults=[fault.as_data() for fault in self.faults],

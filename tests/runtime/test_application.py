@@ -69,9 +69,14 @@ def test_report_has_the_promised_keys_and_figures(tmp_path: Path) -> None:
         first["simulated_s"] + second["simulated_s"], abs=0.003
     )
     control = report["subsystems"]["a.c"]
-    assert set(control) == {"steps", "mean_step_us", "states_visited", "transitions_taken"}
     assert sum(control["states_visited"].values()) == control["steps"]
     assert control["transitions_taken"]["S1 terminal home -> S0"] == 2
+    for entry in report["subsystems"].values():
+        assert list(entry["time_in_states_s"]) == list(entry["states_visited"])
+        assert sum(entry["time_in_states_s"].values()) == pytest.approx(report["simulated_s"])
+    last = control["last_transitions"][-1]
+    assert last["transition"] in control["transitions_taken"]
+    assert 0 <= last["first_s"] <= last["last_s"] <= report["simulated_s"] and last["times"] >= 1
     assert report["subsystems"]["a.m"]["steps"] == round(report["simulated_s"] / 0.002)
     # 9 is the error condition of a.m; 3 its only row.
     assert report["equations_executed"] == [1, 2, 3, 9, 10, 11, 20, 21, 22, 23]
