@@ -28,6 +28,7 @@ from specc.resolve.interfaces import all_elements
 from specc.resolve.library import Library
 from specc.resolve.machine import MachineResolver
 from specc.resolve.reuse import Setting, agent_in, indexed, reuse
+from specc.resolve.through import NAME, with_buffers, with_machine
 from specc.schema.files import AgentDef, DeviceDef
 from specc.schema.subsystem import BufferDef, SubsystemDef
 from specc.source import Place
@@ -72,16 +73,7 @@ class AgentResolver:
         else:
             peers = peers_of_control(name, definition, self.names)
             subsystems.append(
-                self.subsystem(
-                    name,
-                    "c",
-                    "control",
-                    definition,
-                    control,
-                    here,
-                    peers,
-                    inside,
-                )
+                self.subsystem(name, "c", "control", definition, control, here, peers, inside)
             )
         subsystems += self._virtual(name, definition, where, at)
         devices = self._devices(name, definition, where, at)
@@ -125,10 +117,9 @@ class AgentResolver:
         for group, kind, members in groups:
             for name, definition in members.items():
                 peers = peers_of_virtual(agent, name, kind, definition, around)
-                place = where[group][name]
-                found.append(
-                    self.subsystem(agent, name, kind, around, definition, place, peers, at)
-                )
+                part = definition, where[group][name]
+                whole = with_buffers(*part, kind, name, around, where, self.findings)
+                found.append(self.subsystem(agent, name, kind, around, *whole, peers, at))
         return found
 
     def subsystem(
@@ -153,6 +144,8 @@ class AgentResolver:
         described, here, groups = with_members(
             *levels[-1], self._groups(kind, agent, around, inside.definitions)
         )
+        interfaces = inside.definitions.interfaces
+        described, here = with_machine(described, here, interfaces, self.findings)
         inside = replace(inside, groups=groups)
         device_user, at_uses = _first(levels, "uses")
         if definition.uses is None and device_user.uses is not None and kind != "control":
@@ -357,7 +350,7 @@ def _lacks(found: tuple[Element, ...], buffer: BufferDef, shared: Shared | None)
 
 _INNER = frozenset(
     ("rate", "memory", "let", "conditions", "functions", "behaviours", "states", "initial_state")
-)
+) | {NAME}
 _NOT_THERE = frozenset(("O0601", "O0602", "O0603", "O0604"))
 
 

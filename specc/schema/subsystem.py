@@ -153,6 +153,14 @@ class UsedFunctionDef(FunctionDef, short="function"):
     )
 
 
+class ThroughDef(FunctionDef, short="rule"):
+    """What a subsystem with one state does in every period: targets and their values, or
+    `identity`, where every output gets the input of its name on the other side.
+    """
+
+    rule: Literal["identity"] | None = key(None, "What targets get that are not named.")
+
+
 class ConditionsDef(Part):
     """The conditions of a subsystem by their use."""
 
@@ -246,6 +254,9 @@ class SubsystemDef(Traced, first="for use title rate with uses eq table fig"):
     )
     let: dict[ReadableName, LetDef] = key(
         {}, "Named subexpressions, each computed at most once a period.", defines="let"
+    )
+    through: ThroughDef | None = key(
+        None, "All that it does in every period, if it has one state only.", step="ends"
     )
     conditions: ConditionsDef = key(ConditionsDef, "Initial, terminal and error conditions.")
     functions: dict[Name, FunctionDef] = key({}, "Transition functions.", defines="function")

@@ -335,7 +335,7 @@ def _named_keys(index: Index, path: str, cursor: Cursor) -> Iterator[Item]:
     owner, rest = split(cursor.route)
     symbols = list(index.visible(path, owner))
     match rest:
-        case ("functions", _):
+        case ("functions", _) | ("through",):
             yield from _symbols(index, symbols, ("memory",))
             for symbol in symbols:
                 if symbol.kind == "element" and symbol.qualified.startswith("y."):

@@ -226,7 +226,10 @@ class _Reader:
         """Names in keys: targets of functions, peers, arguments of parameters, bound elements."""
         owner, rest = split(route)
         match rest:
-            case ("functions", _, str(target)) if target not in TRACED:
+            case ("functions", _, str(target)) | ("through", str(target)) if target not in (
+                *TRACED,
+                "rule",
+            ):
                 yield from self._target(route, owner, target)
             case ("x" | "y", str()):
                 yield from self._linked(Place(self.path, route, "key"), self.links.named, route)

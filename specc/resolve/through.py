@@ -1,0 +1,205 @@
+"""What goes through a subsystem in every period: it has one state and nothing to decide.
+
+It is expanded into a function, a behaviour and a state, and where it passes all on, into buffers
+like those of its device; whatever comes after sees an ordinary subsystem.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from specc.model.system import SubsystemKind
+from specc.resolve.context import Findings, Where
+from specc.resolve.definitions import Interface
+from specc.schema.files import AgentDef, DeviceDef
+from specc.schema.subsystem import (
+    AssignmentDef,
+    BehaviourDef,
+    BufferDef,
+    CommandDef,
+    ElementDef,
+    FunctionDef,
+    InputBufferDef,
+    InputDef,
+    StateDef,
+    SubsystemDef,
+    TerminalDef,
+    UsedFunctionDef,
+)
+from specc.schema.unfold import Unfolded, route_below
+
+NAME = "through"
+"""Of the key, and of the function, the behaviour and the state that it stands for."""
+_SAID = ("conditions", "functions", "behaviours", "states", "initial_state", "transitions")
+_HEAD = re.compile(r"\w+")
+
+
+# Buffers like those of the device.
+
+
+def with_buffers(
+    definition: SubsystemDef,
+    where: Where,
+    kind: SubsystemKind,
+    name: str,
+    around: AgentDef,
+    agent: Where,
+    findings: Findings,
+) -> tuple[SubsystemDef, Where]:
+    """A virtual effector or receptor with the buffers that it has because it passes all on.
+
+    They have what its device accepts and reports, to both sides. `agent` is where the agent stands.
+    """
+    if definition.through is None or definition.through.rule is None or definition.use is not None:
+        return definition, where
+    letter = kind.removeprefix("virtual_")[0].upper()
+    group, devices = "real_receptors", around.real_receptors
+    if letter == "E":
+        group, devices = "real_effectors", around.real_effectors
+    used = definition.uses if definition.uses is not None else [name]
+    if len(used) != 1 or used[0] not in devices:
+        _report_device(used, definition, where, group[:-1].replace("_", " "), findings)
+        return definition, where
+    device, at = devices[used[0]], agent[group][used[0]]
+    return _completed(definition, where, dict(_like(device, at, letter)), used[0])
+
+
+def _report_device(
+    used: Collection[str], definition: SubsystemDef, where: Where, word: str, findings: Findings
+) -> None:
+    """Report that there is no device, or no single one, to take missing buffers from."""
+    if definition.x or definition.y:
+        return
+    place = where[NAME].place
+    if len(used) == 1:
+        (name,) = used
+        findings.not_there(f"{word} `{name}`", place, "add it to the agent, or name it in `uses:`")
+        return
+    message = f"`{NAME}: identity` takes its buffers from one {word}, and {len(used)} are used"
+    help_text = "write `x` and `y`, or change `uses`"
+    findings.report("E0104", message, place, help=help_text)
+
+
+_Buffers = Mapping[tuple[str, str], tuple[BufferDef, Where]]
+"""Side and peer -> a buffer, and where its elements are declared."""
+
+
+def _like(
+    device: DeviceDef, at: Where, letter: str
+) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, Where]]]:
+    ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
+    for buffer, here, source, target in ways:
+        if buffer.elements or buffer.interface:
+            yield ("x", source), (_received(buffer), here)
+            yield ("y", target), (_sent(buffer), here)
+
+
+def _received(buffer: BufferDef) -> BufferDef:
+    """A buffer of inputs: before the first command, the device is to get what is safe."""
+    elements = {
+        name: InputDef(type=item.type, title=item.title, init=_safe(item))
+        for name, item in buffer.elements.items()
+    }
+    return InputBufferDef(interface=buffer.interface, elements=elements)
+
+
+def _safe(item: ElementDef) -> str | None:
+    if not isinstance(item, CommandDef) or item.safe is None:
+        return None
+    return item.safe.value if item.safe.otherwise is None else item.safe.otherwise
+
+
+def _sent(buffer: BufferDef) -> BufferDef:
+    elements = {n: ElementDef(type=e.type, title=e.title) for n, e in buffer.elements.items()}
+    return BufferDef(interface=buffer.interface, elements=elements)
+
+
+def _completed(
+    definition: SubsystemDef, where: Where, made: _Buffers, device: str
+) -> tuple[SubsystemDef, Where]:
+    """The subsystem with those of the buffers that it does not have."""
+    definition, raw = copy.copy(definition), _mapping(where)
+    for side in ("x", "y"):
+        own, at = getattr(definition, side), where[side]
+        new = {
+            peer: made[side, peer]
+            for direction, peer in made
+            if direction == side and peer not in own and (peer == "c" or device not in own)
+        }
+        setattr(definition, side, own | {peer: buffer for peer, (buffer, _) in new.items()})
+        routes = {peer: route_below(at.raw, peer, at.route) for peer in own}
+        routes |= {peer: here.route for peer, (_, here) in new.items()}
+        parts = {peer: here.raw for peer, (_, here) in new.items()}
+        raw[side] = Unfolded(_mapping(at) | parts, routes)
+    return definition, _with(where, raw)
+
+
+# One function, one behaviour, one state.
+
+
+def with_machine(
+    definition: SubsystemDef,
+    where: Where,
+    interfaces: Mapping[str, Interface],
+    findings: Findings,
+) -> tuple[SubsystemDef, Where]:
+    """A subsystem with the machine that `through` stands for, if it has that."""
+    through, here = definition.through, where[NAME]
+    if through is None:
+        return definition, where
+    for key in _SAID:
+        if key in definition.given:
+            message = f"`{key}` has no effect: `{NAME}` says all that the subsystem does"
+            help_text = f"delete one of the two; `{NAME}` is for a subsystem with one state"
+            findings.report("E0104", message, where[key].key, help=help_text)
+    passed = dict(_passed_on(definition, interfaces)) if through.rule else {}
+    targets = {name: AssignmentDef(value=text) for name, text in passed.items()} | through.targets
+    definition = copy.copy(definition)
+    definition.functions = {NAME: FunctionDef(**_traced(through), targets=targets)}
+    never, used = TerminalDef(condition="never"), UsedFunctionDef(function=NAME)
+    definition.behaviours = {NAME: BehaviourDef(functions=[used], terminal=never)}
+    definition.states, definition.initial_state = {NAME: StateDef(behaviour=NAME)}, NAME
+    made: dict[str, Any] = {
+        "functions": passed | _mapping(here),
+        "behaviours": {"functions": [NAME], "terminal": "never"},
+        "states": NAME,
+    }
+    raw = {key: value for key, value in _mapping(where).items() if key not in _SAID}
+    raw |= {key: Unfolded({NAME: part}, {NAME: here.route}) for key, part in made.items()}
+    return definition, _with(where, raw | {"initial_state": NAME})
+
+
+def _traced(through: FunctionDef) -> dict[str, Any]:
+    return {key: getattr(through, key) for key in ("title", "eq", "table", "fig")}
+
+
+def _passed_on(
+    definition: SubsystemDef, interfaces: Mapping[str, Interface]
+) -> Iterator[tuple[str, str]]:
+    """Every output with the input of its name on the other side, if there is one buffer there."""
+    for peer, buffer in definition.y.items():
+        sources = [other for other in definition.x if (other == "c") != (peer == "c")]
+        if len(sources) == 1:
+            for name in _names(buffer, interfaces):
+                yield f"y.{peer}.{name}", f"x.{sources[0]}.{name}"
+
+
+def _names(buffer: BufferDef, interfaces: Mapping[str, Interface]) -> Iterator[str]:
+    """The elements of a buffer, and of the interface that it names."""
+    head = _HEAD.match(buffer.interface or "")
+    if head and head[0] in interfaces:
+        yield from interfaces[head[0]].definition.elements
+    yield from buffer.elements
+
+
+def _mapping(where: Where) -> dict[str, Any]:
+    return dict(where.raw) if isinstance(where.raw, dict) else {}
+
+
+def _with(where: Where, raw: dict[str, Any]) -> Where:
+    """The same place with other contents."""
+    outer = where.raw.routes if isinstance(where.raw, Unfolded) else {}
+    return Where(where.file, where.route, Unfolded(raw, outer))
