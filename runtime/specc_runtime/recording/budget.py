@@ -1,7 +1,7 @@
-"""What reading a recording may take, in proportion to the file and counted over the whole of it.
+"""The budget of work and memory for reading a recording, in proportion to the size of the file.
 
-A few bytes can stand for any number of others: compressed, as records without content, as lists
-without items. All that is unpacked and decoded of a file is paid for here, before it is done.
+A few bytes can expand to any number of others: compressed, as records without content, as lists
+without items. Unpacking and decoding are paid for here in advance.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ _FREE, _PER_BYTE = 300_000_000, 2000
 """Work for a file, and for each byte of it. The unit is about a nanosecond."""
 _OF_RECORD, _OF_MESSAGE = 15_000, 6000
 _OF_BYTE, _OF_ITEM = 3, 8
-"""Work for a record, a message in a chunk, and for a byte and an item of what a message says."""
+"""Work for a record, a message in a chunk, and a byte and an item of its content."""
 _OF_ASIDE = 6
-"""Work for a byte of a value that stands aside, and is told by its digest."""
+"""Work for a byte of a value stored aside, whose digest is computed."""
 _OF_KIND: Mapping[int, int] = {0x04: 100, 0x07: 20, 0x0C: 100}
 """Work for a byte of records that are lists: of a channel, of a message index, of metadata."""
 _ITEM_BYTES, _WIDE = 64, 4
 """Memory of an item that is decoded, and of a character of a text that is not ASCII."""
 _HELD_BYTES, _HELD_PER_BYTE = 40 << 20, 8
-"""Memory for what is held at once of a file: a chunk, a message, what stands aside."""
+"""Memory for the parts of a file held at once: a chunk, a message, values stored aside."""
 
 
 class Unusable(Exception):
@@ -30,9 +30,9 @@ class Unusable(Exception):
 
 
 class Budget:
-    """What reading the file at a path may still take.
+    """The rest of the budget for reading a file.
 
-    `most_bytes` is what may be held of it at once.
+    `most_bytes` is the memory for the parts of the file that are held at once.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,7 +41,7 @@ class Budget:
             size = os.stat(path).st_size
         except OSError as error:
             raise Unusable(f"cannot read {path}: {error.strerror}") from error
-        except ValueError as error:  # what no file is called
+        except ValueError as error:  # not a file name, such as one with a NUL
             raise Unusable(f"cannot read {path}: {error}") from error
         self._path = path
         self._left = _FREE + _PER_BYTE * size
@@ -65,11 +65,11 @@ class Budget:
         self._hold(size * (_WIDE if is_wide else 1) + _ITEM_BYTES * items, "a message unfolds")
 
     def aside(self, size: int) -> None:
-        """Pay for a value of so many bytes that stands aside. Raises Unusable."""
+        """Pay for a value of so many bytes that is stored aside. Raises Unusable."""
         self._pay(_OF_ASIDE * size)
 
     def keep(self, size: int) -> None:
-        """Pay for what is held to the end, such as a name. Raises Unusable."""
+        """Pay for bytes that are held to the end, such as a name. Raises Unusable."""
         self._kept += size
         self._hold(self._kept, "what it names unfolds")
 

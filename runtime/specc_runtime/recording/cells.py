@@ -1,4 +1,4 @@
-"""The texts of elements of buffers and memory, and what stands aside: images, what codecs give."""
+"""The texts of elements of buffers and memory, and values stored aside: images, codec bytes."""
 
 from __future__ import annotations
 
@@ -26,10 +26,9 @@ VALUE = object_schema({"type": {"type": "string"}, "bytes": {"type": "string"}})
 SMALL_BYTES = 512
 """A codec's bytes up to this size stand in the message itself."""
 WINDOW = 32
-"""An image, or a value, that is aside is written again unless it is among so many of its kind that
-were written last."""
+"""A value stored aside is written again unless it is among the last so many of its kind."""
 AGAIN_S = CHUNK_S
-"""What is aside is written twice, so much later if it is still there: one may be damaged."""
+"""A value stored aside that stays is written again after this time: a copy against damage."""
 Held = tuple[tuple[str, ...], Any]
 """Attributes and their values."""
 Times = tuple[Sequence[float], Sequence[int]]
@@ -39,12 +38,11 @@ _ROUNDING_S = 1e-6
 
 
 class Shelf:
-    """Values that are no plain data: images and what codecs give. `Aside` of one element.
+    """Stores the values of an element that are not plain data (`Aside`): images, codec bytes.
 
-    Opaque values are written in an exact recording only.
-
-    Each goes by the digest of its bytes. An image has a topic of its own; unless the recording is
-    exact, it is there for looking, as a `Look` says, or not at all, and has no name.
+    A stored value is referred to by the digest of its bytes. Opaque values are written in an exact
+    recording only. An image has a topic of its own. Unless the recording is exact, the image is a
+    picture for viewing, as `Look` says, or missing, and nothing refers to it.
     """
 
     _window: float = WINDOW
@@ -54,18 +52,18 @@ class Shelf:
         self.log = log
         self._look = look
         self._shown: dict[str, float] = {}
-        """When a picture of a topic is due, in s."""
+        """The time in s at which the next picture of a topic is due."""
         self._coders: dict[str, DepthCoder] = {}
         self.exact = exact
         self.is_brief = False
         self._images: dict[str, float] = {}
         self._opaque: dict[str, float] = {}
-        """When to write what was written once more, in s; images come and go, values stay."""
+        """The time in s at which a written value is due again; images come and go, values stay."""
         self._topic = ""
         self._time_s, self._date_ns = 0.0, 0
 
     def of(self, topic: str, brief: bool, time_s: float, date_ns: int) -> Shelf:
-        """The same for values of an element in a message of that time."""
+        """This shelf, set to an element and to the time of its message."""
         self._topic, self.is_brief = topic, brief
         self._time_s, self._date_ns = time_s, date_ns
         return self
@@ -87,7 +85,7 @@ class Shelf:
             self._draw(log, compressed(value, self._look), value)
 
     def _keep(self, log: Log, value: Any) -> None:
-        """Write an image as it is."""
+        """Write an image without loss."""
         if value.ndim == 3:
             self._draw(log, raw(value), value)
             return
@@ -122,7 +120,7 @@ class Shelf:
         log.precede((channel.number, round(self._time_s * 1e9), self._date_ns, make), size)
 
     def _is_new(self, digest: str, written: dict[str, float]) -> bool:
-        """Whether what goes by it is to be written now."""
+        """Whether the value with this digest must be written now."""
         again_s = written.get(digest)
         if again_s is None and len(written) >= self._window:
             del written[next(iter(written))]
@@ -133,7 +131,7 @@ class Shelf:
 
 
 def digest_of(data: bytes | np.ndarray[Any, Any]) -> str:
-    """What stands for bytes that are aside: the first 16 digits of their SHA-256."""
+    """The name of bytes stored aside: the first 16 digits of their SHA-256."""
     found = digest(data) if isinstance(data, np.ndarray) else sha256(data).digest()
     return found.hex()[:16]
 
@@ -147,9 +145,9 @@ def _value(kind: str, data: bytes | np.ndarray[Any, Any]) -> bytes:
 
 
 class Cell:
-    """The texts of an element; a value that stays keeps its text.
+    """The texts of an element; an unchanged value keeps its text.
 
-    What is `brief` has arrays in single precision, and nothing of images and opaque values.
+    With `brief`, arrays have single precision, and images and opaque values are left out.
     """
 
     def __init__(self, element: Element, topic: str, brief: bool) -> None:
@@ -172,11 +170,11 @@ class Cell:
         return self._last[1]
 
     def texts(self, values: Sequence[Any], shelf: Shelf, times: Times) -> Iterable[bytes]:
-        """The texts of values at these times; those of which something goes aside come in turn."""
+        """The texts of values at these times; values to be stored aside are done one by one."""
         if self._form.is_aside:
             return map(self.text, values, repeat(shelf), *times)
         if values[0] is not values[1 % len(values)] and values[-2] is not values[-1]:
-            new, places = values, None  # what changes at both ends mostly does at every step
+            new, places = values, None  # it mostly changes at every step then
         elif len(set(map(id, values))) == 1:
             return repeat(self.text(values[0], shelf), len(values))
         else:
@@ -188,7 +186,7 @@ class Cell:
 
 
 def _changes(values: Sequence[Any]) -> tuple[list[Any], list[int]]:
-    """The values that are not the one before, and for each value which of them it is."""
+    """The values that differ from their predecessor, and for each value its index among them."""
     last, new, places = _NONE, list[Any](), list[int]()
     for value in values:
         if value is not last:
@@ -210,7 +208,7 @@ class Cells:
         self._templates: dict[tuple[str, ...], bytes] = {}
 
     def held(self, buffer: Any) -> Held:
-        """The attributes that have a value now, and the values."""
+        """The attributes that have a value now, and their values."""
         for name in self._absent:
             if hasattr(buffer, name):
                 return self._held_first(buffer)
@@ -228,12 +226,12 @@ class Cells:
     def texts(
         self, names: Sequence[str], columns: Iterable[Sequence[Any]], shelf: Shelf, times: Times
     ) -> list[Iterable[bytes]]:
-        """For each of these elements the texts of its values at these times."""
+        """The texts of the values of each of these elements at these times."""
         cells = [self.cells[name] for name in names]
         return [cell.texts(v, shelf, times) for cell, v in zip(cells, columns, strict=True)]
 
     def template(self, attributes: tuple[str, ...]) -> bytes:
-        """The text of these elements, nested by their names, with gaps for those of the values."""
+        """The text of these elements, nested by their names, with gaps for the texts of values."""
         if attributes not in self._templates:
             nested: dict[str, Any] = {}
             for attribute in attributes:
@@ -244,7 +242,7 @@ class Cells:
 
 
 def getter(names: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:
-    """What gives these attributes of an object."""
+    """A function that returns these attributes of an object as a tuple."""
     if len(names) > 1:
         return attrgetter(*names)
     # attrgetter makes no tuple of one

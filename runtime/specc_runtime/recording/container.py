@@ -1,10 +1,10 @@
 """An MCAP file that grows: chunks of messages, each readable once it is written, and an index.
 
-What is written once is in it twice: schemas and channels in the first two chunks with messages of
-them, all else where it was written and at the end.
+Every record that occurs once is stored twice: schemas and channels in the first two chunks with
+messages of them, other records where they were written and at the end.
 
-The records are the library's. Its own writer takes 7 us for a message, as much as all else that is
-done for one; here messages and their places are packed at once.
+The records are the library's. Its own writer takes 7 us for a message, as much as all other work
+for that message. Here the messages of a chunk and their index are packed together.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ CHUNK_S = 0.5
 """Simulated time from the first to the last message of a chunk, at most."""
 _CHUNK_NS = CHUNK_S * 1e9
 CHUNK_BYTES = 1 << 20
-"""With so much a chunk is written: it need not wait for more, nor readers unpack more."""
+"""Size at which a chunk is written, so that readers need not unpack more at once."""
 _MESSAGE = Struct("<BQHIQQ")
 _INDEX = Struct("<BQHI")
 _OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_BYTES = _MESSAGE.size - 9
-"""Of the content of a message record before its data."""
+"""Bytes of a message record between its head and its data."""
 
 _LEVEL = 1
-"""Digits of numbers become smaller than at higher levels, in two thirds of the time."""
+"""Level of zstandard: digits become smaller than at higher levels, in 2/3 of the time."""
 
 _COPIES = 2
-"""Of what is written once."""
+"""Copies in the file of each record that occurs once."""
 NOTHING: Mapping[str, str] = {}
 
 Message = tuple[int, int, int, bytes] | tuple[int, int, int, bytes, int]
-"""Channel, times of log and publication in ns, data; a number in its sequence, where it has one."""
+"""Channel, times of log and publication in ns, data, and its sequence number, if any."""
 
 
 class Container:
-    """Writes to a file that is open for binary writing; raises what that raises."""
+    """Writes to a file that is open for binary writing; errors of the file pass through."""
 
     def __init__(self, file: IO[bytes], library: str) -> None:
         self._file = file
@@ -55,7 +55,7 @@ class Container:
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
         self._told: Counter[int] = Counter()
-        """How often each channel is in the file."""
+        """Number of copies of each channel in the file."""
         self._once: list[bytes] = []
         self._indexes: list[records.ChunkIndex] = []
         self._others: list[records.MetadataIndex | records.AttachmentIndex] = []
@@ -78,21 +78,21 @@ class Container:
         return number
 
     def metadata(self, name: str, data: Mapping[str, str]) -> None:
-        """Names and texts."""
+        """Write a metadata record: names and texts."""
         begin, length = self._write_once(records.Metadata(name, dict(data)))
         self._others.append(records.MetadataIndex(begin, length, name))
 
     def attachment(
         self, name: str, media_type: str, data: bytes, times: tuple[int, int] = (0, 0)
     ) -> None:
-        """A file, of which times of creation and log in ns are told."""
+        """Attach a file, with its times of creation and log in ns."""
         begin, length = self._write_once(records.Attachment(*times, name, media_type, data))
         self._others.append(
             records.AttachmentIndex(begin, length, *times, len(data), name, media_type)
         )
 
     def chunk(self, messages: Sequence[Message]) -> None:
-        """Messages, compressed together, and where they are."""
+        """Write messages as one compressed chunk, and their index."""
         if not messages:
             return
         channels, times, dates, texts, *rest = zip(*messages, strict=True)
@@ -137,7 +137,7 @@ class Container:
         )
 
     def _forms(self, channels: Iterable[int]) -> bytes:
-        """Those of these channels that are not often enough in the file, with their schemas."""
+        """The channels that still need a copy in the file, with their schemas."""
         builder = RecordBuilder()
         for number in sorted(channels):
             if self._told[number] == _COPIES:
@@ -150,7 +150,7 @@ class Container:
         return bytes(builder.end())
 
     def finish(self) -> None:
-        """End the file with copies of what was written once, and its index."""
+        """End the file with the copies of records that occur once, and the index."""
         copies = b"".join(self._once)
         self._write_span(FRAME.pack(COPIES, len(copies)) + copies)
         self._file.write(_written(records.DataEnd(0)))
@@ -182,12 +182,12 @@ class Container:
         )
 
     def _write_once(self, record: records.McapRecord) -> tuple[int, int]:
-        """Where it is, and its length; a copy comes at the end."""
+        """Write a record whose copy comes at the end; returns its place and length."""
         self._once.append(_written(record))
         return self._write_span(self._once[-1]), len(self._once[-1])
 
     def _write_span(self, span: bytes) -> int:
-        """Write what is verified by itself; where it is."""
+        """Write a span, which has its own checksum; returns its place."""
         self._file.write(headed(self._spans, self._file.tell(), span))
         self._spans += 1
         return self._file.tell() - len(span)
@@ -196,10 +196,10 @@ class Container:
 def write_chunks(
     container: Container, messages: Iterable[Message], apart: Collection[int] = ()
 ) -> None:
-    """Write messages in chunks of little simulated time and size.
+    """Write messages in chunks of bounded simulated time and size.
 
-    Those of channels that are `apart` have chunks of their own, so that they are found without the
-    rest.
+    Channels that are `apart` have chunks of their own, so that their messages are found without
+    reading the others.
     """
     waiting: list[Message] = []
     size, first_ns, last_ns = 0, inf, -inf

@@ -1,9 +1,9 @@
-"""Depth maps as they are, in few bytes: most sensors tell few different distances.
+"""Lossless coding of depth maps by a palette: most sensors give few different distances.
 
-A message is binary: width, height and the number of distances (32-bit whole numbers), the distances
-(32-bit floats), then for each pixel the number of its distance, first all low bytes, then all high
-ones. Without distances it has the pixels themselves, their first bytes, their second ones, and so
-on. The chunk compresses it: to less than half of what it makes of the floats.
+A message is binary: width, height and the number of distances (32-bit integers), the distances
+(32-bit floats), then for each pixel the index of its distance, first all low bytes, then all high
+bytes. With 0 distances it has the pixels themselves: all first bytes, all second bytes, and so on.
+The chunk compresses the message to less than half the size of the compressed floats.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from specc_runtime.forms import Misshapen
 DEPTH, ENCODING = "specc.DepthImage", "x-specc-depth"
 _HEAD = struct.Struct("<III")
 _MOST = 1 << 13
-"""Distances; with more, pixels are written as they are."""
+"""Distances of a palette; with more, the pixels themselves are written."""
 _MOST_CELLS = 1 << 22
 
 Image = np.ndarray[Any, Any]
@@ -26,13 +26,13 @@ _Bits = np.ndarray[Any, np.dtype[np.uint32]]
 
 
 class DepthCoder:
-    """Writes the depth maps of an element, whose distances are mostly those of the one before."""
+    """Writes the depth maps of an element; the palette is kept, since most distances recur."""
 
     def __init__(self) -> None:
         self._known: _Bits = np.zeros(0, np.uint32)
         self._shift = 0
         self._cells = np.zeros(1, np.uint16)
-        """The number of a distance by its higher bits, from those of the first one on."""
+        """Lookup table: index of a distance by its higher bits, counted from the first distance."""
 
     def message(self, image: Image, time_s: float, frame: str) -> bytes:
         """The message of a depth map (h, w) of 32-bit floats in m."""
@@ -45,12 +45,12 @@ class DepthCoder:
         return _HEAD.pack(image.shape[1], image.shape[0], len(known) // 4) + known + planes
 
     def _numbers(self, bits: _Bits) -> Any:
-        """The number of each pixel's distance; None if there are too many different ones."""
+        """The index of the distance of each pixel; None if there are too many distances."""
         numbers, is_right = self._found(bits)
         if is_right.all():
             return numbers
         new = bits[~is_right]
-        for known in (self._known, new[:0]):  # those of before that are not here any more may go
+        for known in (self._known, new[:0]):  # second try without old distances
             known = np.union1d(known, np.unique(new if len(known) else bits))
             if len(known) <= _MOST:
                 self._learn(known)
@@ -59,7 +59,7 @@ class DepthCoder:
         return None
 
     def _learn(self, known: _Bits) -> None:
-        """Lay out a table of so many cells that each has one distance at most."""
+        """Lay out a table with at most one distance in each cell."""
         self._known = known
         step = int(np.diff(known).min()) if len(known) > 1 else 1
         self._shift = step.bit_length() - 1
@@ -71,7 +71,7 @@ class DepthCoder:
         self._cells[cells] = np.arange(len(known), dtype=np.uint16)
 
     def _found(self, bits: _Bits) -> tuple[Any, Any]:
-        """For each pixel the number of a distance, and whether that is its own."""
+        """For each pixel the index of a distance, and whether it is the right one."""
         if not len(self._known):
             return bits, np.zeros(len(bits), bool)
         cells = (bits - self._known[0]) >> self._shift
@@ -96,6 +96,6 @@ def read_depth(message: bytes) -> Image:
 
 
 def _planes(values: Any, size: int) -> bytes:
-    """The first bytes of all values, then the second ones, and so on."""
+    """The first bytes of all values, then the second bytes, and so on."""
     of = np.ascontiguousarray(values, f"<u{size}").view(np.uint8).reshape(-1, size)
     return np.ascontiguousarray(of.T).tobytes()

@@ -1,4 +1,4 @@
-"""Writing an MCAP file while a run goes on: all but the last moment can be read after any end."""
+"""Writes an MCAP file during a run: after any ending, all but the last moment can be read."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from specc_runtime.recording.text import dumped
 
 LIBRARY = "specc"
 FORMAT = "1"
-"""Of what is inside of the messages; replay knows the ones that it can read."""
+"""Version of the content of messages; replay reads the versions that it knows."""
 INTERVAL_S = 0.4
-"""Wall time between two moments at which all that there is goes to the file."""
+"""Wall time between two flushes to the file."""
 MOST_BYTES = 1 << 26
-"""Of what waits to be written; with more, the run waits."""
+"""Bytes that may wait to be written; with more, the run waits."""
 _BATCH, _LATE = 128, 8
-"""Messages of a channel whose texts are made together, if they are not large; so many times that
-where a chunk is just written."""
+"""Messages of a channel whose texts are made together, if small; times so many while a chunk is
+being written."""
 
 Content = bytes | Callable[[], bytes]
-"""The bytes of a message, or what makes them in the thread that writes."""
+"""The bytes of a message, or a function that makes them in the writing thread."""
 Texts = Callable[[Sequence[Any], Sequence[float], Sequence[int]], Iterable[bytes]]
-"""Makes the texts of messages, in turn, of their contents, simulated times in s and dates in ns."""
+"""Makes the texts of messages from their contents, simulated times in s and dates in ns."""
 _date = itemgetter(2)
 
 
 def own(path: Path) -> IO[bytes]:
-    """The file, empty, which nobody else gets until it is closed or the process is gone.
+    """Open a file, emptied, and lock it until it is closed or the process ends.
 
     Raises UsageError.
     """
@@ -54,7 +54,7 @@ def own(path: Path) -> IO[bytes]:
 
 
 def check_unowned(file: IO[bytes], path: Path) -> None:
-    """Own an open file; raises UsageError while somebody else does."""
+    """Lock an open file; raises UsageError while another process holds the lock."""
     try:
         flock(file, LOCK_EX | LOCK_NB)
     except BlockingIOError:
@@ -67,11 +67,11 @@ def check_unowned(file: IO[bytes], path: Path) -> None:
 class Log:
     """An MCAP file with messages in JSON; a thread compresses and writes them.
 
-    What cannot be written is told by `close`; until then the run goes on without it.
+    If writing fails, the run goes on without it, and `close` reports the failure.
     """
 
     def __init__(self, path: Path, clock: WallClock) -> None:
-        """Raises UsageError if there cannot be such a file, or another run writes it."""
+        """Raises UsageError if the file cannot be opened, or another run writes it."""
         self._file = own(path)
         self.path = path
         self._clock = clock
@@ -93,7 +93,7 @@ class Log:
         self._container = Container(self._file, LIBRARY)
 
     def note(self, name: str, data: Mapping[str, str]) -> None:
-        """Names and texts about the run as a whole."""
+        """Write metadata of the run: names and texts."""
         self._guarded(lambda: self._container.metadata(name, data))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
@@ -111,10 +111,10 @@ class Log:
         is_apart: bool = False,
         encoding: str = "json",
     ) -> Channel:
-        """The channel of a topic, whose messages have a schema of that name.
+        """Open a channel for a topic, with the name of a schema.
 
-        The texts of those that may be preceded by others are made in the order of their dates.
-        Those that are apart have chunks of their own, so that they are found without the rest.
+        If other messages may precede those of the channel, texts are made in the order of dates.
+        A channel that is apart has chunks of its own, so that it is read without the others.
         """
         if topic not in self._channels:
             channel = self._channels[topic] = Channel(self, texts, self._clock, is_preceded)
@@ -137,12 +137,12 @@ class Log:
         channel.number = self._container.channel(topic, number, encoding)
 
     def precede(self, message: tuple[int, int, int, Content], size: int) -> None:
-        """Write a message of about so many bytes before the one whose text is being made."""
+        """Write a message of about `size` bytes before the message whose text is being made."""
         self._batch.append(message)
         self._size += size
 
     def take(self, channel: Channel, *, is_late: bool) -> None:
-        """Have texts made of what was added to a channel; later if a chunk is just written, unless
+        """Make the texts of waiting messages; postponed while a chunk is being written, unless
         it is late.
         """
         if self._lock.acquire(blocking=is_late):
@@ -172,11 +172,11 @@ class Log:
             self._wake.set()
 
     def flush(self) -> None:
-        """Write all that there is now."""
+        """Write all waiting messages now."""
         self._guarded(self._drain)
 
     def close(self) -> None:
-        """Finish the file with its index. Raises OutputLost if something could not be written."""
+        """Finish the file with its index. Raises OutputLost if writing failed."""
         self._over = True
         self._wake.set()
         self._thread.join()
@@ -209,7 +209,7 @@ class Log:
         self._file.flush()
 
     def _guarded(self, write: Callable[[], Any]) -> None:
-        """Write, unless something could not be written before."""
+        """Write, unless writing failed before."""
         with self._lock:
             if self._error:
                 self._batch.clear()
@@ -222,7 +222,7 @@ class Log:
 
 
 class Channel:
-    """A channel of messages that are much alike, so that their texts are made together."""
+    """A channel of similar messages, whose texts are made together."""
 
     def __init__(self, log: Log, texts: Texts, clock: WallClock, is_preceded: bool) -> None:
         self.number = 0
@@ -234,7 +234,7 @@ class Channel:
         self._most = 1
 
     def add(self, time_s: float, content: Any) -> None:
-        """A message of simulated time `time_s`, which has the wall time of now.
+        """Add a message of simulated time `time_s`, dated with the current wall time.
 
         The content must not change any more.
         """
@@ -244,11 +244,11 @@ class Channel:
             self._log.take(self, is_late=len(waiting) >= _LATE * self._most)
 
     def adapt(self, size: int) -> None:
-        """Let so many messages wait as are not too large, if each has so many bytes."""
+        """Set the number of messages that wait, from the bytes of one message."""
         self._most = max(1, min(_BATCH, CHUNK_BYTES // (size + 1)))
 
     def taken(self) -> tuple[Sequence[int], Iterator[tuple[int, int, int, bytes]]]:
-        """What was added: its dates, and its messages, whose texts are made in turn."""
+        """Take the waiting messages: their dates, and the messages, with texts made in turn."""
         waiting = self._waiting[:]
         if not waiting:
             return (), iter(())

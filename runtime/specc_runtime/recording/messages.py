@@ -1,6 +1,6 @@
-"""What the messages of a recording say, and the values that stand aside in it.
+"""The content of the messages of a recording, and its values stored aside.
 
-Files come from strangers: what a message says is checked before it is used.
+Files come from strangers: the content of a message is checked before it is used.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ NOTHING = b"nothing"
 
 
 class Shelved(Fetch):
-    """What stands aside in the file, as it was read last; see `Fetch`."""
+    """The values stored aside that were read last; see `Fetch`."""
 
     def __init__(self, most: float = 2 * WINDOW, most_bytes: float = inf) -> None:
-        """Keeps so many images and as many values, each kind of so many bytes, the last ones."""
+        """Keeps the last `most` images and values, at most `most_bytes` of each kind."""
         self.report: Mapping[str, str] = {}
-        """What the file says of the run as a whole, if it is whole."""
+        """The report of the run, empty if the file has none."""
         self.is_whole = True
-        """Whether all that is wanted was there, where that is known."""
+        """Whether every wanted value was there, as far as that is known."""
         self._images = _Last(most, most_bytes)
         self._values = _Last(most, most_bytes)
 
     def put(self, digest: str, value: Any) -> None:
-        """Keep an image, which is an array, or the bytes of a value."""
+        """Keep an image (array), or the bytes of a value."""
         (self._values if isinstance(value, bytes) else self._images).put(digest, value)
 
     def image(self, data: Any) -> Any:
@@ -65,7 +65,7 @@ class Shelved(Fetch):
 
 
 class _Last:
-    """The last things that were put, by their digests."""
+    """The values that were put last, by digest."""
 
     def __init__(self, most: float, most_bytes: float) -> None:
         self._most, self._most_bytes = most, most_bytes
@@ -94,7 +94,7 @@ def _part(data: Any, name: str) -> str:
 
 
 def unpacked(data: Any) -> bytes:
-    """The bytes of a message of `VALUES`, or of a value in a message; raises Misshapen."""
+    """The bytes in a message of `VALUES`, or in a value of a message; raises Misshapen."""
     try:
         return b64decode(_part(data, "bytes"), validate=True)
     except ValueError as error:
@@ -113,7 +113,7 @@ _STEP: dict[str, tuple[type, ...]] = {
 
 
 def simulated_s(report: Mapping[str, str]) -> float | None:
-    """How long a run went on, as its report says; None without one that can be read."""
+    """The simulated duration in a report; None if it cannot be read."""
     try:
         found = float(loaded(report["report"].encode())["simulated_s"])
         return found if isfinite(found) else None
@@ -122,7 +122,7 @@ def simulated_s(report: Mapping[str, str]) -> float | None:
 
 
 def step_of(text: bytes) -> dict[str, Any]:
-    """What a message says of a step; raises Misshapen."""
+    """The content of the message of a step; raises Misshapen."""
     told = loaded(text)
     if not isinstance(told, dict) or not _STEP.keys() <= told.keys():
         raise Misshapen("a message without what every step has")
@@ -132,7 +132,7 @@ def step_of(text: bytes) -> dict[str, Any]:
 
 
 class Beginning(NamedTuple):
-    """What stands at the beginning of a step: stamp, state, state before, row and its text."""
+    """The beginning of the message of a step: stamp, state, state before, row and its text."""
 
     stamp: int
     state: str
@@ -148,7 +148,7 @@ _BEGINNING = re.compile(
 
 
 def beginning_of(text: bytes) -> Beginning:
-    """How the message of a step begins, so that most need not be decoded. Raises Misshapen."""
+    """Read the beginning of the message of a step without decoding the rest. Raises Misshapen."""
     found = _BEGINNING.match(text)
     if found is None:
         raise Misshapen("a message that does not begin as that of a step")
@@ -158,7 +158,7 @@ def beginning_of(text: bytes) -> Beginning:
 
 
 def within(data: Any, element: Element) -> Any:
-    """The data of an element in that of a buffer or of memory; `NOTHING` if it is not there."""
+    """The data of an element in the data of a buffer or memory; `NOTHING` if it is missing."""
     for name in element.name:
         if not isinstance(data, dict) or name not in data:
             return NOTHING
@@ -167,23 +167,23 @@ def within(data: Any, element: Element) -> Any:
 
 
 def about(file: Path) -> Mapping[str, str]:
-    """What a recording says of the run: spec, seed, set, exact. Raises Unusable."""
+    """The metadata of a recorded run: spec, seed, set, exact. Raises Unusable."""
     return recorded(file)[0]
 
 
 def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str], dict[str, str]]:
-    """What `about` says, and the specification with the files that it uses. Raises Unusable."""
+    """The metadata (`about`), and the specification with the files it uses. Raises Unusable."""
     told: Mapping[str, str] = {}
     texts: dict[str, str] = {}
     reading = Reading(file, budget=budget)
     for record in reading:
         if isinstance(record, Attachment):
-            texts.pop(record.name, None)  # of all that come once more the order is right
+            texts.pop(record.name, None)  # the copies at the end are in the right order
             texts[record.name] = record.data.decode(errors="replace")
         elif isinstance(record, Metadata) and record.name == "specc":
             told = record.metadata
         elif isinstance(record, Message) and not reading.damaged:
-            break  # else what is damaged comes once more at the end
+            break  # else copies of damaged records come at the end
     if not told:
         raise Unusable(f"{file} is no recording of specc")
     if told.get("format") != FORMAT:
@@ -194,9 +194,9 @@ def recorded(file: Path, budget: Budget | None = None) -> tuple[Mapping[str, str
 def steps_of(
     file: Path | Reading, shelf: Shelved, *, images: bool = True
 ) -> Iterator[tuple[str, float, bytes]]:
-    """Topic, time and text of every step, in the order of the file; `shelf` gets what is aside.
+    """Topic, time and text of every step, in the order of the file.
 
-    What is really so in the plant is among them.
+    The ground truth of the plant is among them. `shelf` receives the values stored aside.
 
     Raises Unusable.
     """

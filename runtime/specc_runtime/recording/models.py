@@ -1,4 +1,4 @@
-"""Meshes as files of glTF 2.0 in one piece (GLB), for views in 3D: of a bounded size.
+"""Meshes as binary glTF 2.0 files (GLB) of bounded size, for views in 3D.
 
 Source: Khronos Group, glTF 2.0 specification, https://registry.khronos.org/glTF/specs/2.0/.
 """
@@ -15,11 +15,11 @@ from specc_runtime.plant import Mesh
 from specc_runtime.recording.text import dumped
 
 MOST_TRIANGLES = 10_000
-"""Of a mesh; one that has more gets coarser."""
+"""Triangles of a mesh; a larger one is made coarser."""
 MOST_OF_ALL = 200_000
 """Triangles of all meshes of a scene."""
 _MOST_TEXELS = 256
-"""Along an edge of a texture."""
+"""Texels along an edge of a texture."""
 _UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
 """In glTF y points up, in a scene z: readers turn by 90 degrees about x."""
 _FLOAT, _WHOLE = 5126, 5125
@@ -29,9 +29,9 @@ Array = np.ndarray[Any, Any]
 
 
 def glb(mesh: Mesh, most: int = MOST_TRIANGLES) -> bytes:
-    """The file of a mesh, with its colour or texture, made coarser until it has `most` triangles.
+    """The file of a mesh, with its colour or texture, made coarser down to `most` triangles.
 
-    One that gets coarser has no texture.
+    A mesh that is made coarser loses its texture.
     """
     corners, triangles = coarser(mesh.corners, mesh.triangles, most)
     positions = corners.astype("<f4")
@@ -73,7 +73,7 @@ def _accessor(view: int, kind: int, form: str, count: int) -> dict[str, Any]:
 
 
 def _packed(told: dict[str, Any], views: list[bytes]) -> bytes:
-    """The file of what is told and the parts of its buffer, each of which begins at a word."""
+    """The file of a glTF document and the parts of its buffer, aligned to words."""
     parts, places, size = [view + bytes(-len(view) % 4) for view in views], [], 0
     for part, view in zip(parts, views, strict=True):
         places.append({"buffer": 0, "byteOffset": size, "byteLength": len(view)})
@@ -91,9 +91,9 @@ def _packed(told: dict[str, Any], views: list[bytes]) -> bytes:
 
 
 def coarser(corners: Array, triangles: Array, most: int) -> tuple[Array, Array]:
-    """The corners of each cell of a grid as one, their mean, with cells as small as is possible.
+    """Vertex clustering: merge the corners in each cell of a grid, as fine as `most` allows.
 
-    Triangles that become lines or points, or equal, are left out.
+    Triangles that collapse to lines or points, and duplicates, are left out.
     """
     if len(triangles) <= most:
         return corners, triangles

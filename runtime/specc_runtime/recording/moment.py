@@ -1,4 +1,4 @@
-"""What a recording says of a moment: the last step of each subsystem until then, and its past."""
+"""A moment of a recording: the last step of each subsystem until then, and its past."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from specc_runtime.sampling import PLANT
 
 _EARLIER_S = 1e-6
 _RECENT = 5
-"""Transitions that are kept, the last ones."""
+"""Number of last transitions that are kept."""
 _OF_SUBSYSTEM = 2000
-"""Bytes that are kept of a subsystem besides its messages."""
+"""Bytes that are kept for a subsystem besides its messages."""
 _LONGEST_ROW = 300
 
 
@@ -35,9 +35,9 @@ _LONGEST_ROW = 300
 class Seen:
     """A subsystem at the moment.
 
-    `step` is what the message of its last step says, `memory` what it remembered before, None
-    where that is lost. It had entered the state in which that step began at `entered_s`, and the
-    one that it is in now at `since_s`, by the row `row`; None and "" where that is not in the file.
+    `step` is the content of the message of its last step. `memory` is the memory before that step,
+    None if lost. The step began in a state entered at `entered_s`. The current state was entered at
+    `since_s` by the row `row`. None and "" stand for data that the file does not have.
     """
 
     name: str
@@ -49,16 +49,16 @@ class Seen:
     recent: deque[tuple[float, float, int, str]] = field(
         default_factory=lambda: deque(maxlen=_RECENT)
     )
-    """The last rows that were taken: first and last time in s, how often without another, text."""
+    """The last transitions: first and last time in s, repetitions in between, text."""
     known_from: int = -1
-    """Stamp from which on all steps are there."""
+    """Stamp from which on no step is missing."""
     _texts: tuple[bytes, bytes] = b"", b""
-    """Of the step before the last one, which is empty if it is lost, and of the last one."""
+    """The messages of the last step but one (empty if lost) and of the last step."""
     _stamp: int = -2
     _held: int = 0
 
     def take(self, time_s: float, text: bytes, budget: Budget) -> None:
-        """The next step. Raises Misshapen, and Unusable."""
+        """Note the next step. Raises Misshapen, and Unusable."""
         stamp, _, before, row, transition = beginning_of(text)
         if stamp != self._stamp + 1:
             self._texts, self.known_from = (b"", b""), stamp
@@ -80,17 +80,17 @@ class Seen:
             self.recent.append((begin_s, time_s, times, self.row))
 
     def finish(self) -> None:
-        """Read what the last messages say. Raises Misshapen."""
+        """Decode the last messages. Raises Misshapen."""
         before, last = self._texts
         self.step = step_of(last)
         if self.step["state"] != self.step.get("before") and not self.step.get("transition"):
-            self.since_s, self.row = float(self.step["time"]), ""  # it failed behind its row
+            self.since_s, self.row = float(self.step["time"]), ""  # it failed after its row
         if before:
             memory = step_of(before).get("memory")
             self.memory = memory if isinstance(memory, dict) else None
 
     def go_on_from(self, stamp: int, saved: Mapping[str, Any]) -> None:
-        """What a snapshot after the step of that stamp says in place of what is lost."""
+        """Fill lost data from a snapshot after the step of that stamp."""
         last = self.step["stamp"]
         if not self.known_from - 1 <= stamp < last or not saved["state"]:
             return
@@ -102,11 +102,11 @@ class Seen:
 
 
 def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen]:
-    """The subsystems of which there is a step until then; `only` one of them if it has a name.
+    """The subsystems with a step until then, or `only` the named one.
 
-    Raises Unusable, also for a moment that the file does not have.
+    Raises Unusable, also for a moment that is not in the file.
     """
-    shelf, found = Shelved(0), dict[str, Seen]()  # nothing that stands aside is told
+    shelf, found = Shelved(0), dict[str, Seen]()  # no values stored aside
     begin_s, end_s = float("inf"), 0.0
     for topic, at_s, text in steps_of(reading, shelf, images=False):
         if topic == topic_of(PLANT):
@@ -129,7 +129,7 @@ def seen_at(file: Path, time_s: float, only: str, reading: Reading) -> list[Seen
 
 @contextmanager
 def _telling(file: Path, topic: str, time_s: float) -> Iterator[None]:
-    """Has what is misshapen in the file told with its topic and time, as Unusable."""
+    """Turn Misshapen into Unusable, with the topic and time of the message."""
     try:
         yield
     except Misshapen as error:
@@ -146,12 +146,12 @@ def _check_inside(file: Path, time_s: float, begin_s: float, end_s: float) -> No
 
 
 def _fill(file: Path, seen: list[Seen]) -> None:
-    """Take from snapshots what is not in the messages: a run went on, or parts are lost."""
+    """Fill data that messages lack from snapshots: of a continued run, or of lost parts."""
     lacking = [one for one in seen if one.known_from > 0]
     for told in every_snapshot(file) if lacking else ():
         for one in lacking:
             try:
                 if type(stamp := told["stamps"][one.name]) is int:
                     one.go_on_from(stamp, told["subsystems"][one.name])
-            except WRONG:  # a snapshot that is none
+            except WRONG:  # not a snapshot
                 continue

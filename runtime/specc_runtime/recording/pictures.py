@@ -1,4 +1,4 @@
-"""Images in recordings, as messages of Foxglove: compressed for viewing, or as they are."""
+"""Images in recordings, as messages of Foxglove: compressed for viewing, or lossless."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ Make = Callable[[Image, float, str], bytes]
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What is kept of images that are for looking: how often, how large, how well."""
+    """Settings for images that are kept for viewing: rate, size, quality."""
 
     period_s: float
-    """Simulated time between two pictures of an element, at least."""
+    """Least simulated time between two pictures of an element."""
     widths: tuple[float, float]
-    """Of colours and of depth maps in pixels, at most."""
+    """Greatest widths of colour images and of depth maps in pixels."""
     quality: int
-    """Of JPEG, in percent."""
+    """Quality of JPEG, in percent."""
     is_calm: bool
-    """Whether depth is without its noise: the median of 5 by 5 pixels."""
+    """Whether noise is removed from depth, by the median of 5 by 5 pixels."""
 
 
 LOOKS = {
@@ -58,8 +58,8 @@ LOOKS = {
 
 
 def compressed(image: Image, look: Look) -> tuple[str, Schema, Make]:
-    """JPEG of colours, PNG of whole millimetres of a depth map: schema and what makes a message."""
-    import cv2  # noqa: F401  # what is missing is told before the first message
+    """Colours as JPEG, depth as PNG in whole mm: the schema and the function for a message."""
+    import cv2  # noqa: F401  # a missing library is reported before the first message
 
     return "foxglove.CompressedImage", _COMPRESSED, partial(_compressed, look)
 
@@ -86,7 +86,7 @@ def _compressed(look: Look, image: Image, time_s: float, frame: str) -> bytes:
 
 
 def raw(image: Image) -> tuple[str, Schema, Make]:
-    """The bytes themselves."""
+    """A lossless image: the schema and the function for a message."""
     return RAW, _RAW, _raw
 
 

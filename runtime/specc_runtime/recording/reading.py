@@ -1,4 +1,4 @@
-"""Reading recordings that may end anywhere, be damaged or be of strangers; mending them."""
+"""Reads, and repairs, recordings that may be cut, damaged or from strangers."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ __all__ = [
 ]
 
 _OWN_KINDS = 0x80
-"""The first one of the records that MCAP leaves to whoever writes a file."""
+"""First opcode of the records that MCAP reserves for applications."""
 
 
 class Reading:
     """The records of a file in their order, as far as they can be read.
 
-    `cut` says that the file has no proper end, `damaged` counts parts that were passed over,
-    `last_s` is the last simulated time. With `topics`, parts without messages of these are passed
-    over as far as the file tells. What is in the file twice comes twice. With a `budget` this is
-    one of several passes over the file. Raises Unusable if there is no such file.
+    `cut`: the file has no proper end. `damaged` counts parts that were skipped. `last_s` is the
+    last simulated time. With `topics`, chunks without messages of these are skipped where their
+    index says so. Copies are not removed. `budget` is shared by several passes over the file.
+    Raises Unusable if there is no such file.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Reading:
                     yield found
 
     def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
-        """The records before the index, which is made from them."""
+        """The records before the index of the file, which only repeats them."""
         spans = Spans(file)
         for span in spans:
             yield from self._within(span, FRAME.size if is_copies(span) else 0)
@@ -92,14 +92,14 @@ class Reading:
             yield from self._each(file)
 
     def _within(self, span: bytes, place: int) -> Iterator[McapRecord]:
-        """The records of a span, which is as it was written, from a place in it on."""
+        """The records of an undamaged span, from a place in it on."""
         while place + FRAME.size <= len(span):
             end = place + FRAME.size + FRAME.unpack_from(span, place)[1]
             yield from self._record(span[place:end])
             place = end
 
     def _record(self, text: bytes) -> Iterator[McapRecord]:
-        """The record, if it is one, and none of a kind that others may add."""
+        """The record, or None if it is none or of a kind that applications add."""
         self.budget.record(text[0], len(text))
         if text[0] >= _OWN_KINDS:
             return
@@ -112,13 +112,13 @@ class Reading:
             yield found
 
     def _each(self, file: IO[bytes]) -> Iterator[McapRecord]:
-        """The records of a file that is not written in spans, each read by itself."""
+        """The records of a file without spans, read one by one."""
         end, begin = os.fstat(file.fileno()).st_size, len(MAGIC)
         while begin + FRAME.size <= end:
             file.seek(begin)
             kind, length = FRAME.unpack(head := file.read(FRAME.size))
             if length > LARGEST_BYTES:
-                self.damaged += 1  # where the next one begins is not known
+                self.damaged += 1  # the start of the next record is unknown
                 return
             if kind == Opcode.DATA_END:
                 return
@@ -132,7 +132,7 @@ class Reading:
         self.damaged += not self.cut
 
     def _wanted(self, records: Iterable[McapRecord]) -> Iterator[McapRecord]:
-        """The records without chunks that have nothing wanted, as the indexes behind them say."""
+        """The records without chunks whose index lists no wanted topic."""
         chunk: Chunk | None = None
         inside: set[int] = set()
         for record in records:
@@ -167,18 +167,18 @@ class Reading:
 
 
 def _is_magic(found: bytes) -> bool:
-    """Whether it is what a file begins with, but for one byte."""
+    """Whether these are the magic bytes of a file, up to one damaged byte."""
     return sum(map(int.__eq__, found, MAGIC)) >= len(MAGIC) - 1
 
 
 class Recovered:
-    """What was saved: messages, the last simulated time in s, and what could not be read."""
+    """The result of a repair: messages, the last simulated time in s, and unreadable parts."""
 
     def __init__(self, path: Path, out: Path) -> None:
-        """Write what can be read of the file `path` to `out`, with an index.
+        """Write the readable part of the file `path` to `out`, with an index.
 
-        Whoever looks finds the old file or the whole new one. In place nothing is lost: a file
-        with damaged parts stays as it is. Raises Unusable, UsageError, OSError.
+        The file is replaced at once, by renaming. In place nothing may be lost: a file with damaged
+        parts stays as it is. Raises Unusable, UsageError, OSError.
         """
         self.messages = 0
         self.last_s = 0.0
@@ -203,7 +203,7 @@ class Recovered:
         self.cut, self.damaged = reading.cut, reading.damaged
 
     def _copied(self, reading: Reading, to: Container) -> Iterator[Written]:
-        """The messages; all else is written."""
+        """The messages; all other records are written to the container."""
         for record in reading:
             if not isinstance(record, Message):
                 self._copy(record, to)
@@ -231,7 +231,7 @@ class Recovered:
                     to.attachment(name, kind, data, (record.create_time, record.log_time))
 
     def _is_new(self, content: bytes) -> bool:
-        """Whether it is no copy."""
+        """Whether it is not a copy of an earlier record."""
         digest = sha256(content).digest()
         is_new = digest not in self._once
         self._once.add(digest)

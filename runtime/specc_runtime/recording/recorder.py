@@ -1,4 +1,4 @@
-"""Recording a run: what is noted of it, and when. It changes nothing of what the run computes."""
+"""Recording a run, without any effect on the values that it computes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Recorder:
         clock: WallClock,
         begin_s: float = 0.0,
     ) -> None:
-        """Has the steps noted from now on, which is at `begin_s` of simulated time.
+        """Begin recording, at `begin_s` of simulated time.
 
         Raises UsageError if the file cannot be written.
         """
@@ -65,7 +65,7 @@ class Recorder:
         self.report: Callable[[], Report] | None = None
 
     def __call__(self, record: StepRecord) -> None:
-        """Write a step that was committed, or what is really so in the plant."""
+        """Write a committed step, or the ground truth of the plant at a tick."""
         if self._truth is not None and record.subsystem == PLANT:
             self._truth.add(record)
         else:
@@ -81,7 +81,7 @@ class Recorder:
             self._scene.note(view.time_s)
 
     def close(self) -> None:
-        """See `Companion`. Raises OutputLost if something could not be written."""
+        """See `Companion`. Raises OutputLost if writing failed."""
         if self.report is not None:
             report = self.report().as_data()
             for fault in report["faults"]:
@@ -89,7 +89,7 @@ class Recorder:
                     told = fault["stamp"], fault["time_s"], fault["message"]
                     self._steps[fault["subsystem"]].failed(*told)
             text = json.dumps(report, ensure_ascii=False, allow_nan=False)
-            # What a file name has that is no UTF-8 is written out.
+            # Bytes of a file name that are not UTF-8 are escaped.
             shown = text.encode("utf-8", "backslashreplace").decode()
             self.log.note("report", {"report": shown})
         self.log.close()
@@ -100,7 +100,7 @@ def _has_pictures() -> bool:
 
 
 def _about(options: Options, system: System, begin_s: float) -> dict[str, str]:
-    """What a replay needs to know."""
+    """The metadata for a replay."""
     return {
         "format": FORMAT,
         "system": system.name,

@@ -1,7 +1,7 @@
-"""Replaying a recording: its inputs go to generated code, whose steps are compared with its own.
+"""Replay: recorded inputs go to generated code, whose steps are compared with the recorded ones.
 
-What the file says decides which values go in, never which code runs: values become what the
-layouts of the generated package say.
+The file decides which values go in, never which code runs: values are built by the layouts of the
+generated package.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from specc_runtime.track import outcome_of
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """The first step of a subsystem that is not as it was recorded.
+    """The first step of a subsystem that differs from the recording.
 
-    `what` is "row", "fault", "state" for one that there is no longer, or an element: `y.c.T_c`, a
-    name of memory. `state` is the one that the step began in, empty in the first one, `row` the
-    text of the row that is taken now or, if none is, was taken, `condition` the first one that had
-    another value; `behaviour` the state whose behaviour ran. `recorded` and `now` are both values
-    as texts.
+    `what` is "row", "fault", "state" (a recorded state does not exist any more), or an element:
+    `y.c.T_c`, a name of memory. `state` is the state in which the step began, empty in the first
+    step. `row` is the text of the row taken now or, if none is, of the recorded row. `condition` is
+    the first condition with another value, `behaviour` the state whose behaviour ran. `recorded`
+    and `now` are the two values as texts.
     """
 
     subsystem: str
@@ -65,21 +65,21 @@ class Difference:
 
 @dataclass(slots=True)
 class Outcome:
-    """What came of replaying a subsystem: steps that are the same, and what ended that."""
+    """The result for a subsystem: the number of equal steps, and the reason why they ended."""
 
     subsystem: str
     steps: int = 0
     difference: Difference | None = None
     unknown: str = ""
-    """Why it cannot be compared any further."""
+    """The reason why it cannot be compared further."""
     left_out: set[str] = field(default_factory=set)
-    """Outputs and memory of which the file has no more than the type, so that none can differ."""
+    """Outputs and memory of which the file has only the type, so they are not compared."""
     gaps: list[tuple[float, float]] = field(default_factory=list)
-    """From where until where in s steps could not be compared, since parts of the file are lost."""
+    """Intervals in s that could not be compared, since parts of the file are lost."""
 
 
 class _Replayed:
-    """A subsystem that is given the recorded inputs, until it does something else."""
+    """A subsystem that gets the recorded inputs until its first difference."""
 
     def __init__(
         self,
@@ -89,7 +89,7 @@ class _Replayed:
         shelf: Shelved,
         resumed: Callable[[str, int], Resumption | None],
     ) -> None:
-        """`resumed` gives what it can go on from with a step of this stamp, or a later one."""
+        """`resumed` returns a snapshot from which a step of a stamp, or a later one, can follow."""
         self.outcome = Outcome(subsystem.name)
         self._resumed = resumed
         self._subsystem = subsystem
@@ -107,7 +107,7 @@ class _Replayed:
         self._gone = ""
 
     def begin(self, values: Values, saved: Mapping[str, Any], stamp: int) -> None:
-        """Go on after the step of this stamp; raises what is no snapshot of it."""
+        """Go on after the step of this stamp; raises one of WRONG for data that is no snapshot."""
         self._stamp = stamp + 1
         if saved["state"] in self._layout.ends:
             list(values.place(self._subsystem, saved, stamp))
@@ -120,7 +120,7 @@ class _Replayed:
         return bool(self.outcome.difference or self.outcome.unknown)
 
     def step(self, text: bytes) -> None:
-        """Make the next step and compare; raises Misshapen for what is no message of a step."""
+        """Make the next step and compare; raises Misshapen if the text is no message of a step."""
         told = step_of(text)
         stamp = told["stamp"]
         is_behind = stamp < self._stamp and bool(self.outcome.gaps)
@@ -146,14 +146,14 @@ class _Replayed:
             self._stamp += 1
 
     def _resume(self, stamp: int) -> bool:
-        """Go on behind what is lost, with the step of this stamp or a later one, if possible."""
+        """Go on after a lost part, with the step of this stamp or a later one, if possible."""
         first = self._stamp
         try:
             found = self._resumed(self.outcome.subsystem, stamp)
             if found is None:
                 return False
             self.begin(found.values, found.saved, found.stamp)
-        except WRONG:  # a snapshot that is none
+        except WRONG:  # not a snapshot
             return False
         period_s = self._subsystem.period_s
         self.outcome.gaps.append((first * period_s, self._stamp * period_s))
@@ -189,7 +189,7 @@ class _Replayed:
     def _difference(
         self, told: Mapping[str, Any], before: str, outcome: int | Fault
     ) -> Difference | None:
-        """What is not as it was recorded, first of all the row."""
+        """The first difference from the recording: the row, else an element."""
         here = self.outcome.subsystem, told["stamp"], float(told["time"]), before
         failed = told.get("fault", "")
         if failed or isinstance(outcome, Fault):
@@ -223,9 +223,9 @@ class _Replayed:
 
 
 _MOST_GONE = 100
-"""Subsystems that there are no longer, which are told."""
+"""Subsystems missing from the specification that are named at most."""
 _LEFT_OUT = re.compile(rb'\{(?:"type":"[^"]*")?\}')
-"""What stands for an opaque value or an image that is not in the file."""
+"""Placeholder of an opaque value or an image that is not in the file."""
 
 
 def _sent(buffer: Any, attributes: tuple[str, ...]) -> tuple[tuple[str, ...], Any]:
@@ -235,7 +235,7 @@ def _sent(buffer: Any, attributes: tuple[str, ...]) -> tuple[tuple[str, ...], An
 def _pairs(
     cells: Cells, recorded: Any, held: tuple[tuple[str, ...], Any], aside: Shelf
 ) -> Iterator[tuple[str, bytes, bytes]]:
-    """Names of elements with the texts of both values; of one that is not there, `nothing`."""
+    """Names of elements with the texts of both values; `nothing` for a missing one."""
     now = {  # read again: single and double precision are not spelled alike
         attribute: dumped(loaded(cells.cells[attribute].text(value, aside)))
         for attribute, value in zip(*held, strict=True)
@@ -249,7 +249,7 @@ def _pairs(
 def _begin_later(
     file: Path, tick: str, system: System, replayed: Mapping[str, _Replayed], watch: Watch | None
 ) -> None:
-    """Begin where the recorded run did, which went on from another one. Raises Unusable."""
+    """Begin where the recorded run began, itself a continuation. Raises Unusable."""
     try:
         saved, shelf = snapshot_of(file, tick)
         if saved is None:
@@ -275,10 +275,10 @@ def replay(
     until_s: float = inf,
     reading: Reading | None = None,
 ) -> tuple[list[Outcome], Watch | None]:
-    """What comes of giving the inputs of a recording to a generated package, by subsystem.
+    """Replay a recording with a generated package: the outcome of each subsystem.
 
-    What becomes of its requirements follows, unless it has none, or there is one subsystem `only`.
-    `reading`, of the file, says afterwards what of it could not be read.
+    The second result judges the requirements; it is None without any, or with a subsystem `only`.
+    `reading` tells afterwards which parts of the file could not be read.
 
     Raises Unusable for the file, and what `load_system` and `load_layouts` raise.
     """

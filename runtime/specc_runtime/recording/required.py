@@ -1,4 +1,4 @@
-"""Requirements on a recorded run: the monitors of runs follow what was recorded."""
+"""Requirements on a recorded run: the monitors of runs follow the recorded steps."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _ROUNDING_S = 1e-6  # times are multiples of a rounded tick
 
 
 class Watch:
-    """What becomes of the requirements of a system in a recorded run.
+    """Judges the requirements of a system on a recorded run.
 
-    What the file does not have is unknown. Of arrays it may have single precision only.
+    Values that the file lacks are unknown. Arrays may have single precision only.
     """
 
     def __init__(self, system: System, layouts: Mapping[str, Layout], shelf: Shelved) -> None:
-        """The system, which has requirements, is at its beginning."""
+        """The system has requirements and has made no step."""
         assert system.requirements is not None
         self._requirements: Requirements = system.requirements
         self._tick_s = system.tick_s
@@ -47,15 +47,15 @@ class Watch:
         self._requirements.follow(followed, system.tick_s)
 
     def begin(self, saved: Mapping[str, Any], values: Values) -> None:
-        """Go on from a snapshot; raises what is none."""
+        """Go on from a snapshot; raises one of WRONG for data that is no snapshot."""
         known, tick = saved.get("requirements", ()), int(saved["tick"])
         self._requirements.restore(known, tick, partial(values.found, "requirements"))
         stamps = {**saved["stamps"], PLANT: saved["tick"] - 1}
         for told in self._told.values():
-            told.begin(int(stamps.get(told.name, -1)) + 1)  # one that is new has no steps
+            told.begin(int(stamps.get(told.name, -1)) + 1)  # a new subsystem has no steps
 
     def take(self, topic: str, text: bytes) -> None:
-        """Take note of a message; raises Misshapen."""
+        """Note a message; raises Misshapen."""
         told = self._told.get(topic)
         if told is not None and not told.is_over:
             self._note(told, told.follow(text, self._tick_s))
@@ -66,7 +66,7 @@ class Watch:
             self._requirements.advance(record.stamp * told.ticks)
 
     def finish(self, until_s: float) -> None:
-        """The recording is over."""
+        """End the run, at the end of the recording."""
         for told in self._told.values():
             self._note(told, told.end(self._tick_s))
         begun = max((told.begun for told in self._told.values()), default=0)
@@ -79,11 +79,11 @@ class Watch:
 
     @property
     def violated(self) -> bool:
-        """Whether one of them is."""
+        """Whether a requirement is violated."""
         return self._requirements.violated
 
     def as_data(self) -> list[dict[str, Any]]:
-        """What the report of a run would say, and under `missing` what is not in the file."""
+        """The entries of the report of a run; `missing` names the values that the file lacks."""
         found = self._requirements.as_data()
         known = {item for told in self._told.values() for item in told.known}
         absent = {r.attribute for r in self._requirements.readings} - known
@@ -106,7 +106,7 @@ def _copy(buffer: Any) -> SimpleNamespace:
 def _elements(
     readings: Sequence[Reading], layouts: Mapping[str, Layout]
 ) -> Iterator[tuple[Reading, str, Element | None]]:
-    """Each with the part of a message that has it, and its element there; a state has none."""
+    """Each reading with its part of a message and its element there; a state has none."""
     for reading in readings:
         part, layout = PART.get(reading.kind, ""), layouts.get(reading.subsystem)
         members = getattr(layout, part) if part and layout else ()
@@ -115,7 +115,7 @@ def _elements(
 
 
 class _Told:
-    """A subsystem, or the plant, as it was recorded: its `x` and `memory` after its last step."""
+    """A recorded subsystem, or the plant: its `x` and `memory` after its last step."""
 
     def __init__(
         self,
@@ -125,7 +125,7 @@ class _Told:
         readings: Iterator[tuple[Reading, str, Element | None]],
         shelf: Shelved,
     ) -> None:
-        """`x` has the values that there are before the first step."""
+        """`x` has the values before the first step."""
         self.name, self.ticks, self.x = name, ticks, x
         self.memory = SimpleNamespace()
         self.known: set[str] = set()
@@ -134,7 +134,7 @@ class _Told:
         self._shelf = shelf
         self._stamp = 0
         self._held: tuple[str, list[tuple[Reading, str, Any]]] | None = None
-        """What is told of the last step, which goes on for as long as nothing follows."""
+        """The values of the last step, which hold until the next step."""
         self._last: dict[Element, tuple[Any, Any]] = {}
 
     def begin(self, stamp: int) -> None:
@@ -152,9 +152,9 @@ class _Told:
         return self._stamp * self.ticks
 
     def follow(self, text: bytes, tick_s: float) -> StepRecord | None:
-        """Take note of a step; the record of the one before, which lasted until then.
+        """Note a step; returns the record of the step before, which ends here.
 
-        None before the first one, and from the first one on that is not there as a whole.
+        None before the first step, and from the first incomplete step on.
         """
         told = loaded(text) if self.name == PLANT else step_of(text)
         held, stamp = self._held, self._stamp + (self._held is not None)
@@ -162,7 +162,7 @@ class _Told:
         if not isinstance(told, dict) or not {"y", "stamp"} <= told.keys():
             self.is_over = True  # the step failed
         elif told["stamp"] != stamp:
-            self.is_over = True  # others before it are missing
+            self.is_over = True  # steps before it are missing
         elif not _is_about(told.get("time"), stamp * self.ticks * tick_s):
             self.is_over, held = True, None  # it had another rate
         else:

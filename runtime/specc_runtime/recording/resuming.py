@@ -1,4 +1,4 @@
-"""Going on behind parts of a recording that are lost, at the next snapshot that is whole."""
+"""Going on after lost parts of a recording, at the next complete snapshot."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from specc_runtime.snapshot import Values
 from specc_runtime.system import System
 
 _BYTES = 100
-"""Of the stamp of a subsystem that is kept."""
+"""Bytes for each stamp that is kept."""
 
 
 class Resumption(NamedTuple):
-    """What a subsystem goes on from: what gives values, its part of a snapshot, its last stamp."""
+    """The start of a subsystem: the source of values, its part of a snapshot, its last stamp."""
 
     values: Values
     saved: Mapping[str, Any]
@@ -25,20 +25,20 @@ class Resumption(NamedTuple):
 
 
 class Resumptions:
-    """The snapshots of a recording that are whole."""
+    """The complete snapshots of a recording."""
 
     def __init__(self, file: Path, system: System, layouts: Mapping[str, Layout]) -> None:
         self._file, self._system, self._layouts = file, system, layouts
         self._stamps: list[tuple[str, Mapping[str, Any]]] | None = None
-        """The ticks of all snapshots, and the stamps of the last steps before each."""
+        """The tick of each snapshot, and the stamps of the last steps before it."""
         self._read: dict[str, tuple[Any, Values] | None] = {}
-        """What was found at ticks; one that is whole is kept."""
+        """The results of looking up ticks; a complete snapshot is kept."""
         self._budget = Budget(file)
 
     def next(self, subsystem: str, stamp: int) -> Resumption | None:
-        """From where the step of that stamp follows, or one after it.
+        """The snapshot from which the step of that stamp, or a later one, follows; None if none.
 
-        None as well where too much would have to be read: each takes a look at the whole file.
+        None, too, if too much would have to be read: each snapshot takes a pass over the file.
         """
         try:
             return self._next(subsystem, stamp)

@@ -92,7 +92,7 @@ class Scene:
         self._begun_s: float | None = None
 
     def note(self, time_s: float) -> None:
-        """Write where all bodies are; somewhat later their shapes a second time."""
+        """Write the poses of all bodies, and half a second later their shapes again."""
         if self._begun_s is None:
             self._begun_s = time_s
         if self._once_more and time_s - self._begun_s > CHUNK_S:

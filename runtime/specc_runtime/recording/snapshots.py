@@ -1,6 +1,6 @@
-"""Snapshots in a recording: all that a run goes on from, about once in a simulated second.
+"""Snapshots in a recording: the state from which a run can go on, about once a simulated second.
 
-Each is a message of JSON. What is large of opaque values stands aside; camera images are in none.
+A snapshot is a message of JSON. Large opaque values are stored aside; camera images are left out.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ _SCHEMA = object_schema(
     }
 )
 _LATEST = 1000
-"""Snapshots that are looked through for the last one that is whole."""
+"""Snapshots that are searched for the last complete one."""
 _MOST_TRIES = 10
-"""Snapshots that are looked at for one of which nothing that stands aside is lost."""
+"""Snapshots that are tried for one whose values stored aside are all there."""
 _MOST_LOST = 200
-"""Of what a run that goes on does not take over, which is told."""
+"""Elements that a continued run cannot take over and that are named at most."""
 _BYTES_A_SECOND = 10_000
-"""Of simulated time, that snapshots take at most in the long run: the next one waits for it."""
+"""Average bytes of snapshots in a simulated second; a snapshot waits until they are due."""
 _EARLIER_S = 1e-6
 _MOST_DIGITS = 4000
-"""Of a seed; Python reads no more."""
+"""Digits of a seed; Python reads no more."""
 WRONG = (
     AttributeError, LookupError, TypeError, ValueError, OverflowError, RecursionError, Misshapen,
     NotRecorded,
@@ -59,7 +59,7 @@ WRONG = (
 
 
 class Snapshots(Shelf):
-    """Writes snapshots, and what of them stands aside, which is in the file twice at most."""
+    """Writes snapshots, and their values stored aside, each at most twice."""
 
     _window = inf
 
@@ -71,7 +71,7 @@ class Snapshots(Shelf):
         self._pieces = log.channel(PIECES, VALUE_SCHEMA, VALUE, is_apart=True)
 
     def keep(self, time_s: float, saved: Callable[[Values], dict[str, Any]]) -> None:
-        """Write a snapshot, or why there is none, unless it is too early for one."""
+        """Write a snapshot, or the reason why there is none, unless it is too early."""
         if time_s < self._next_s:
             return
         self._time_s = time_s
@@ -97,9 +97,9 @@ class Snapshots(Shelf):
 
 @dataclass(slots=True)
 class Kept:
-    """What a recording has to go on from: the last snapshot until a moment, and what is aside.
+    """The start of a continued run: the last snapshot until a moment, and its values stored aside.
 
-    Without one, `missing` says why. `seed`, `set` and `texts` are those of the recorded run.
+    Without a snapshot, `missing` has the reason. `seed`, `set` and `texts` are of the recorded run.
     """
 
     saved: Any = None
@@ -108,7 +108,7 @@ class Kept:
     until_s: float = 0.0
     seed: int = 0
     set: Mapping[str, Any] | None = None
-    """None where that is not known."""
+    """None if unknown."""
     texts: dict[str, str] = field(default_factory=dict)
     is_other: bool = False
     """Whether the run that goes on has another specification, or other constants."""
@@ -128,7 +128,7 @@ class Kept:
         return self.set != dict(options.built_with)
 
     def take(self, session: Session, system: System) -> None:
-        """Keep what a run is now, which is at rest, instead."""
+        """Replace the snapshot by the present state of a run with no step under way."""
         if not session.time_s:
             self.saved = None
             return
@@ -138,9 +138,9 @@ class Kept:
         self.until_s = session.time_s
 
     def go_on(self, session: Session, system: System) -> list[str]:
-        """Let a run go on from there; what has no place in it.
+        """Let a run go on from the snapshot; returns the elements that have no place in it.
 
-        Raises UsageError, for a run that is over before the moment that was asked for as well.
+        Raises UsageError, also if the run would end before the requested moment.
         """
         lost = self._restored(session, system) if self.saved else []
         if over := _over(session.view(), self.until_s):
@@ -163,7 +163,7 @@ class Kept:
 
 
 def _over(view: View, time_s: float) -> str:
-    """After what the run is over, where that is known to be before that time; else empty."""
+    """Words for the end of a run that ends before that time; else empty."""
     if view.duration_s is not None and view.duration_s < time_s - _EARLIER_S:
         return f"at {view.duration_s:g} s"
     enough = view.cycles is not None and len(view.fulfilled) >= view.cycles
@@ -171,7 +171,7 @@ def _over(view: View, time_s: float) -> str:
 
 
 class _Taken(Aside):
-    """Images and opaque values that stay in this process as they are; see `Aside`."""
+    """Keeps images and opaque values in this process, unconverted; see `Aside`."""
 
     exact, is_brief = False, False
 
@@ -183,7 +183,7 @@ class _Taken(Aside):
         return {"image": self.shelf.hold(value)}
 
     def packed(self, kind: str, data: bytes | np.ndarray[Any, Any]) -> Any:
-        """See `Aside`; nothing is, since it is not exact."""
+        """See `Aside`; never called, since this is not exact."""
         raise NotImplementedError
 
     def left_out(self, kind: str, value: Any) -> Any:
@@ -192,7 +192,7 @@ class _Taken(Aside):
 
 
 class _Held(Shelved):
-    """What was taken so; see `Fetch`."""
+    """The values kept by `_Taken`; see `Fetch`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -216,14 +216,14 @@ class _Held(Shelved):
 
 
 def settings_text(settings: Mapping[str, Any] | None) -> str:
-    """The constants that were set, to be read; None where that is not known."""
+    """The constants that were set, for people; None if unknown."""
     if settings is None:
         return "not known"
     return ", ".join(f"{name}={text}" for name, text in settings.items()) or "no constants"
 
 
 def last_before(file: Path, until_s: float) -> Kept:
-    """Raises UsageError for a file that cannot be used, or does not reach that far."""
+    """The last snapshot until a time; raises UsageError if the file is unusable or too short."""
     try:
         return _last_before(file, until_s)
     except (Unusable, Misshapen) as error:
@@ -265,7 +265,7 @@ def _set(about: Mapping[str, str]) -> Mapping[str, Any] | None:
 
 
 def _last(texts: Iterable[bytes], most_bytes: int) -> deque[bytes]:
-    """The last of them, at least one."""
+    """The last texts within a number of bytes, at least one."""
     latest: deque[bytes] = deque()
     size = 0
     for text in texts:
@@ -277,7 +277,7 @@ def _last(texts: Iterable[bytes], most_bytes: int) -> deque[bytes]:
 
 
 def snapshot_of(file: Path, tick: str, budget: Budget | None = None) -> tuple[Any, Shelved]:
-    """The snapshot of this tick, None if there is none that is whole, and what is aside.
+    """The complete snapshot of this tick, else None, and its values stored aside.
 
     Raises Unusable, Misshapen.
     """
@@ -296,7 +296,7 @@ def every_snapshot(file: Path, budget: Budget | None = None) -> Iterator[dict[st
 
 
 def _texts(reading: Reading, until_s: float, report: dict[str, str]) -> Iterator[bytes]:
-    """The texts of the snapshots until then; `report` gets what the file says of the whole run."""
+    """The texts of the snapshots until then; `report` receives the report in the file."""
     for record in _of_topic(reading, SNAPSHOTS):
         if isinstance(record, Metadata):
             report.update(record.metadata if record.name == "report" else {})
@@ -305,7 +305,7 @@ def _texts(reading: Reading, until_s: float, report: dict[str, str]) -> Iterator
 
 
 def _aside_of(file: Path, saved: Any, budget: Budget) -> Shelved:
-    """What of a snapshot is aside in the file, where it may stand long before; no more of it.
+    """The values of a snapshot that are stored aside, perhaps long before it in the file.
 
     Raises Unusable, Misshapen.
     """
@@ -322,7 +322,7 @@ def _aside_of(file: Path, saved: Any, budget: Budget) -> Shelved:
 
 
 def _digests(data: Any) -> Iterator[str]:
-    """What stands in data for values that are aside."""
+    """The digests in data that refer to values stored aside."""
     inside = [data]
     while inside:
         item = inside.pop()
@@ -335,7 +335,7 @@ def _digests(data: Any) -> Iterator[str]:
 
 
 def _of_topic(reading: Reading, topic: str) -> Iterator[Message | Metadata]:
-    """The messages of a topic, and what is noted of the run."""
+    """The messages of a topic, and the metadata of the run."""
     numbers: set[int] = set()
     for record in reading:
         if isinstance(record, Channel) and record.topic == topic:

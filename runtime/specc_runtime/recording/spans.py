@@ -1,7 +1,8 @@
-"""Spans: what a recording is written in, so that damage to one byte loses no more than one of them.
+"""Spans, the units of a recording: damage to one byte loses at most one span.
 
-Before each span stands a record of its own kind, which readers of MCAP pass over: the number of the
-span, where it is, how long, and checksums of both. Whoever loses the way looks for the next one.
+Each span has a head before it, a record of its own kind that readers of MCAP skip: the number of
+the span, its place, its length, and checksums of span and head. After damage, reading goes on at
+the next head.
 """
 
 from __future__ import annotations
@@ -15,11 +16,11 @@ from zlib import crc32
 MAGIC = b"\x89MCAP0\r\n"
 """The first and the last bytes of every file."""
 COPIES = 0x91
-"""The kind of record with copies of all that is written once; the last span of a file is one."""
+"""Opcode of the record with copies of records that occur once: the last span of a file."""
 LARGEST_BYTES = 1 << 28
-"""Of one span or record, packed or unpacked."""
+"""Size of one span or record, packed or unpacked."""
 FRAME = Struct("<BQ")
-"""What every record begins with: what it is, and how long the rest is."""
+"""Beginning of every record: opcode, and length of the rest."""
 
 _HEAD = Struct("<IQQI")
 _CRC = Struct("<I")
@@ -30,13 +31,13 @@ _BLOCK_BYTES = 1 << 20
 
 
 def headed(number: int, place: int, span: bytes) -> bytes:
-    """A span with its head, to be written at a place of the file."""
+    """A span with its head, for a place in the file."""
     told = _HEAD.pack(number, place + _HEAD_BYTES, len(span), crc32(span))
     return _BEGINNING + told + _CRC.pack(crc32(told)) + span
 
 
 def is_copies(span: bytes) -> bool:
-    """Whether it is the last one."""
+    """Whether it is the span with the copies, the last one."""
     return span[:1] == bytes([COPIES])
 
 
@@ -48,10 +49,9 @@ class _Head(NamedTuple):
 
 
 class Spans:
-    """The spans of a file that are as they were written.
+    """The undamaged spans of a file.
 
-    `found` says whether there is any, `damaged` counts those that are not whole, `cut` says that
-    the file has no end.
+    `found`: there is at least one. `damaged` counts the damaged ones. `cut`: the file has no end.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
@@ -62,7 +62,7 @@ class Spans:
         self._size = os.fstat(file.fileno()).st_size
 
     def __iter__(self) -> Iterator[bytes]:
-        """Each without its head; a span that is damaged is passed over."""
+        """Each span without its head; damaged ones are skipped."""
         end, number, is_last = 0, 0, False
         while (head := self._next(end)) is not None:
             self.found, end = True, head.place + head.length
@@ -80,7 +80,7 @@ class Spans:
             self._judge_end(end)
 
     def _read(self, head: _Head) -> bytes | None:
-        """The span, if it is whole."""
+        """The span after a head, None if damaged."""
         if head.length > LARGEST_BYTES:
             return None
         self._file.seek(head.place)
@@ -88,14 +88,14 @@ class Spans:
         return span if crc32(span) == head.checksum else None
 
     def _judge_end(self, end: int) -> None:
-        """The last span was not read: a file that ends as a whole one does is damaged there."""
+        """The last span is missing: damaged if the file ends properly, else cut."""
         self._file.seek(-len(MAGIC), os.SEEK_END)
         self.cut = end > self._size or self._file.read() != MAGIC
         if not self.cut and not self.damaged:
             self.damaged = 1
 
     def _next(self, begin: int) -> _Head | None:
-        """The first head from there on."""
+        """The first head from a place on."""
         text, wanted = b"", _HEAD_BYTES
         self._file.seek(begin)
         while block := self._file.read(wanted):
@@ -111,7 +111,7 @@ class Spans:
 
 
 def _head(text: bytes, place: int) -> _Head | None:
-    """The head that stands at a place of a file, if it is one of that place."""
+    """The head at a place of a file, None if there is none for this place."""
     told = text[len(_BEGINNING) : -_CRC.size]
     head = _Head(*_HEAD.unpack(told))
     is_whole = text[-_CRC.size :] == _CRC.pack(crc32(told))

@@ -1,4 +1,4 @@
-"""The messages of a recording about the steps of subsystems, and about what is really so."""
+"""The messages of a recording about steps of subsystems and the ground truth of the plant."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _BOOLEANS = {"type": "object", "additionalProperties": {"type": "boolean"}}
 
 
 def topic_of(subsystem: str) -> str:
-    """The topic of a subsystem; those of its images are below: `/irp.k/x/R/I_rgb`."""
+    """The topic of a subsystem; topics of its images are below: `/irp.k/x/R/I_rgb`."""
     return f"/{subsystem}"
 
 
 class _Passages(dict[tuple[Any, ...], bytes]):
-    """The text of states, row and what is fresh; those that differ are few."""
+    """The texts of states, row and fresh inputs; there are few different ones."""
 
     def __init__(self, table: Sequence[Transition], layout: Layout, flags: Sequence[str]) -> None:
         super().__init__()
@@ -43,13 +43,13 @@ class _Passages(dict[tuple[Any, ...], bytes]):
 
 
 class Steps:
-    """What is written of the steps of one subsystem; hears of each step before it is made."""
+    """Writes the steps of one subsystem; notes the inputs of each step before it is made."""
 
     def __init__(self, subsystem: Subsystem, layout: Layout, shelf: Shelf, log: Log) -> None:
-        """Has the steps of the subsystem noted from now on."""
+        """Note the steps of the subsystem from now on."""
         self.subsystem = subsystem
         self._taken: tuple[str, Held, tuple[bool, ...]] | None = None
-        """The state and the inputs of the step that is not committed yet, and what is fresh."""
+        """State, inputs and freshness of the step that is not committed yet."""
         self._shelf = shelf
         brief = not shelf.exact
         topic = topic_of(subsystem.name)
@@ -69,14 +69,14 @@ class Steps:
         vars(subsystem)["step"] = self._noted
 
     def _noted(self) -> int:
-        """In the place of the subsystem's own step; may be called in a worker thread."""
+        """Replaces the subsystem's own step; may be called in a worker thread."""
         subsystem = self.subsystem
         x = subsystem.x
         self._taken = subsystem.state, self._x.held(x), self._flags(x)
         return self._step()
 
     def add(self, record: StepRecord) -> None:
-        """Write a step that was committed."""
+        """Write a committed step."""
         assert self._taken is not None
         before, (x, inputs), fresh = self._taken
         _, stamp, time_s, state, row, sent, _ = record
@@ -86,7 +86,7 @@ class Steps:
         self._channel.add(time_s, ((x, state, memory, ""), stamp, passage, inputs, sent, values))
 
     def failed(self, stamp: int, time_s: float, message: str) -> None:
-        """Write the step that ended in a fault, if there is one."""
+        """Write the step that ended in a fault, if any."""
         if self._taken is not None and stamp >= 0:
             before, (x, inputs), fresh = self._taken
             state = self.subsystem.state
@@ -127,7 +127,7 @@ class Steps:
 
 
 class Truth:
-    """What is written of the plant as it really is."""
+    """Writes the ground truth of the plant."""
 
     def __init__(self, layout: Layout, shelf: Shelf, log: Log) -> None:
         topic = topic_of(PLANT)
@@ -138,7 +138,7 @@ class Truth:
         self._channel = log.channel(topic, TRUTH_SCHEMA, object_schema(form), self._texts)
 
     def add(self, record: StepRecord) -> None:
-        """Write what is so at a tick."""
+        """Write the ground truth at a tick."""
         names, values = (tuple(one[i] for one in record.sent) for i in (0, 1))
         self._channel.add(record.time_s, (names, record.stamp, values))
 
@@ -156,7 +156,7 @@ class Truth:
 def _runs(
     contents: Sequence[Any], times: Sequence[float], dates: Sequence[int]
 ) -> Iterator[tuple[Any, tuple[list[Any], Times]]]:
-    """Contents that follow one another and begin with the same, that, and their times."""
+    """Runs of successive contents with the same beginning: it, the contents and their times."""
     begin = 0
     for kind, alike in groupby(contents, itemgetter(0)):
         rows = list(alike)
@@ -166,7 +166,7 @@ def _runs(
 
 
 def remembered(layout: Layout, exact: bool) -> Sequence[Element]:
-    """The memory that is written."""
+    """The memory elements that are written."""
     return [element for element in layout.memory if exact or not element.form.is_opaque]
 
 
@@ -177,10 +177,10 @@ def passage_of(
     row: int,
     state: str,
 ) -> dict[str, Any]:
-    """States, cause and row of a step, with the conditions that were asked and their values.
+    """States, cause and row of a step, with the evaluated conditions and their values.
 
-    The error condition is asked first, then the terminal one, then those of the rows, of which
-    exactly one applies.
+    The error condition comes first, then the terminal condition, then the initial conditions of
+    the rows, of which exactly one holds.
     """
     cause, taken = (table[row].cause, str(table[row])) if row >= 0 else ("", "")
     asked = {}

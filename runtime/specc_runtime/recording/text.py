@@ -1,4 +1,4 @@
-"""The texts of messages: JSON, with floats in the shortest form that gives them back exactly."""
+"""The texts of messages: JSON, with floats in the shortest exact form."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def dumped(data: Any) -> bytes:
 
 
 def dumped_each(values: Sequence[Any], *, brief: bool = False) -> list[bytes]:
-    """The text of each; numbers, or arrays of one shape, in one go. Brief arrays are rounded."""
+    """The text of each value; numbers, or arrays of one shape, together. `brief` rounds arrays."""
     kinds = set(map(type, values))
     if kinds == {np.ndarray}:
         rows = np.concatenate(values).reshape(len(values), -1)
@@ -40,7 +40,7 @@ def loaded(text: bytes) -> Any:
 
 
 def _other(value: Any) -> Any:
-    if isinstance(value, np.ndarray) and value.dtype != object:  # one that is not in order
+    if isinstance(value, np.ndarray) and value.dtype != object:  # an array that is not contiguous
         return np.ascontiguousarray(value)
     if isinstance(value, np.generic):
         return value.item()

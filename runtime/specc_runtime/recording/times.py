@@ -1,4 +1,4 @@
-"""Time stamps of messages of Foxglove."""
+"""Time stamps in messages of Foxglove."""
 
 from typing import Any
 

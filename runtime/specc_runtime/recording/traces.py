@@ -1,6 +1,6 @@
-"""What a recording says of a run over time: states, chosen elements, faults and requirements.
+"""Traces of a recorded run over time: states, chosen elements, faults and requirements.
 
-Files come from strangers: all that is kept of one is paid for from its budget.
+Files come from strangers: memory for their data is paid for from a budget.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from specc_runtime.recording.text import loaded
 from specc_runtime.sampling import PLANT
 
 _OF_SUBSYSTEM, _OF_SPAN = 2000, 300
-"""Bytes that are kept of a subsystem, and of a span of time in one state."""
+"""Bytes that are kept for a subsystem, and for a span of time in one state."""
 _LONGEST = 300
-"""Of what is kept of a text."""
+"""Characters that are kept of a text."""
 _MOST_MARKS = 100
-"""Faults that are kept, and violated requirements."""
+"""Faults and violated requirements that are kept."""
 _FAULT = b',"fault":'
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """An element of the messages of a subsystem: where its data is, and how many numbers it has.
+    """An element in the messages of a subsystem: its path in the data, and its count of numbers.
 
-    `numbers` gives them, NaN for what has no value.
+    `numbers` converts its data, with NaN for missing values.
     """
 
     path: tuple[str, ...]
@@ -49,7 +49,7 @@ class Wanted:
 
 @dataclass(slots=True)
 class Span:
-    """From when until when a subsystem was in a state, in s."""
+    """A span of time in s in which a subsystem was in one state."""
 
     begin_s: float
     end_s: float
@@ -60,8 +60,8 @@ class Span:
 class Line:
     """A subsystem over time.
 
-    `times_s` and the `columns` of the elements that are wanted have one value for each step, and
-    NaN where steps are missing.
+    `times_s` and the `columns` of the wanted elements have one value for each step, and NaN where
+    steps are missing.
     """
 
     spans: list[Span] = field(default_factory=list)
@@ -70,7 +70,7 @@ class Line:
     _stamp: int = -1
 
     def follow(self, time_s: float, stamp: int, state: str) -> int:
-        """Take note of a step; how many spans there are more."""
+        """Note a step; returns the number of spans that it adds."""
         is_next, before = stamp == self._stamp + 1, len(self.spans)
         self._stamp = stamp
         if self.spans and is_next:
@@ -80,25 +80,25 @@ class Line:
         return len(self.spans) - before
 
     def is_next(self, stamp: int) -> bool:
-        """Whether no step is missing before the one of that stamp."""
+        """Whether no step is missing before the step of that stamp."""
         return stamp == self._stamp + 1
 
     def add(self, time_s: float, rows: Sequence[Sequence[float]]) -> None:
-        """The numbers of each wanted element in a step."""
+        """Add the numbers of each wanted element in a step."""
         self.times_s.append(time_s)
         for columns, numbers in zip(self.columns, rows, strict=True):
             for column, number in zip(columns, numbers, strict=True):
                 column.append(number)
 
     def finish(self, end_s: float) -> None:
-        """The last state goes on to the end of the run."""
+        """Extend the last state to the end of the run."""
         if self.spans and self.spans[-1].end_s < end_s:
             self.spans[-1].end_s = end_s
 
 
 @dataclass(slots=True)
 class Traces:
-    """A run: its subsystems by name, and what went wrong when, each a time in s and a text."""
+    """A run: its subsystems by name, and its failures, each a time in s and a text."""
 
     lines: dict[str, Line] = field(default_factory=dict)
     faults: list[tuple[float, str]] = field(default_factory=list)
@@ -108,7 +108,7 @@ class Traces:
 
 
 def traces(file: Path, wanted: Mapping[str, Sequence[Wanted]], reading: Reading) -> Traces:
-    """The states of all subsystems, and the elements that are wanted, by subsystem or `plant`.
+    """The states of all subsystems, and the wanted elements, by subsystem or `plant`.
 
     Raises Unusable.
     """
@@ -137,7 +137,7 @@ def _take(
     wanted: Sequence[Wanted],
     reading: Reading,
 ) -> None:
-    """Take note of a message. Raises Misshapen, Unusable."""
+    """Note a message. Raises Misshapen, Unusable."""
     name, is_plant = topic[1:], topic == topic_of(PLANT)
     if is_plant and not wanted:
         return
@@ -183,7 +183,7 @@ def _mark(marks: list[tuple[float, str]], time_s: float, text: str) -> None:
 
 
 def _take_report(found: Traces, shelf: Shelved) -> None:
-    """What the report of the run says of it, if the file has one: it knows more than the steps."""
+    """Add faults and violations from the report, if any: it knows more than the steps."""
     try:
         report = loaded(str(shelf.report.get("report", "{}")).encode())
     except Misshapen:
@@ -199,7 +199,7 @@ def _take_report(found: Traces, shelf: Shelved) -> None:
 
 
 def _entries(report: Any, key: str, texts: Sequence[str]) -> list[tuple[float, Mapping[str, Any]]]:
-    """The entries of a list that have a time and these texts."""
+    """The entries of a list in the report that have a time and these texts."""
     entries = report.get(key) if isinstance(report, dict) else ()
     return [
         (float(entry["time_s"]), entry)

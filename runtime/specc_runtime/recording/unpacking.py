@@ -1,4 +1,4 @@
-"""What is in a chunk of an MCAP file."""
+"""Unpacks a chunk of an MCAP file."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _FRAME, _MESSAGE = Struct("<BQ"), Struct("<HIQQ")
 
 
 def unpacked_chunk(chunk: Chunk, budget: Budget) -> Iterator[McapRecord]:
-    """Schemas, channels and messages in a chunk; nothing else has a place there.
+    """The schemas, channels and messages in a chunk; other records are not allowed there.
 
-    Raises Unusable where the budget does not allow it, ValueError and what the libraries raise
-    where it is damaged.
+    Raises Unusable if the budget is exceeded. A damaged chunk raises ValueError or an error of
+    the libraries.
     """
     plain = _plain(chunk, budget)
     begin, size = 0, len(plain)
