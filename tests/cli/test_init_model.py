@@ -313,6 +313,19 @@ def test_a_machine_without_the_simulator_is_told_its_extra(
     assert not (tmp_path / "cell").exists()
 
 
+def test_wheels_with_motors_may_be_geared_backwards(tmp_path: Path) -> None:
+    """Each gets a damping of its own sign; with one for both the pair would run away."""
+    text = robots.BASE.replace('<velocity name="left_drive" joint="wheel_l" kv="2"', "<motor ")
+    text = text.replace("<motor ", '<motor name="left_drive" joint="wheel_l" gear="-1"')
+    text = text.replace('<velocity name="right_drive" joint="wheel_r" kv="2"', "<motor ")
+    text = text.replace("<motor  ", '<motor name="right_drive" joint="wheel_r" gear="2" ')
+    spec = started(text, tmp_path)
+    numbers = spec.read_text().partition('base_damping: "[')[2].partition("]")[0].split(", ")
+    assert [float(number) > 0 for number in numbers] == [False, True]
+    assert is_clean(spec)
+    run(spec)
+
+
 def test_every_step_of_the_design_is_done(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from specc_runtime.operators.joints import regulated, within
+from specc_runtime.operators.joints import regulated, scaled, within
 
 numbers = st.floats(-1e6, 1e6)
 vectors = st.lists(numbers, min_size=1, max_size=7).map(np.array)
@@ -39,3 +39,9 @@ def test_limits_hold_and_change_nothing_inside(u):
     assert ((limited >= least) & (limited <= greatest)).all()
     inside = (u >= least) & (u <= greatest)
     assert limited[inside].tolist() == u[inside].tolist()
+
+
+@given(vectors)
+def test_each_speed_is_scaled_by_its_own(v):
+    by = np.arange(float(v.size))
+    assert scaled(v, by).tolist() == [value * i for i, value in enumerate(v.tolist())]

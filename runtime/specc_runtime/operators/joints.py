@@ -18,6 +18,12 @@ def regulated(e: Array, v: Array, K: Array, D: Array) -> Array:
     return command
 
 
+def scaled(v: Array, by: Array) -> Array:
+    """(n,) v with each component multiplied by that of `by`: commands of speeds by dampings."""
+    product: Array = v * by
+    return product
+
+
 def within(u: Array, least: Array, greatest: Array) -> Array:
     """(n,) u with each component limited to the range from `least` to `greatest`, in one unit."""
     return np.minimum(np.maximum(u, least), greatest)

@@ -101,9 +101,8 @@ class Writer:
     def write(self, channel: Channel, mark: str = "") -> None:
         """Add a channel; `mark` tells the constants of several channels apart."""
         prefix = f"{self._group}_{mark}" if mark else self._group
-        own = _Channel(self.draft, channel, prefix, self._facts, self._names, self._letter)
-        own.near = self._near
-        own.write()
+        context = self._facts, self._names, self._near
+        _Channel(self.draft, channel, prefix, self._letter, *context).write()
 
     def _letter(self, wish: str) -> str:
         count = self._letters[wish] = self._letters.get(wish, 0) + 1
@@ -118,14 +117,14 @@ class _Channel:
         draft: Draft,
         channel: Channel,
         prefix: str,
+        letter: Callable[[str], str],
         facts: Facts,
         names: SpecNames,
-        letter: Callable[[str], str],
+        near: Mapping[str, str],
     ) -> None:
         self._draft, self._channel, self._prefix = draft, channel, prefix
-        self._facts, self._names, self._letter = facts, names, letter
+        self._facts, self._names, self._near, self._letter = facts, names, near, letter
         self._own = channel.actuators
-        self.near: Mapping[str, str] = {}
         self._measured: dict[str, tuple[str, list[Joint]]] = {}
 
     def write(self) -> None:
@@ -174,7 +173,7 @@ class _Channel:
         draft.bind[f"E.{name}"] = {"joints": [joint.name for joint in joints]}
         most = NEAR[unit][1]
         if all(self._facts.strayed.get(joint.name, 0.0) < most for joint in joints):
-            draft.near[name] = self._start(name, unit, joints), self.near[unit]
+            draft.near[name] = self._start(name, unit, joints), self._near[unit]
 
     def _start(self, name: str, unit: str, joints: list[Joint]) -> str:
         """The constant with the positions at the start."""
@@ -325,10 +324,16 @@ class _Channel:
         effort = self._letter("tau" if force else "u")
         sent = self._command(effort, force, "efforts", vector([0.0] * self._channel.size, force))
         dampings = [a.damping * a.joints[0][1] for a in self._own]
-        mean = f"{sum(dampings) / len(dampings):.4g}"
-        D = self._constant("damping", f"{mean}[{_per(force, unit, 's')}]")
-        speed = self._differentiated(name, type_)
-        self._draft.let[f"{effort}_d"] = f"{D} * (x.c.{letter}_d - {speed})"
+        by = _per(force, unit, "s")
+        error = f"x.c.{letter}_d - {self._differentiated(name, type_)}"
+        if max(dampings) - min(dampings) <= 1e-3 * abs(dampings[0]):
+            D = self._constant("damping", f"{dampings[0]:.4g}[{by}]")
+            wanted = f"{D} * ({error})"
+        else:  # as of wheels on both sides, of which one is geared backwards
+            D = self._constant("damping", vector(dampings, by))
+            signature = f"(v: {speeds}, by: {self._vectors(by)[0]}) -> {sent}"
+            wanted = f"{self._operator('drive', signature, 'scaled')}({error}, {D})"
+        self._draft.let[f"{effort}_d"] = wanted
         self._draft.move[f"y.E.{effort}"] = self._limited(f"{effort}_d", sent, force)
         self._draft.notes.append(
             f"Wheels with motors: their speed is controlled for {number(self._facts.frequency)} "
