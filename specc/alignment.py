@@ -5,6 +5,7 @@ characters of the value, an editor counts characters of the file; this is the br
 """
 
 import re
+from functools import lru_cache
 from typing import Literal
 
 ScalarStyle = Literal["", "'", '"', "|", ">"]
@@ -17,7 +18,8 @@ _MARKS = re.compile(r"[\\'\"]")
 _BLOCK_HEADER = re.compile(r"[|>][^\r\n]*(?:\r\n|\r|\n)")
 
 
-def raw_offsets(value: str, raw: str, style: ScalarStyle) -> list[int]:
+@lru_cache(8)
+def raw_offsets(value: str, raw: str, style: ScalarStyle) -> tuple[int, ...]:
     """Offset in `raw` of every character of `value`, and of its end.
 
     Exact wherever a character of the value is spelled in the file; white space that stands for line
@@ -34,7 +36,7 @@ def raw_offsets(value: str, raw: str, style: ScalarStyle) -> list[int]:
             position = _find(char, raw, position, style)
             offsets.append(min(position, len(raw)))
             position += _width(raw, position, style)
-    return [*offsets, min(position, len(raw))]
+    return (*offsets, min(position, len(raw)))
 
 
 def _opening(raw: str, style: ScalarStyle) -> int:

@@ -52,7 +52,7 @@ MAX_SHOWN = 1_000
 Work = Literal["names compared", "proof", "parts", "folding"]
 ALLOWED: dict[Work, int] = {
     "names compared": 50_000,
-    "proof": 2_000_000,
+    "proof": 1_000_000,
     "parts": 60_000,
     "folding": 500_000,
 }
@@ -94,6 +94,11 @@ def left(work: Work) -> int:
     """Steps that the run may still spend; outside of a run it may spend all."""
     spent = _spent.get()
     return ALLOWED[work] - (spent.get(work, 0) if spent is not None else 0)
+
+
+def is_used_up(work: Work) -> bool:
+    """Whether steps of the run were refused: what follows would be done about a part of it only."""
+    return left(work) < 0
 
 
 def spend(work: Work, steps: int) -> bool:

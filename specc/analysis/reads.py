@@ -120,6 +120,9 @@ class Dependence:
     """`True` or `False` is in it."""
 
 
+_NOTHING = Dependence()
+
+
 class Dependences:
     """What expressions depend on, directly or through lets."""
 
@@ -150,9 +153,10 @@ class Dependences:
 
     def all(self, exprs: Iterable[Expr]) -> Dependence:
         """What any of some expressions depends on."""
-        parts = [self.of(expr) for expr in exprs]
-        if len(parts) == 1:
-            return parts[0]
+        found = map(self.of, exprs)
+        parts = [part for part in found if part is not _NOTHING]
+        if len(parts) < 2:
+            return parts[0] if parts else _NOTHING
         return Dependence(
             _any_of(part.inputs for part in parts),
             _any_of(part.values for part in parts),

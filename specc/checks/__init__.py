@@ -28,6 +28,7 @@ from specc.checks import (
 )
 from specc.diagnostics import Diagnostic, stops
 from specc.kept import Kept
+from specc.limits import is_used_up
 from specc.model.system import System
 from specc.source import Place
 
@@ -72,9 +73,12 @@ def run_checks(
 
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
-    anything else was wrong before. `kept` is what an earlier analysis found out.
+    anything else was wrong before. `kept` is what an earlier analysis found out. Nothing is found
+    of a system that was refused for its size: the rest of it was not read.
     """
     facts = Facts(system, broken, faulty, kept)
+    if is_used_up("parts"):
+        return [], facts
     found = [finding for check in CHECKS for finding in check(facts)]
     sound = sound and not broken and not faulty
     if sound and not any(stops(finding.code, "build") for finding in found):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeGuard
 
 from specc.lang.errors import ExprError, listed
-from specc.lang.parse import span
+from specc.lang.parse import nodes_of, span
 from specc.limits import MAX_SPREAD_PARTS, OUT_OF_PARTS, spend
 
 Members = Mapping[tuple[int, ...], str]
@@ -33,7 +33,7 @@ def spread(tree: ast.expr, groups: Mapping[str, Members], root: Root = "x") -> a
     """The expression without groups; raises `ExprError` where one is used otherwise."""
     spreading = _Spreading(groups, root)
     if not groups or not any(
-        isinstance(n, ast.expr) and spreading.group(n) for n in ast.walk(tree)
+        isinstance(n, ast.expr) and spreading.group(n) for n in nodes_of(tree)
     ):
         return tree
     found: ast.expr = spreading.visit(deepcopy(tree))
@@ -108,7 +108,7 @@ class _Spreading(ast.NodeTransformer):
         name = whole.func.id if isinstance(whole.func, ast.Name) else ""
         is_compared = name in _COMPARING and len(group) <= _MOST_COMPARED
         times = len(group) if is_compared else 1
-        self._count(len(group) * sum(1 for _ in ast.walk(body)), times, whole)
+        self._count(len(group) * len(nodes_of(body)), times, whole)
         members = (_Member(variable, at, peer, self.root) for at, peer in group.items())
         return [self.visit(member.visit(deepcopy(body))) for member in members]
 

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from specc.diagnostics import nearest
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.errors import ExprError, one_of
-from specc.lang.parse import parse, span
+from specc.lang.parse import nodes_of, parse, span
 
 TIMED = ("within", "throughout", "once", "historically")
 USAGE = MappingProxyType(
@@ -31,7 +31,7 @@ def parse_formula(text: str) -> ast.expr:
     except ExprError as error:
         start, end = _original(origins, error.start, error.end)
         raise ExprError(error.message, start, end, error.help, error.code) from None
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if isinstance(node, ast.expr | ast.keyword):
             begin, end = node.col_offset, node.end_col_offset or node.col_offset
             node.col_offset, node.end_col_offset = _original(origins, begin, end)

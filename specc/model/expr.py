@@ -265,19 +265,22 @@ FALSE = Truth(False, type=Bool())
 
 
 @cache
-def _parts(kind: type[Any]) -> tuple[str, ...]:
-    return tuple(part.name for part in fields(kind) if part.name not in ("type", "span"))
+def _parts(kind: type[Any]) -> tuple[tuple[str, bool], ...]:
+    """The fields that hold subexpressions, and whether each holds several."""
+    holding = {"Expr": False, "Input": False, "tuple[Expr, ...]": True}
+    return tuple((p.name, holding[p.type]) for p in fields(kind) if p.type in holding)
 
 
-def children(expr: Expr) -> Iterator[Expr]:
+def children(expr: Expr) -> list[Expr]:
     """The direct subexpressions of `expr`, left to right."""
     kind: Any = type(expr)
-    for part in _parts(kind):
-        value = getattr(expr, part)
-        if isinstance(value, Node):
-            yield value  # type: ignore[misc]  # every Node subclass is a member of Expr
-        elif isinstance(value, tuple):
-            yield from (v for v in value if isinstance(v, Node))  # type: ignore[misc]  # as above
+    found: list[Expr] = []
+    for name, several in _parts(kind):
+        if several:
+            found += getattr(expr, name)
+        else:
+            found.append(getattr(expr, name))
+    return found
 
 
 def written(name: str) -> str:
@@ -290,9 +293,11 @@ def written(name: str) -> str:
 
 def walk(expr: Expr) -> Iterator[Expr]:
     """`expr` and all subexpressions, parents first."""
-    yield expr
-    for child in children(expr):
-        yield from walk(child)
+    waiting = [expr]
+    while waiting:
+        part = waiting.pop()
+        yield part
+        waiting += reversed(children(part))
 
 
 def constants_in(expr: Expr) -> list[str]:
@@ -304,17 +309,15 @@ def mapped(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """`expr` with its direct subexpressions changed; the same object if none is another one."""
     kind: Any = type(expr)
     changed: dict[str, Any] = {}
-    for part in _parts(kind):
-        old = getattr(expr, part)
-        if isinstance(old, Node):
-            new: Any = change(old)  # type: ignore[arg-type]  # as above
-        elif isinstance(old, tuple) and any(isinstance(v, Node) for v in old):
-            new = tuple(change(v) for v in old)
+    for name, several in _parts(kind):
+        old = getattr(expr, name)
+        if several:
+            new: Any = tuple(map(change, old))
             new = old if all(map(operator.is_, new, old)) else new
         else:
-            continue
+            new = change(old)
         if new is not old:
-            changed[part] = new
+            changed[name] = new
     return replace(expr, **changed) if changed else expr
 
 

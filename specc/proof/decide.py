@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
-from specc.limits import left
+from specc.limits import spend
 from specc.proof.formula import Arrival, Atom, Formula, atoms_of
 from specc.proof.numbering import Numbering
 from specc.proof.relations import Relations, components, conjuncts, related, variables_of
@@ -170,6 +170,10 @@ class Question:
         )
 
 
+_OF_A_QUESTION = 40
+"""Steps that finding out takes which parts have to do with each other, however few these are."""
+
+
 def can_hold(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
     """Whether all formulas can hold together; None if the question is too large.
 
@@ -178,7 +182,7 @@ def can_hold(formulas: Sequence[Formula], solver: Solver | None) -> bool | None:
     parts = conjuncts(formulas)
     if any(part.kind == "false" for part in parts):
         return False
-    if left("proof") <= 0:
+    if not spend("proof", _OF_A_QUESTION):
         return None
     answer: bool | None = True
     for group in components(parts):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, Literal
 
 from specc.frozen import frozen
@@ -231,7 +232,7 @@ class Formulas:
     def negation(self, formula: Formula) -> Formula:
         """`not formula`."""
         if formula not in self._negations:
-            for part in in_order((formula,), without=self._negations):
+            for part in in_order((formula,), without=self._negations.keys()):
                 if part not in self._negations:  # nor is it the negation of an earlier one
                     negated = self._negations[part] = self._negate(part)
                     self._negations[negated] = part
@@ -281,16 +282,17 @@ class Formulas:
         return self._made[key]
 
 
-def in_order(formulas: Iterable[Formula], without: Container[Formula] = ()) -> list[Formula]:
+def in_order(formulas: Iterable[Formula], without: Set[Formula] = frozenset()) -> list[Formula]:
     """The formulas and all their parts, each once, parts first; nothing below those `without`."""
-    found = reachable(formulas, lambda f: (part for part in f.parts if part not in without))
-    return sorted(found, key=lambda formula: formula.index)
+
+    def parts(formula: Formula) -> Iterator[Formula]:
+        return (part for part in formula.parts if part not in without)
+
+    found = reachable(formulas, parts if without else attrgetter("parts"))
+    return sorted(found, key=attrgetter("index"))
 
 
 def atoms_of(formulas: Iterable[Formula]) -> Iterator[Atom]:
     """Every atom of the formulas, each once, in the order in which they were made."""
-    seen: set[Atom] = set()
-    for formula in in_order(formulas):
-        if formula.atom is not None and formula.atom not in seen:
-            seen.add(formula.atom)
-            yield formula.atom
+    found = {id(atom): atom for f in in_order(formulas) if (atom := f.atom) is not None}
+    yield from found.values()

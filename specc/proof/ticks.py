@@ -12,14 +12,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from specc.frozen import frozen
+from specc.limits import spend
 from specc.model.expr import Expr, MemoryRef
 from specc.model.requirement import Atom, Formula, Junction, Temporal
 from specc.model.types import Bool
 from specc.proof.decide import Solver, can_hold
 from specc.proof.formula import Formula as Asked
-from specc.proof.formula import atoms_of
+from specc.proof.formula import Variable, atoms_of
 from specc.proof.translate import Translator
 
+_OF_A_QUESTION = 40
+"""Steps that it takes to find out which operators over ticks a question is about."""
 _MOST_RELATED = 12
 """Operators over ticks that are compared with each other in one question."""
 
@@ -44,11 +47,19 @@ class Ticks:
         self._solver = Solver(self._translator.numbering)
         self._known = tuple(map(self._translator.formula, known))
         self._over: dict[object, _Over] = {}
-        self._of_flag: dict[Asked, _Over] = {}
+        self._of_flag: dict[Variable, _Over] = {}
+        # By identity, with the formula itself so that no other one takes its identity.
+        self._asked: dict[int, tuple[Formula | Expr, Asked]] = {}
         self._possible: dict[frozenset[Asked], bool | None] = {}
 
     def asked(self, formula: Formula | Expr) -> Asked:
         """A formula, or a condition, at a tick; equal ones are one object."""
+        known = self._asked.get(id(formula))
+        if known is None:
+            known = self._asked[id(formula)] = formula, self._made_of(formula)
+        return known[1]
+
+    def _made_of(self, formula: Formula | Expr) -> Asked:
         match formula:
             case Atom(that=that):
                 return self._translator.formula(that)
@@ -82,6 +93,8 @@ class Ticks:
         """Whether all can hold at one tick, as far as it is known."""
         key = frozenset(asked)
         if key not in self._possible:
+            if not spend("proof", _OF_A_QUESTION):
+                return True
             self._possible[key] = True  # what follows from itself is not asked again
             self._possible[key] = can_hold([*asked, *self._around(asked)], self._solver)
         return self._possible[key] is not False
@@ -96,7 +109,8 @@ class Ticks:
             # No value has a name with a space in it.
             name = MemoryRef(f"{op} {len(self._over)}", type=Bool())
             flag = self._translator.formula(name)
-            self._over[key] = self._of_flag[flag] = _Over(op, span_s, operands, flag)
+            assert flag.atom is not None  # nothing is known of the name
+            self._over[key] = self._of_flag[flag.atom.variable] = _Over(op, span_s, operands, flag)
         return self._over[key].flag
 
     def _around(self, asked: Sequence[Asked]) -> Iterator[Asked]:
@@ -119,7 +133,7 @@ class Ticks:
         open_ = list(asked)
         while open_:
             for atom in atoms_of([open_.pop()]):
-                each = self._of_flag.get(self._make.atom(atom))
+                each = self._of_flag.get(atom.variable)
                 if each is not None and each not in found:
                     found[each] = None
                     open_ += each.operands

@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from specc.diagnostics import Related
 from specc.lang import FOLLOW_UP, RESERVED, ExprError
-from specc.lang.parse import DEEPEST, span
+from specc.lang.parse import DEEPEST, nodes_of, span
 from specc.lang.temporal import USAGE, parse_formula
 from specc.model.requirement import Named
 from specc.resolve.context import Findings, Where
@@ -58,13 +58,16 @@ class Lets:
         Raises:
             ExprError: a name has errors, means something else there, or too much is written out.
         """
-        size = sum(1 for _ in ast.walk(tree))
-        for node in ast.walk(tree):
+        nodes = nodes_of(tree)
+        size = len(nodes)
+        for node in nodes:
             if isinstance(node, ast.Name):
                 size += self._sizes.get(node.id, 0)
                 if size > MOST_NODES:
                     message = f"a formula has at most {MOST_NODES} parts, its names written out"
                     raise formula_error(node, message, "say less in one formula", "E0017")
+        if not self._trees:
+            return tree
         found: ast.expr = _Writer(self._trees).visit(tree)
         if _is_deep(found):
             message = f"with its names written out, this is nested more than {DEEPEST} deep"
@@ -73,7 +76,7 @@ class Lets:
 
     def _read(self, text: str) -> tuple[ast.expr, int]:
         tree = self.written_out(parse_formula(text))
-        return tree, sum(1 for _ in ast.walk(tree))
+        return tree, len(nodes_of(tree))
 
     def _ordered(
         self, items: Mapping[str, FormulaLetDef], where: Where, findings: Findings
@@ -109,7 +112,7 @@ def _names(text: str) -> set[str]:
         tree = parse_formula(text)
     except ExprError:
         return set()
-    return {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return {node.id for node in nodes_of(tree) if isinstance(node, ast.Name)}
 
 
 class _Writer(ast.NodeTransformer):
@@ -138,7 +141,7 @@ class _Writer(ast.NodeTransformer):
         if tree is None:
             raise ExprError("", *span(node), code=FOLLOW_UP)
         written = copy.deepcopy(tree)
-        for part in ast.walk(written):
+        for part in nodes_of(written):
             if isinstance(part, ast.Name) and part.id in self._bound:
                 message = f"`{node.id}` names `{part.id}`, which is a variable here"
                 raise formula_error(node, message, "give the variable another name")

@@ -10,7 +10,7 @@ from specc.frozen import frozen
 from specc.lang import FOLLOW_UP, ExprError
 from specc.lang.builtins import BUILTIN_NAMES
 from specc.lang.many import Root
-from specc.lang.parse import span
+from specc.lang.parse import nodes_of, span
 from specc.model.requirement import Reading
 from specc.model.system import PLANT, Agent, Device, Element, Plant, Port, Subsystem
 from specc.model.types import Bool, Enum
@@ -77,9 +77,12 @@ class Names(ast.NodeTransformer):
 
     def refuse_unknown_groups(self, tree: ast.expr) -> None:
         """Report what a quantifier goes over that is neither written out nor a constant."""
-        names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+        calls = [node for node in nodes_of(tree) if isinstance(node, ast.Call)]
+        if not calls:
+            return
+        names = [node for node in nodes_of(tree) if isinstance(node, ast.Name)]
         known = self._others | {name.id for name in names if isinstance(name.ctx, ast.Store)}
-        for node in ast.walk(tree):
+        for node in calls:
             match node:
                 case ast.Call(
                     func=ast.Name(id=function),

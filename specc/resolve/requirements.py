@@ -13,7 +13,7 @@ from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.lang import FOLLOW_UP, Declared, ExprError, ExprErrors, Scope, check, spread
 from specc.lang.errors import each
-from specc.lang.parse import span
+from specc.lang.parse import nodes_of, span
 from specc.lang.temporal import TIMED, USAGE, parse_formula, refuse_misspelt
 from specc.limits import MAX_SPAN_S
 from specc.model.expr import Expr, LetRef, Logic, has_unknown, mapped
@@ -229,8 +229,8 @@ class _Reader:
         return tuple(each(partial(self._formula, node) for node in nodes))
 
     def _condition(self, node: ast.expr, expected: Bool | None) -> Expr:
-        for inner in ast.walk(node):
-            if isinstance(inner, ast.expr) and inner is not node and (op := _operator(inner)):
+        for inner in nodes_of(node)[1:]:
+            if isinstance(inner, ast.Call) and (op := _operator(inner)):
                 message = f"`{op}` stands inside a value"
                 help = "join formulas with `and`, `or`, `not` and `implies` only"
                 raise formula_error(inner, message, help)
