@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 from bench.harness.lists import DOUBLED, GROWING, MAIN, MODEL, Files, small, written
@@ -62,6 +63,72 @@ def _formulas() -> Files:
     return {MAIN: written(spec)}
 
 
+def _alike() -> Files:
+    """Most of a megabyte of comparisons with itself, each of which is told."""
+    spec = small()
+    spec["constants"] = {"c": "1.5"}
+    that = f"always({' or '.join(['near(c, c, 1)'] * 180)})"
+    spec["require"] = [{"that": that, "because": "so it is"} for _ in range(400)]
+    return {MAIN: written(spec)}
+
+
+def _over_ticks() -> Files:
+    """Requirements that are many questions about ticks, just not too long together."""
+    spec = small()
+    spec["require"] = [
+        {
+            "that": " and ".join(
+                f"(a.c.k > {40 * i + j} or within(0.{j + 10}[s], a.c.k < {i + j}))"
+                for j in range(40)
+            ),
+            "because": "so it is",
+        }
+        for i in range(75)
+    ]
+    return {MAIN: written(spec)}
+
+
+def rows(count: int) -> Files:
+    """So many rows of one state, whose conditions have 50 terms each."""
+    spec = small()
+    effector, control = (
+        spec["agents"]["a"]["virtual_effectors"]["m"],
+        spec["agents"]["a"]["control"],
+    )
+    names = [f"e{i}" for i in range(50)]
+    for name in names:
+        effector["x"]["c"][name] = {"type": "int", "init": 0}
+        control["y"]["m"][name] = "int"
+        control["functions"]["go"][f"y.m.{name}"] = "k"
+    effector["conditions"]["initial"] = {
+        f"i{i}": " and ".join(f"x.c.{name} == {i}" for name in names) for i in range(count)
+    }
+    effector["behaviours"]["pass"]["terminal"] = "always"
+    effector["transitions"] = [["S0", "terminal", f"i{i}", "S0"] for i in range(count)]
+    return {MAIN: written(spec)}
+
+
+def _loop() -> Files:
+    """Agents in a ring, each of which hands ten elements on."""
+    spec = json.loads(GROWING["agents that talk in a ring"](390)[MAIN])
+    for agent in spec["agents"].values():
+        control = agent["control"]
+        (before,), (behind,) = control["x"], control["y"]
+        given, sent = control["x"][before], control["y"][behind]
+        for j in range(9):
+            given[f"k{j}"], sent[f"k{j}"] = {"type": "int", "init": 0}, "int"
+            control["functions"]["go"][f"y.{behind}.k{j}"] = f"x.{before}.k{j}"
+    return {MAIN: written(spec)}
+
+
+def _paths() -> Files:
+    """A plant whose model names files by long names that are not there."""
+    files = GROWING["plant bindings"](2)
+    meshes = "".join(f'<mesh name="m{i}" file="{"d" * 300}{i}.obj"/>' for i in range(3000))
+    model = files[MODEL].replace("<worldbody>", f"<asset>{meshes}</asset><worldbody>", 1)
+    return files | {MODEL: model}
+
+
 def _model() -> Files:
     """A plant whose model copies a body a billion times."""
     files = GROWING["plant bindings"](2)
@@ -80,7 +147,13 @@ HOSTILE: dict[str, Callable[[], Files]] = {
     "quantifiers": _quantifiers,
     "interfaces": _interfaces,
     "a model": _model,
+    "paths of a model": _paths,
     "1 MB of formulas": _formulas,
+    "1 MB of findings": _alike,
+    "formulas over ticks": _over_ticks,
+    "rows of 50 terms": lambda: rows(194),
+    "more rows of 50 terms": lambda: rows(300),
+    "ring of ten elements": _loop,
     "390 agents": lambda: GROWING["agents that talk in a ring"](390),
     "1 MB of no YAML": _nothing,
 }

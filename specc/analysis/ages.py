@@ -155,6 +155,10 @@ class Ages:
         self.sources = sources
         self._periods_s = periods_s
         self._oldest: dict[Node, Trail | Held | None] = {}
+        # What was ordered so far, with all upstream of it: a value stands after those behind it.
+        self._edges: Edges = {}
+        self._places: dict[Node, int] = {}
+        self._measured: set[Node] = set()
 
     def oldest(self, node: Node) -> Trail | Held | None:
         """The oldest value that is read, or why there is none; None if no measurement is known.
@@ -167,13 +171,13 @@ class Ages:
         return self._oldest[node]
 
     def _follow(self, node: Node) -> Trail | Held | None:
-        edges = self._upstream(node)
-        order = self._order(edges)
-        measured = _behind(order, edges, self.sources)
+        self._place(node)
+        measured = self._measured
         if node not in measured:
             return None
-        edges = {n: tuple(e for e in edges[n] if e[0] in measured) for n in order if n in measured}
-        order = [n for n in order if n in measured]
+        upstream = reachable([node], lambda here: (above for above, _ in self._reads(here)))
+        order = sorted((n for n in upstream if n in measured), key=self._places.__getitem__)
+        edges = {n: tuple(e for e in self._edges[n] if e[0] in measured) for n in order}
         on_arrival = not node.peer or self.sources.only_on_arrival(node)
         held = self._held(order, edges, node, on_arrival)
         if held is not None:
@@ -189,9 +193,24 @@ class Ages:
         assert isinstance(sent, Sent)
         return self._periods_s[sent.sender.qualified_name]
 
-    def _upstream(self, node: Node) -> Edges:
-        nodes = reachable([node], lambda here: (above for above, _ in self._reads(here)))
-        return {here: self._reads(here) for here in nodes}
+    def _place(self, node: Node) -> None:
+        """Order a value, and those upstream of it, that are not ordered yet."""
+        new = reachable(
+            () if node in self._places else (node,),
+            lambda here: (above for above, _ in self._reads(here) if above not in self._places),
+        )
+        inside: Edges = {
+            n: tuple(e for e in self._reads(n) if e[0] not in self._places) for n in new
+        }
+        order = self._order(inside)
+        for n in order:
+            earlier = tuple(e for e in self._reads(n) if e[0] in self._places and e[0] not in new)
+            self._edges[n] = tuple(sorted((*inside[n], *earlier)))
+            self._places[n] = len(self._places)
+            if isinstance(self.sources.of(n), Measured) or any(
+                m in self._measured for m, _ in self._edges[n]
+            ):
+                self._measured.add(n)
 
     def _reads(self, node: Node) -> tuple[tuple[Node, bool], ...]:
         source = self.sources.of(node)
@@ -230,12 +249,3 @@ def _may_be_silent(source: Sent | Measured) -> bool:
 
 def _targets(edges: Edges) -> dict[Node, list[Node]]:
     return {n: [m for m, _ in reads] for n, reads in edges.items()}
-
-
-def _behind(order: list[Node], edges: Edges, sources: DataFlow) -> set[Node]:
-    """Nodes with a measurement behind them."""
-    found: set[Node] = set()
-    for n in order:
-        if isinstance(sources.of(n), Measured) or any(m in found for m, _ in edges[n]):
-            found.add(n)
-    return found

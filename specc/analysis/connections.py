@@ -10,6 +10,7 @@ from specc.frozen import frozen
 from specc.model.fsm import Behaviour
 from specc.model.system import Device, Element, Port, Subsystem, System
 from specc.proof import InputName
+from specc.reachable import grouped
 
 
 @frozen
@@ -41,12 +42,23 @@ class Connections:
     """Subsystems and devices by their qualified names."""
 
     def __init__(self, system: System) -> None:
-        self.subsystems = {s.qualified_name: s for s in system.subsystems}
-        self.devices = {d.qualified_name: d for d in system.devices}
-        self._ends: dict[str, list[tuple[Subsystem, Port]]] = {}
-        for subsystem in self.subsystems.values():
-            for port in subsystem.ports:
-                self._ends.setdefault(port.other_end, []).append((subsystem, port))
+        self._system = system
+
+    @cached_property
+    def subsystems(self) -> dict[str, Subsystem]:
+        """Those of the system by their qualified names."""
+        return {s.qualified_name: s for s in self._system.subsystems}
+
+    @cached_property
+    def devices(self) -> dict[str, Device]:
+        """Those of the system by their qualified names."""
+        return {d.qualified_name: d for d in self._system.devices}
+
+    @cached_property
+    def _ends(self) -> dict[str, list[tuple[Subsystem, Port]]]:
+        """Other end -> the ports that lead to it."""
+        subsystems = self.subsystems.values()
+        return grouped((p.other_end, (s, p)) for s in subsystems for p in s.ports)
 
     def ends_at(self, name: str) -> list[tuple[Subsystem, Port]]:
         """The ports whose other end is the subsystem or device of a name."""

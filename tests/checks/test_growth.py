@@ -8,13 +8,19 @@ import re
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from cProfile import Profile
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from bench.harness.hostile import HOSTILE
+from bench.harness.hostile import HOSTILE, rows
 from bench.harness.lists import COMPONENTS, DOUBLED, GROWING, MAIN, put, small, written
+from specc import checks
 from specc.cli.main import main
+from specc.limits import ALLOWED, one_run
+from specc.model.expr import MemoryRef
+from specc.model.types import Bool
+from specc.proof import decide, ticks
 from tests.seeds import short
 
 SIZES = (20, 40, 80)
@@ -148,6 +154,8 @@ def test_chains_of_deep_lets_are_followed(
     [
         ("interfaces", "E0237", "more than 60,000 parts"),
         ("quantifiers", "E0334", "takes more than 500,000 steps"),
+        ("1 MB of formulas", "E0017", "more than 60,000 parts"),
+        ("more rows of 50 terms", "E0017", "more than 60,000 parts"),
         ("constants that triple", "E0334", "too large"),
     ],
 )
@@ -166,3 +174,32 @@ def test_what_multiplies_is_refused_once(
     told = capsys.readouterr().err
     assert told.count(words) == 1
     assert f"error[{code}]" in told
+
+
+def test_the_rest_of_what_is_refused_is_neither_read_nor_checked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    read: list[str] = []
+    parse = import_module("specc.lang.parse")  # the package has a function of this name
+    parsed = parse._parsed
+    monkeypatch.setattr(parse, "_parsed", lambda text: (read.append(text), parsed(text))[1])
+    monkeypatch.setattr(checks, "CHECKS", (lambda _: pytest.fail("it was checked"),))
+    put(rows(60), tmp_path)
+    monkeypatch.setitem(ALLOWED, "parts", 10_000)  # of which a row takes 300
+    assert main(["validate", MAIN]) == 1
+    assert sum("x.c.e49" in text for text in read) < 40
+
+
+def test_questions_about_ticks_end_with_their_allowance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is not known is possible; nothing is looked at to find that out."""
+    monkeypatch.setitem(ALLOWED, "proof", 300)
+    asked: list[object] = []
+    monkeypatch.setattr(
+        ticks, "can_hold", lambda parts, _: (asked.append(parts), decide.can_hold(parts, None))[1]
+    )
+    named = [MemoryRef(f"b{i}", type=Bool()) for i in range(100)]
+    with one_run():
+        known = ticks.Ticks({})
+        assert all(known.is_possible(known.asked(each)) for each in named)
+    assert 0 < len(asked) < 10
