@@ -9,7 +9,7 @@ from typing import Any
 
 from specc.diagnostics import Command, Diagnostic, once, stops, without_follow_ups
 from specc.frozen import frozen
-from specc.limits import one_run
+from specc.limits import MAX_BYTES, one_run
 from specc.model.system import System
 from specc.policy import reach_of
 from specc.read import Document, read_file, read_text
@@ -150,7 +150,8 @@ def read_texts(path: str, texts: Mapping[str, str]) -> System | None:
     """
 
     def read(named: str, row_keys: tuple[str, ...]) -> Document:
-        return read_text(named, texts.get(real_path(named), ""), row_keys)
+        text = texts.get(real_path(named), "")
+        return read_text(named, text if len(text) <= MAX_BYTES else "", row_keys)
 
     loader = Loader(Findings(), read)
     with one_run():

@@ -157,6 +157,15 @@ def test_a_picture_says_which_extra_it_lacks(tmp_path: Path) -> None:
     assert lacks("pygraphviz", "graph", done.stderr) and done.stderr.count("\n") == 1
 
 
+def test_a_plot_says_which_extra_it_lacks(tmp_path: Path) -> None:
+    command = "plot", str(ROOT / "tests/recording/conveyor_gate.mcap")
+    done = specc(*command, without=("matplotlib",), folder=tmp_path)
+    assert (done.returncode, done.stdout, [*tmp_path.iterdir()]) == (2, "", [])
+    assert lacks("matplotlib", "plot", done.stderr) and done.stderr.count("\n") == 1
+    done = specc(*command, "--csv", without=("matplotlib", "mujoco"), folder=tmp_path)
+    assert done.returncode == 0 and done.stdout.startswith("begin_s,end_s,subsystem,state\n")
+
+
 def test_a_witness_says_which_extra_it_lacks(tmp_path: Path) -> None:
     path = str(ROOT / "specs/conveyor_gate.yaml")
     done = specc("witness", path, without=("numpy",), folder=tmp_path)

@@ -17,6 +17,7 @@ from tests.commands import specc
 from tests.recording.test_damage import _damaged_at
 
 KEPT = Path(__file__).parents[2] / "recording/conveyor_gate.mcap"
+SPEC = KEPT.parents[2] / "specs/conveyor_gate.yaml"
 pytestmark = pytest.mark.no_replay("forged or damaged")
 _STARTS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 
@@ -120,8 +121,7 @@ def test_what_is_refused(arguments: str, words: str, tmp_path: Path) -> None:
                 writer.add_metadata("specc", about)
             writer.finish()
     before = sorted(tmp_path.iterdir())
-    spec = KEPT.parents[2] / "specs/conveyor_gate.yaml"
-    done = _plot(tmp_path, *arguments.format(kept=KEPT, spec=spec).split())
+    done = _plot(tmp_path, *arguments.format(kept=KEPT, spec=SPEC).split())
     assert done.returncode == 2 and words in done.stderr, done.stderr
     assert sorted(tmp_path.iterdir()) == before and not done.stdout
 
@@ -137,13 +137,17 @@ def test_damaged_and_cut_files(tmp_path: Path) -> None:
     assert (tmp_path / "cut-plot.svg").is_file()
 
 
-def _forged(file: Path, *steps: dict[str, Any], report: dict[str, Any] | None = None) -> None:
+def _forged(
+    file: Path,
+    *steps: dict[str, Any],
+    report: dict[str, Any] | None = None,
+    text: bytes = SPEC.read_bytes(),
+) -> None:
     """A recording with steps of `gate.c`, each 50 ms after the one before."""
     with file.open("wb") as opened:
         writer = Writer(opened)
         writer.start()
         writer.add_metadata("specc", {"format": "1", "set": "{}", "spec": "conveyor_gate.yaml"})
-        text = (KEPT.parents[2] / "specs/conveyor_gate.yaml").read_bytes()
         writer.add_attachment(0, 0, "conveyor_gate.yaml", "text/yaml", text)
         schema = writer.register_schema("specc.Step.gate.c", "jsonschema", b"{}")
         channel = writer.register_channel("/gate.c", "json", schema)
@@ -187,3 +191,27 @@ def test_what_a_stranger_writes_is_data(tmp_path: Path) -> None:
     _forged(tmp_path / "a.mcap", {"x": {"belt": {"v": "fast"}}, "stamp": -1})
     done = _plot(tmp_path, "a.mcap")
     assert done.returncode == 2 and "does not begin as that of a step" in done.stderr
+
+
+def test_a_specification_of_a_stranger_is_read_within_bounds(tmp_path: Path) -> None:
+    unfolds = b"a: &a [x, x]\n" + b"".join(b"%c: &%c [*%c, *%c]\n" % (k + 1, k + 1, k, k)
+                                          for k in range(97, 121))  # fmt: skip
+    others = [b"use: {q: other.yaml}\n", unfolds, b"#" + bytes([120]) * 2_000_000]
+    (tmp_path / "other.yaml").write_bytes(SPEC.read_bytes())
+    for text in (b"", b"hello", *(SPEC.read_bytes() + other for other in others)):
+        _forged(tmp_path / "a.mcap", {}, text=text)
+        done = _plot(tmp_path, "a.mcap", "gate.c")
+        words = "a.mcap has no specification that can be read, so it names no signals"
+        assert (done.returncode, done.stderr) == (2, f"specc: {words}\n"), text[:20]
+        assert _table(_plot(tmp_path, "a.mcap", "--csv").stdout)[1:] == [
+            ["0", "0", "gate.c", "closed"]
+        ]
+
+
+def test_the_picture_of_the_page_is_that_of_the_command(tmp_path: Path) -> None:
+    page = (KEPT.parents[2] / "docs/runs.md").read_text()
+    command = page.split("$ specc plot run.mcap ", 1)[1].split("\n", 1)[0]
+    assert "](pictures/plot/gate.svg)" in page
+    _plot(tmp_path, KEPT, *command.split(), "--out", "gate.svg")
+    shown = _texts(KEPT.parents[2] / "docs/pictures/plot/gate.svg")
+    assert shown == _texts(tmp_path / "gate.svg"), f"{command} --out docs/pictures/plot/gate.svg"
