@@ -268,6 +268,11 @@ def _of_plot(command: argparse.ArgumentParser) -> None:
         "panel; FILE.mcap is a further recording (default: the states of all machines)"
     )
     command.add_argument("signals", metavar="SIGNAL", nargs="*", help=words)
+    seconds = ranged(float, 0, inf)
+    words = "simulated time from which on it is drawn"
+    command.add_argument("--since", metavar="S", type=seconds, default=0.0, help=words)
+    words = "simulated time until which it is drawn"
+    command.add_argument("--until", metavar="S", type=seconds, default=inf, help=words)
     words = "file to write: .svg, .png, .pdf or .csv (default: FILE-plot.svg, FILE-timeline.svg)"
     command.add_argument("--out", metavar="FILE", help=words)
     words = "the numbers as a table, on standard output without --out"

@@ -18,7 +18,7 @@ from specc.cli.recordings import Refused, called, lost, unusable
 from specc.model.system import System
 from specc.tools.plot import NoSignal, Signal, found
 from specc.tools.plot.drawing import MOST_BANDS, MOST_PANELS, drawn
-from specc.tools.plot.sheet import Run, Sheet, bands, marks, numbers_of, panels
+from specc.tools.plot.sheet import Run, Sheet, bands, cut, marks, numbers_of, panels
 from specc.tools.plot.table import table, timeline
 from specc.tools.why import NotKnown, clipped
 
@@ -52,7 +52,10 @@ class _Plot:
             self._out, self._form = self._table(options.out), "csv"
         if self._form not in FORMATS:
             raise Refused(f"{self._out}: the name has to end in .{', .'.join(FORMATS)}")
-        self._told, texts = called("recording.messages", "recorded", self._files[0])
+        self._times_s = options.since, options.until
+        if options.since >= options.until:
+            raise Refused(f"--since {options.since:g} is not before --until {options.until:g}")
+        _, texts = called("recording.messages", "recorded", self._files[0])
         self._system = _system(texts)
         self._machines: list[str] = []
         self._groups: list[list[Signal]] = []
@@ -85,7 +88,7 @@ class _Plot:
         runs, readings = [], []
         for file, name in zip(self._files, _names(self._files), strict=True):
             readings.append(called("recording.reading", "Reading", file))
-            runs.append(Run(name, self._traces(file, wanted, readings[-1])))
+            runs.append(self._part(Run(name, self._traces(file, wanted, readings[-1])), file))
         self._tell_of_nothing(runs, signals, places)
         names, still = (self._machines, ()) if self._words else self._all(runs)
         if self._form == "csv":
@@ -99,6 +102,14 @@ class _Plot:
             return called("recording.traces", "traces", file, wanted, reading)
         except NotKnown as error:
             raise Refused(f"{file}: {error}, as its specification says") from error
+
+    def _part(self, run: Run, file: Path) -> Run:
+        """What is asked for of a recording; raises Refused where that is nothing."""
+        begin_s, end_s = self._times_s
+        if begin_s > run.traces.end_s or end_s < run.traces.begin_s:
+            has = f"{run.traces.begin_s:.12g} s to {run.traces.end_s:.12g} s"
+            raise Refused(f"{file} goes from {has}; --since and --until leave nothing of it")
+        return cut(run, begin_s, end_s)
 
     def _tell_of_nothing(
         self, runs: Sequence[Run], signals: Sequence[Signal], places: Mapping[str, int]

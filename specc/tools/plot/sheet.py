@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -77,6 +79,30 @@ class Run:
 
     name: str
     traces: Any
+
+
+def cut(run: Run, begin_s: float, end_s: float) -> Run:
+    """What a recording has of a part of its time."""
+    whole = run.traces
+    begin_s, end_s = max(begin_s, whole.begin_s), min(end_s, whole.end_s)
+    if (begin_s, end_s) == (whole.begin_s, whole.end_s):
+        return run
+    lines = {}
+    for name, line in whole.lines.items():
+        spans = [
+            replace(span, begin_s=max(span.begin_s, begin_s), end_s=min(span.end_s, end_s))
+            for span in line.spans
+            if span.begin_s <= end_s and span.end_s >= begin_s
+        ]
+        inside = slice(bisect_left(line.times_s, begin_s), bisect_right(line.times_s, end_s))
+        columns = [[column[inside] for column in columns] for columns in line.columns]
+        lines[name] = replace(line, spans=spans, times_s=line.times_s[inside], columns=columns)
+    faults, violated = (
+        [mark for mark in every if begin_s <= mark[0] <= end_s]
+        for every in (whole.faults, whole.violated)
+    )
+    own = {"lines": lines, "faults": faults, "violated": violated}
+    return Run(run.name, replace(whole, begin_s=begin_s, end_s=end_s, **own))
 
 
 def bands(runs: Sequence[Run], names: Sequence[str], system: System | None) -> Iterator[Band]:

@@ -78,6 +78,24 @@ def test_tables(tmp_path: Path) -> None:
     assert _plot(tmp_path, KEPT, "gate.c", "--csv", "--out", "t.csv").returncode == 0
 
 
+def test_a_part_of_the_time(tmp_path: Path) -> None:
+    part = ("--since", 1.6, "--until", 2.5)
+    rows = _table(_plot(tmp_path, KEPT, "--csv", *part).stdout)
+    gate = [row for row in rows if row[2] == "gate.c"]
+    assert gate == [["1.6", "2.25", "gate.c", "halting"], ["2.25", "2.5", "gate.c", "opening"]]
+    rows = _table(_plot(tmp_path, KEPT, "belt.drive.x.E.v_m", "--csv", *part).stdout)
+    assert rows[1] == ["1.6", "0.500137731172"] and rows[-1][0] == "2.5"
+    done = _plot(tmp_path, KEPT, "gate.c", "belt.drive.x.E.v_m", *part)
+    assert (done.returncode, done.stderr) == (0, "")
+    texts = _texts(tmp_path / "conveyor_gate-plot.svg")
+    assert "halting" in texts and "passing" not in texts
+    for wrong, words in ((("--since", 7), "goes from 0 s to 6 s; --since"),
+                         (("--since", 2, "--until", 2), "--since 2 is not before --until 2"),
+                         (("--until", -1), "'-1' is not a number of seconds")):  # fmt: skip
+        done = _plot(tmp_path, KEPT, *wrong)
+        assert done.returncode == 2 and words in done.stderr.replace("\n", " "), done.stderr
+
+
 def test_runs_over_each_other(tmp_path: Path) -> None:
     shutil.copy(KEPT, tmp_path / "other.mcap")
     done = _plot(tmp_path, KEPT, "other.mcap", "gate.c", "belt.drive.x.E.v_m", "--out", "a.svg")
