@@ -22,7 +22,6 @@ from specc.resolve.definitions import Definitions, types_in
 from specc.resolve.interfaces import check_interfaces
 from specc.resolve.library import Library, Load, Loaded
 from specc.resolve.reuse import Setting, is_agent
-from specc.resolve.sizes import open_sizes
 from specc.schema.files import AgentDef
 
 _NEEDS_USER = ("E04", "E05", "O04", "O05", "O06", "W04", "W05")
@@ -39,10 +38,9 @@ def resolve_alone(
     """
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
     frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
-    sizes = open_sizes(file.spec.parameters)
-    scratch = replace(library, findings=Findings()).definitions(file, frames, sizes=sizes)
+    scratch = replace(library, findings=Findings()).definitions(file, frames)
     given = _parameters(file, scratch, findings)
-    setting = Setting(file, library.definitions(file, frames, given, sizes), given)
+    setting = Setting(file, library.definitions(file, frames, given), given)
     agent, resolver = _described(file, library, setting, findings)
     check_interfaces((setting.definitions, *resolver.instances), findings)
     found = findings.diagnostics

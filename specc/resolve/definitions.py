@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import count, islice
 from typing import TypeVar
 
 from specc.diagnostics import Related
@@ -14,7 +14,7 @@ from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
-from specc.model.types import Frame, Int, Type
+from specc.model.types import Frame, Int, OpenSize, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
 from specc.schema.subsystem import InterfaceDef
@@ -94,6 +94,20 @@ def report_taken(index: Constant, kind: str, first: Place, findings: Findings) -
     related = (Related(first, "first defined here"),)
     help_text = "choose another name for the index"
     findings.report("E0205", message, index.place, related=related, help=help_text)
+
+
+# Parameters that may stand for sizes.
+
+
+def may_be_size(kind: str) -> bool:
+    """Whether a parameter of a kind may stand for a size."""
+    return kind.strip() == "int"
+
+
+def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
+    """Sizes in a description that are not given: examples that differ from each other."""
+    named = (name for name, kind in parameters.items() if may_be_size(kind))
+    return {name: OpenSize(example, name) for name, example in zip(named, count(11), strict=False)}
 
 
 # What the expressions of one file may name: frames, types, constants, files and operators.

@@ -25,7 +25,7 @@ from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
 from specc.read import ANYWHERE, Reach
 from specc.resolve.context import Findings, Where, file_hint, trace_of
-from specc.resolve.definitions import Definitions, Interface, MakeType
+from specc.resolve.definitions import Definitions, Interface, MakeType, open_sizes
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
 from specc.resolve.groups import Groups
@@ -79,8 +79,8 @@ class Library:
         sizes: Mapping[str, int] | None = None,
     ) -> Definitions:
         """Definitions in force in `file`; `frames`, `given` and `sizes` are of its parameters."""
-        has_points = file.spec.specc > 1
-        own = Definitions(frames=dict(frames or {}), sizes=sizes or {}, has_points=has_points)
+        own = Definitions(frames=dict(frames or {}), has_points=file.spec.specc > 1)
+        own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         if given is not None:
             own.given = {c.name: c for c in given}
             for constant in given:

@@ -14,12 +14,12 @@ from specc.model.system import Constant
 from specc.model.types import Frame, Int, Type
 from specc.reachable import reachable
 from specc.resolve.context import Findings, Where
-from specc.resolve.definitions import Definitions, indices_of, inlined
+from specc.resolve.definitions import Definitions, indices_of, inlined, may_be_size
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
 from specc.resolve.groups import Groups
 from specc.resolve.library import Library, Loaded, constant_scope
-from specc.resolve.sizes import Sizes, may_be_size
+from specc.resolve.sizes import Sizes
 from specc.schema import SpecFile, SubsystemDef
 from specc.schema.files import AgentDef
 

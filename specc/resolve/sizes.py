@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import count
 
 from specc.diagnostics import Related
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size
@@ -19,20 +18,8 @@ from specc.resolve.definitions import Definitions, inlined
 from specc.resolve.library import Loaded
 from specc.schema.places import role_of
 
-_KIND = "int"
 _TEXTS = ("type", "signature", "interface")
 _SIZES = re.compile(r"\b(?:vector|image)\s*\[([^\[\]]*)")
-
-
-def may_be_size(kind: str) -> bool:
-    """Whether a parameter of a kind may stand for a size."""
-    return kind.strip() == _KIND
-
-
-def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
-    """Sizes of a description that nobody uses: examples that differ from each other."""
-    named = (name for name, kind in parameters.items() if may_be_size(kind))
-    return {name: OpenSize(example, name) for name, example in zip(named, count(11), strict=False)}
 
 
 @dataclass(slots=True)

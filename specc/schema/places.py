@@ -124,5 +124,7 @@ def keys_at(route: Route) -> dict[str, str]:
 def values_at(route: Route) -> list[str]:
     """The values that the one at a route is chosen from; empty if it is free."""
     kind = at(route).kind
+    if isinstance(kind, type) and kind.short:
+        kind = bare(kind.keys[kind.short].kind)
     values = kind.values if isinstance(kind, Choice) else ()
     return [str(v).lower() if isinstance(v, bool) else str(v) for v in values if v != ""]

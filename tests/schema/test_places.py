@@ -75,3 +75,4 @@ def test_values_that_one_is_chosen_from() -> None:
     assert values_at(("plant", "bind", "a.E.m.q", "image")) == ["rgb", "depth"]
     assert values_at(("subsystem", "transitions", 0, 1)) == ["terminal", "error"]
     assert values_at(("types", "T", "opaque")) == ["true"]
+    assert values_at(("subsystem", "through")) == ["identity"]

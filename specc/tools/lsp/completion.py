@@ -20,7 +20,7 @@ from specc.model.types import (
     Vector,
 )
 from specc.model.units import UNITS
-from specc.resolve.sizes import may_be_size
+from specc.resolve.definitions import may_be_size
 from specc.schema.keys import Form, Role, SymbolKind
 from specc.schema.places import defined_by, keys_at, role_of, split, values_at
 from specc.source import Route

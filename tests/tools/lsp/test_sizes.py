@@ -81,6 +81,14 @@ def test_sizes_that_nobody_has_given_differ_and_are_told_by_name(tmp_path: Path)
     assert Project().analyse(str(path)).diagnostics == ()
 
 
+def test_a_description_may_be_used_for_its_definitions(tmp_path: Path) -> None:
+    (tmp_path / "joints.yaml").write_text(JOINTS)
+    path = tmp_path / "user.yaml"
+    path.write_text(USER.replace("agents:", "use: [joints.yaml]\nagents:"))
+    result = compile_spec(str(path))
+    assert [d for d in result.diagnostics if d.severity == "error"] == []
+
+
 def test_uses_of_one_description_with_several_sizes_have_operators_of_their_own(
     tmp_path: Path,
 ) -> None:
