@@ -45,6 +45,7 @@ COMMANDS: Mapping[str, Sequence[str]] = {
 READERS: Mapping[str, Sequence[str]] = {
     "replay": ("replay", BOMB, "--spec", MAIN),
     "why": ("why", f"{BOMB}@0.4", "--spec", MAIN),
+    "plot": ("plot", BOMB, "--csv"),
     "recover": ("recover", BOMB, "--out", "out.mcap"),
     "run --from": ("run", MAIN, "--duration", "0.5", "--from", f"{BOMB}@0.4"),
 }
