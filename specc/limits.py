@@ -48,6 +48,8 @@ MAX_FAULTS = 999
 """Of the text of one file, and of its shape; what comes after the last is not looked at."""
 MAX_SHOWN = 1_000
 """Findings that a report shows; the others are counted."""
+MAX_LETTERS = 200_000
+"""Of the messages in them: names in a file may be long."""
 
 Work = Literal["names compared", "proof", "parts", "folding"]
 ALLOWED: dict[Work, int] = {

@@ -4,11 +4,12 @@ import os
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
+from itertools import accumulate
 
 from specc.diagnostics.diagnostic import Diagnostic, Edit, Fix, Severity
 from specc.diagnostics.sides import settled
 from specc.frozen import frozen
-from specc.limits import MAX_SHOWN
+from specc.limits import MAX_LETTERS, MAX_SHOWN
 from specc.source import Place, Sources, Span
 
 _RANKS: dict[Severity, int] = {"error": 0, "warning": 1, "open": 2}
@@ -67,20 +68,28 @@ class Report:
     @property
     def shown(self) -> tuple[Finding, ...]:
         """The findings that are shown: all, or the first of the worst."""
-        if len(self.findings) <= MAX_SHOWN:
-            return self.findings
         worst = sorted(self.findings, key=lambda item: _RANKS[item.diagnostic.severity])
-        kept = set(map(id, worst[:MAX_SHOWN]))
+        sums = accumulate(map(_letters, worst[:MAX_SHOWN]))
+        fitting = sum(letters <= MAX_LETTERS for letters in sums)
+        if fitting == len(self.findings):
+            return self.findings
+        kept = set(map(id, worst[: max(fitting, 1)]))
         return tuple(item for item in self.findings if id(item) in kept)
 
     @property
     def not_shown(self) -> int:
         """How many findings are only counted."""
-        return max(len(self.findings) - MAX_SHOWN, 0)
+        return len(self.findings) - len(self.shown)
 
     def count(self, severity: Severity) -> int:
         """Number of findings of a severity."""
         return sum(finding.diagnostic.severity == severity for finding in self.findings)
+
+
+def _letters(finding: Finding) -> int:
+    """How much there is to read in a finding, without the lines of the file."""
+    said = (finding.diagnostic.message, *finding.diagnostic.remarks, finding.primary.message)
+    return sum(map(len, said)) + sum(len(spot.message) for spot in finding.related)
 
 
 def resolve(diagnostics: Iterable[Diagnostic], sources: Sources) -> list[Finding]:

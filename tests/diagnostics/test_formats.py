@@ -1,6 +1,7 @@
 """Reports as data: JSON, SARIF, annotations, JUnit."""
 
 import json
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,6 +12,7 @@ import pytest
 from specc.diagnostics import Diagnostic, Edit, Fix, Related
 from specc.diagnostics.code import all_codes
 from specc.diagnostics.report import Report, report, resolve
+from specc.limits import MAX_LETTERS
 from specc.read import read_text
 from specc.source import Place, Sources
 
@@ -168,3 +170,14 @@ def test_a_clean_report_is_valid_too(form: str) -> None:
         assert ElementTree.fromstring(text).get("failures") == "0"
     else:
         assert text == ""
+
+
+def test_long_messages_are_counted_once_there_is_enough_to_read() -> None:
+    long = [Diagnostic("W0001", f"{i} {'x' * 9_000}", Place("none.yaml")) for i in range(50)]
+    bad = Diagnostic("E0101", "the only error", Place("none.yaml"))
+    found = report(resolve([*long, bad], Sources()), ["none.yaml"])
+    assert bad in [item.diagnostic for item in found.shown]
+    assert len(found.shown) == 23 and found.not_shown == 28
+    assert len(render("json", found)) < 2 * MAX_LETTERS
+    (one,) = report(resolve([replace(bad, message="x" * 10**6)], Sources()), []).shown
+    assert len(one.diagnostic.message) == 10**6

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from multiprocessing import get_context
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import pytest
@@ -29,8 +30,10 @@ COMMANDS = [
     ["plot", "bomb.mcap", "talker.c", "--csv"],
     ["run", "talk.yaml", "--duration", "0.5", "--from", "bomb.mcap@0.4"],
 ]
-MOST_S, MOST_MB = 12.0, 300.0
-"""Of CPU, six times what is promised, since processors and their loads differ; and of memory."""
+MOST_LOOPS, MOST_MB = 3.0, 300.0
+"""Of CPU, what is promised, in loops that take 0.7 s where 2 s are: a slower processor, or one that
+is shared, makes them slower too; and of memory."""
+TRIES = 3
 
 
 @pytest.fixture(autouse=True)
@@ -87,12 +90,24 @@ def test_opening_takes_little() -> None:
     for name, _ in bombs():
         assert _ended(_made, name) == 0
         for command in COMMANDS:
-            code = _ended(_measured, command)
-            cpu_s, memory_mb = map(float, Path("used").read_text().split() or ("inf", 0))
-            said = Path("said").stat().st_size
-            if code not in (0, 1, 2, 3) or cpu_s > MOST_S or memory_mb > MOST_MB or said > 10_000:
-                found.append((name, command[0], code, cpu_s, memory_mb, said))
+            used = [_used(command)]
+            while not _is_little(*used[-1]) and len(used) < TRIES:
+                used.append(_used(command))
+            if not _is_little(*used[-1]):
+                found.append((name, command[0], *used))
     assert not found
+
+
+def _used(command: list[str]) -> tuple[int | None, float, float, int]:
+    """The exit code, loops of CPU, megabytes of memory, and characters that are printed."""
+    code = _ended(_measured, command)
+    loops, memory_mb = map(float, Path("used").read_text().split() or ("inf", 0))
+    return code, loops, memory_mb, Path("said").stat().st_size
+
+
+def _is_little(code: int | None, loops: float, memory_mb: float, said: int) -> bool:
+    is_quick = loops <= MOST_LOOPS and memory_mb <= MOST_MB
+    return code in (0, 1, 2, 3) and is_quick and said <= 10_000
 
 
 def _ended(do: Callable[[Any], None], argument: Any) -> int | None:
@@ -115,14 +130,25 @@ def _made(name: str) -> None:
 
 
 def _measured(command: list[str]) -> None:
-    """Writes CPU time in s and memory in MB to `used`, and all that is printed to `said`."""
+    """Writes CPU time in loops and memory in MB to `used`, and all that is printed to `said`."""
     Path("used").write_text("")
-    resource.setrlimit(resource.RLIMIT_CPU, (30, 30))
+    resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+    loop_s = _loop_s()
     with Path("said").open("w", errors="replace") as said:
         sys.stdout = sys.stderr = said
         os.dup2(said.fileno(), 1)
         os.dup2(said.fileno(), 2)
         code = main(command)
     used = resource.getrusage(resource.RUSAGE_SELF)
-    Path("used").write_text(f"{used.ru_utime + used.ru_stime} {used.ru_maxrss / 1024}")
+    # What was measured has the loop in it, which is a tenth.
+    loops = (used.ru_utime + used.ru_stime - loop_s / 10) / max(loop_s, _loop_s())
+    Path("used").write_text(f"{loops} {used.ru_maxrss / 1024}")
     os._exit(code)
+
+
+def _loop_s() -> float:
+    """CPU time of a loop of ten million steps, of which a tenth is made."""
+    begin, total = process_time(), 0
+    for i in range(1_000_000):
+        total += i * i
+    return 10 * (process_time() - begin)
