@@ -1,4 +1,4 @@
-"""The specifications in `specs/` are compiled once a worker, whoever asks: no test changes them.
+"""The specifications in `specs/` are not compiled again for each test: no test changes them.
 
 What is compiled is frozen, and so is the code that was generated from it. Tests of what compiling
 takes ask `anew`.
@@ -18,6 +18,8 @@ from specc.source import real_path
 
 SPECS = Path(__file__).resolve().parents[1] / "specs"
 MADE = "compile_spec", "build"
+MOST = 10
+"""Proofs are large: those that were asked for last are kept."""
 NOTHING: Mapping[str, str] = {}
 
 _kept: dict[Hashable, Any] = {}
@@ -56,9 +58,10 @@ def _once(made: Callable[..., Any]) -> Callable[..., Any]:
         other = {name: text for name, text in texts.items() if not _is_what_stands(name, text)}
         asked = str(path), os.getcwd(), os.stat(file).st_mtime_ns
         key = made, *asked, *map(_items, (values, other, options))
-        if key not in _kept:
-            _kept[key] = made(path, values, texts, **options)
-        return _kept[key]
+        found = _kept[key] = _kept.pop(key, None) or made(path, values, texts, **options)
+        while len(_kept) > MOST:
+            del _kept[next(iter(_kept))]
+        return found
 
     return kept
 

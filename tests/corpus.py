@@ -6,6 +6,7 @@ in the traceback; what is not told of a file that has no meaning, it does not as
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache, cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -95,7 +96,8 @@ def every_part_is_in_one_picture(subject: Subject) -> None:
         laws.every_part_is_drawn_once(subject.result.system)
 
 
-LAWS = (
+Law = Callable[[Subject], None]
+LAWS: tuple[Law, ...] = (
     every_part_is_in_one_picture,
     layout_keeps_data_and_comments,
     the_schema_accepts_what_compiles,

@@ -43,6 +43,7 @@ def test_each_reacts_within_the_age_of_what_it_acts_on(capsys: pytest.CaptureFix
     assert violated(*exact) == []
 
 
+@pytest.mark.long
 def test_no_loop_is_faster_than_its_periods() -> None:
     sooner = [f"--set={LIMITS[rover]}={least - 10}[ms]" for rover, least in LEAST_MS.items()]
     assert violated(*sooner) == list(LIMITS.values())
