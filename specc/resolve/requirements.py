@@ -168,7 +168,7 @@ class _Reader:
         """The formula, without an outer `always(...)`, and whether there was one.
 
         Raises:
-            ExprErrors: what is wrong with the text.
+            ExprErrors: the errors in the text.
         """
         tree = self._tree()
         lasts = _operator(tree) == "always"
@@ -184,7 +184,7 @@ class _Reader:
         """The meaning of a `let`: a formula, or a value.
 
         Raises:
-            ExprErrors: what is wrong with the text.
+            ExprErrors: the errors in the text.
         """
         tree = self._tree()
         if isinstance(tree, ast.BoolOp) or _operator(tree) or _is_negation(tree):

@@ -81,7 +81,7 @@ class _Last:
             self._bytes -= memoryview(self._kept.popitem(last=False)[1]).nbytes
 
     def found(self, digest: str, what: str) -> Any:
-        """Raises NotRecorded."""
+        """The value with a digest; raises NotRecorded."""
         if digest not in self._kept:
             raise NotRecorded(what)
         return self._kept[digest]

@@ -20,7 +20,7 @@ from specc.tools.explore.reported import NotConcreteError, Values, present
 from specc.tools.explore.trace import Step, Trace
 
 Reports = dict[str, list[tuple[int, Any]]]
-"""Of each sensor what it reports from which base tick on; `...` is nothing new."""
+"""For each sensor its reports, each with the base tick from which it holds; `...`: no new value."""
 MOST_STEPS, TO_BEGIN = 1_000_000, 200
 """Of subsystems, in the rehearsals of one trace; for how many of them each one counts itself."""
 MOST_MOMENTS, MOST_SENSORS = 8, 8
@@ -98,7 +98,7 @@ def reports(way: Trace, system: System, rehearsal: Rehearsal) -> Reports:
     while ways:
         if expected.steps >= MOST_STEPS:
             raise NotConcreteError(f"{furthest.words}, as far as {MOST_STEPS} steps reach")
-        # Half of the runs for the one that gets furthest, the others for what was tried least.
+        # Half of the trials go to the furthest run, the others to the one with the fewest trials.
         tried = [each for each in ways if each.stray is furthest]
         if expected.runs % 2 or not tried:
             tried = ways

@@ -47,7 +47,7 @@ class Stuck:
 
 @dataclass
 class Lasting:
-    """A bottom component: the numbers of its configurations, and what machines do in it."""
+    """A bottom component: the numbers of its configurations, and the moves in it."""
 
     graph: Graph
     abstraction: Abstraction
@@ -99,7 +99,7 @@ class Lasting:
         return found - {tuple(range(len(self.walkers)))}
 
     def _spread(self, exchanges: set[Frame]) -> None:
-        """Give the rows, states and outputs of a machine to those that it is exchanged with."""
+        """Give the rows, states and outputs of a machine to the machines exchanged with it."""
         composition, before = self.graph.composition, -1
         while exchanges and before != (before := self._size()):
             for frame in exchanges:

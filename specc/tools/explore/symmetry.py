@@ -19,7 +19,7 @@ from specc.tools.explore.partial import filled, static
 
 Names = Mapping[InputName, InputName]
 Links = tuple[tuple[InputName, ...], ...]
-"""Of each copy the names that a machine has for what goes to it or comes from it, in one order."""
+"""For each copy the names of the elements that a machine exchanges with it, in one order."""
 Frame = tuple[int, ...]
 """Which machine each one stands for, by their indices."""
 

@@ -23,7 +23,7 @@ from specc.tools.explore.values import ABSENT, UNKNOWN, Numbers, Values
 from specc.tools.explore.walker import OVER, Local, Walker
 
 _Ticks = tuple[int, int, tuple[Truth, ...], int]
-"""Of a monitor: its index, the number of its state, what its conditions are, and how long."""
+"""A call of a monitor: its index, the number of its state, truth of conditions, ticks."""
 Visible = Iterable[tuple[int, InputName, int]]
 """Machine and output of values that have just become visible, with their numbers."""
 
