@@ -223,7 +223,8 @@ class Lasting:
     def roots(self) -> list[Stuck]:
         """The machines that cannot go on, without those that wait for another such machine.
 
-        A machine that only takes rows back to its state is at rest, unless no machine moves.
+        A machine that only takes rows back to its state is at rest, unless no machine changes its
+        state any more and it waits for an input that nobody sends.
         """
         circle = {i for each in self.circles for i in each}
         held = {
