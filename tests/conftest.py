@@ -3,20 +3,18 @@
 Whatever tests recorded is replayed, and the garbage of proofs does not pile up.
 """
 
-import ctypes
 import gc
 import os
-import resource
 import signal
 from collections import deque
 from collections.abc import Generator
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, core, settings
 
 from tests import compiled
+from tests.memory import settle
 from tests.seeds import SEED
 from tests.seeds import pytest_report_header as pytest_report_header
 from tests.seeds import pytest_runtest_makereport as pytest_runtest_makereport
@@ -39,10 +37,6 @@ for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_DFL)
 
 compiled.once()
-
-# Contexts of z3 are large, and Python's collector counts each as one small object.
-GROWN_MB = 100
-settled_mb = 0.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -69,22 +63,8 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_runtest_logfinish() -> None:
-    """Look for garbage when a worker has become larger by some 100 MB since it last did."""
-    global settled_mb
-    if resident_mb() > settled_mb + GROWN_MB:
-        gc.collect()
-        with suppress(OSError, AttributeError):  # another C library keeps what it has
-            ctypes.CDLL(None).malloc_trim(0)
-        settled_mb = resident_mb()
-
-
-def resident_mb() -> float:
-    """Memory of this process; 0 where none can tell."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    except OSError:
-        return 0.0
-    return pages * resource.getpagesize() / 1e6
+    """Look for garbage when a worker has become larger."""
+    settle()
 
 
 replayed: set[tuple[Path, int]] = set()

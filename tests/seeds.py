@@ -13,6 +13,8 @@ from typing import Any
 
 import pytest
 
+from tests.memory import settle
+
 VARIABLE = "SPECC_SEED"
 TEXT = os.environ.get(VARIABLE, "")
 SEED = int(sha256(TEXT.encode()).hexdigest()[:7], 16) if TEXT else None
@@ -32,6 +34,7 @@ class Seeds(Sequence[int]):
         return len(self._seeds)
 
     def __getitem__(self, index: Any) -> Any:
+        settle()
         self.now = self._seeds[index]
         return self.now
 

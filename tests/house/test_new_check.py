@@ -18,6 +18,7 @@ COPIED = (
     "tests/checks/test_cases.py",
     "tests/commands.py",
     "tests/compiled.py",
+    "tests/memory.py",
     "tests/corpus.py",
     "tests/diagnostics",
     "tests/docs",
