@@ -108,7 +108,7 @@ class Misfits:
 
     def within(self, expr: Expr) -> bool:
         """Whether an expression has one, itself or in a let."""
-        return any(
+        return bool(self._at) and any(
             id(node) in self._at or (isinstance(node, LetRef) and node.name in self._spoilt)
             for node in walk(expr)
         )
