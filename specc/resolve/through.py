@@ -93,23 +93,27 @@ def _like(
     ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
     for buffer, here, source, target in ways:
         if buffer.elements or buffer.interface:
-            yield ("x", source), (_received(buffer), here)
+            yield ("x", source), (_received(buffer, device.y.elements), here)
             yield ("y", target), (_sent(buffer), here)
 
 
-def _received(buffer: BufferDef) -> BufferDef:
+def _received(buffer: BufferDef, reported: Collection[str]) -> BufferDef:
     """A buffer of inputs: before the first command, the device is to get what is safe."""
     elements = {
-        name: InputDef(type=item.type, title=item.title, init=_safe(item))
+        name: InputDef(type=item.type, title=item.title, init=_safe(item, reported))
         for name, item in buffer.elements.items()
     }
     return InputBufferDef(interface=buffer.interface, elements=elements)
 
 
-def _safe(item: ElementDef) -> str | None:
+def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
+    """What is safe whatever the device has `reported`."""
     if not isinstance(item, CommandDef) or item.safe is None:
         return None
-    return item.safe.value if item.safe.otherwise is None else item.safe.otherwise
+    if item.safe.otherwise is not None:
+        return item.safe.otherwise
+    named = set(_HEAD.findall(item.safe.value))
+    return None if named.intersection(reported) else item.safe.value
 
 
 def _sent(buffer: BufferDef) -> BufferDef:

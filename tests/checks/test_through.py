@@ -124,3 +124,10 @@ def test_targets_below_through_are_known_to_the_editor(tmp_path: Path) -> None:
     hover = answers.hover(project, path, place(written, "2 * x.E.|h}"))
     assert hover is not None
     assert "real[m]" in hover.text
+
+
+def test_what_a_device_reports_is_no_first_command(tmp_path: Path) -> None:
+    path = tmp_path / "demo.yaml"
+    path.write_text(text().replace('safe: {is: h, otherwise: "0[m]"}', "safe: h"))
+    found = [d.code for d in compile_spec(str(path)).diagnostics if d.severity == "error"]
+    assert found == ["E0412", "E0701"]
