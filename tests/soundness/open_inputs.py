@@ -11,6 +11,7 @@ again.
 
 from __future__ import annotations
 
+import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -63,8 +64,13 @@ class Findings:
 
 def with_stubs(system: System) -> System:
     """The system with operators of no meaning, which `stubs` provides."""
-    operators = tuple(replace(o, python=f"{STUBS}:{o.name}") for o in system.operators)
+    operators = tuple(replace(o, python=f"{STUBS}:{_named(o)}") for o in system.operators)
     return replace(system, operators=operators)
+
+
+def _named(operator: Operator) -> str:
+    """A name in Python; that of one in a description says which it is of, with which sizes."""
+    return re.sub(r"\W", "_", operator.name)
 
 
 @contextmanager
@@ -75,7 +81,9 @@ def stubs(
     module, on_plain_values = ModuleType(STUBS), {}
     for operator in system.operators:
         on_plain_values[operator.name] = _stub(operator, seed, marks, odd)
-        setattr(module, operator.name, _on_arrays(on_plain_values[operator.name], operator.result))
+        setattr(
+            module, _named(operator), _on_arrays(on_plain_values[operator.name], operator.result)
+        )
     sys.modules[STUBS] = module
     try:
         yield on_plain_values
