@@ -89,6 +89,8 @@ _Key = tuple[object, ...]
 def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
     """Whether what was known of a part is different after edits that do not stand in that part."""
     before = dict(_parts(old, ()))
+    places = Counter(part.place for part in before.values())
+    many = {place for place, times in places.items() if times > 1}
     for key, part in _parts(new, ()):
         earlier = before.get(key)
         known = earlier is not None and getattr(earlier, "whole", True)
@@ -97,8 +99,8 @@ def changes_elsewhere(old: System, new: System, at: Collection[Place]) -> bool:
         before_said, is_edited = dict(_said(earlier)), any(_holds(part.place, e) for e in at)
         for name, value in _said(part):
             was, now = _meaning(before_said.get(name)), _meaning(value)
-            # What is edited may be one of many copies, which others were right before.
-            if was and _is_known(was) and was != now and not (is_edited and _is_known(now)):
+            # An edit inside `for` is one of all copies, of which some may have been right before.
+            if was and _is_known(was) and was != now and not (is_edited and part.place not in many):
                 return True
     return False
 

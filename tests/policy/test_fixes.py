@@ -113,6 +113,30 @@ def test_repairs_keep_indices(spec: Path) -> None:
         assert mended(spec) == (0, INDEXED), wrong
 
 
+COPIES = """\
+specc: 1.2
+system: copies
+agents:
+  r:
+    real_effectors: {"d_{i}": {for: {i: 1..3}, y: {p: int}}}
+    virtual_effectors:
+      "v_{i}":
+        for: {i: 1..3}
+        uses: ["d_{i}"]
+        rate: 10 Hz
+        x: {E: {p: int}}
+        y: {c: {n: int}}
+        let: {rail_1: x.E.p, rail_2: 4 * x.E.p, rails_1: 0, rails_2: 1, rails_3: 2}
+        through: {y.c.n: "rail_{i}"}
+"""
+
+
+def test_copies_that_were_right_stay(spec: Path) -> None:
+    for text in (COPIES, COPIES.replace("rails_", "raill_")):
+        spec.write_text(text)
+        assert mended(spec) == (1, text)
+
+
 REWORDED: list[tuple[str, str, str, tuple[str, str] | None]] = [
     ("raill_{i} + 1", "raill_1", "rail_1", ("raill_{i}", "rail_{i}")),
     ("raill_{i % 5 + 10} + 1", "raill_12", "rail_12", ("raill_{i % 5 + 10}", "rail_{i % 5 + 10}")),

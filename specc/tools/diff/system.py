@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from fractions import Fraction
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from specc.diagnostics.phrases import ms
 from specc.lang import show
@@ -63,7 +63,7 @@ def compare_plants(old: System, new: System, book: Book) -> None:
 
 def compare_tasks(old: System, new: System, book: Book) -> None:
     """What a run counts and judges."""
-    again = _again(old.triggers, new.triggers, old, new)
+    values = Constants(old.constants, new.constants)
     for _, before, after in _single(
         "task", old.task, new.task, lambda t: f"{t.subsystem}: {t.source} to {t.target}", book
     ):
@@ -74,22 +74,24 @@ def compare_tasks(old: System, new: System, book: Book) -> None:
         one, other = _counted(before.disturbances), _counted(after.disturbances)
         both = book.matched("disturbance", one, other, lambda c: c[0], lambda c: c[1].because)
         for name, (_, old_one), (_, new_one) in both:
-            was, now = _said(old_one, {}), _said(new_one, again)
+            was, now = _said(old_one, values, 0), _said(new_one, values, 1)
             for aspect in sorted({*was, *now}):
                 _equality("disturbance", name, aspect, was.get(aspect), now.get(aspect), book)
             book.remark("disturbance", name, "because", old_one.because, new_one.because)
 
 
-_Said = tuple[object, str]
-"""What something means, and how it is written."""
+_Said = tuple[object, str, frozenset[str]]
+"""A meaning, its text, and the names for parts of formulas in the text."""
 
 
 def _equality(
     part: str, name: str, aspect: str, old: _Said | None, new: _Said | None, book: Book
 ) -> None:
     """Constants that are used have their own changes: what is written in the same way is equal."""
-    (meant, text), (now, written) = old or (None, "none"), new or (None, "none")
-    book.equality(part, name, aspect, (text, written), meant == now or text == written)
+    nothing = None, "none", frozenset[str]()
+    (meant, *text), (now, *written) = old or nothing, new or nothing
+    same = meant == now or text == written
+    book.equality(part, name, aspect, (str(text[0]), str(written[0])), same)
 
 
 def _counted(disturbances: Iterable[Disturbance]) -> list[tuple[str, Disturbance]]:
@@ -103,11 +105,11 @@ def _counted(disturbances: Iterable[Disturbance]) -> list[tuple[str, Disturbance
     return found
 
 
-def _said(each: Disturbance, again: Mapping[str, str]) -> dict[str, _Said]:
-    """All of a disturbance but its reason; `again` has how triggers were written before."""
+def _said(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[str, _Said]:
+    """All of a disturbance but its reason."""
     said: dict[str, _Said] = {}
     if each.when:
-        said["when"] = again.get(each.when.that, each.when.that), each.when.that
+        said["when"] = values.said(each.when, version), each.when.that, each.when.names
     forces = [part for _, force, _ in each.pushes for part in force]
     of = (("move ", each.moves), ("shift ", each.shifts), ("push ", forces))
     times = [draw for draw in (each.at, each.lasts) if draw is not None]
@@ -117,7 +119,7 @@ def _said(each: Disturbance, again: Mapping[str, str]) -> dict[str, _Said]:
 
 
 def _draw(draw: Draw) -> _Said:
-    return (draw.values, draw.between), _drawn(draw)
+    return (draw.values, draw.between), _drawn(draw), frozenset()
 
 
 def _drawn(draw: Draw) -> str:
@@ -127,7 +129,8 @@ def _drawn(draw: Draw) -> str:
 
 def compare_requirements(old: System, new: System, book: Book) -> None:
     """What every run is watched for; what has another text and another meaning now, by its name."""
-    again = _again(old.requirements, new.requirements, old, new)
+    values = Constants(old.constants, new.constants)
+    again = _again(old.requirements, new.requirements, values)
     kept = {again.get(r.that, r.that) for r in new.requirements}
     kept &= {r.that for r in old.requirements}
 
@@ -142,27 +145,30 @@ def compare_requirements(old: System, new: System, book: Book) -> None:
     for name, after in pairs.added.items():
         book.added("requirement", name, after.because, guarantee="stronger")
     for name, (before, after) in pairs.both.items():
-        that = again.get(after.that, after.that)
-        book.changed("requirement", name, "formula", before.that, that)
+        if before.that == after.that:
+            # Constants, and what names for parts stand for, have their own changes.
+            same = before.names == after.names or values.said(before, 0) == values.said(after, 1)
+            book.equality("requirement", name, "formula", (before.that, after.that), same)
+        else:
+            that = again.get(after.that, after.that)
+            book.changed("requirement", name, "formula", before.that, that)
         book.remark("requirement", name, "name", before.name, after.name)
         book.remark("requirement", name, "because", before.because, after.because)
-    _formula_lets(old, new, book)
+    _formula_lets(old, new, values, book)
 
 
 def _again(
-    before: Iterable[Requirement], after: Iterable[Requirement], old: System, new: System
+    before: Iterable[Requirement], after: Iterable[Requirement], values: Constants
 ) -> dict[str, str]:
     """New texts of requirements that say what an old one said, each with the old text."""
-    values = Constants(old.constants, new.constants)
     texts = {r.that for r in before}
     meant = {values.said(r, 0): r.that for r in before}
     said = {r.that: values.said(r, 1) for r in after if r.that not in texts}
     return {that: meant[form] for that, form in said.items() if form in meant}
 
 
-def _formula_lets(old: System, new: System, book: Book) -> None:
-    """Names for parts of formulas; one that is there no more has left the texts of all formulas."""
-    values = Constants(old.constants, new.constants)
+def _formula_lets(old: System, new: System, values: Constants, book: Book) -> None:
+    """Names for parts of formulas; what becomes of formulas without one is said of these."""
     lets = old.formula_lets, new.formula_lets
     for name, one, other in book.matched(
         "let", *lets, lambda item: item.name, _stands_for, semantic=False

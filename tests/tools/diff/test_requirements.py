@@ -45,6 +45,19 @@ def test_what_is_different_is_told(
     assert [(r.name, r.aspect) for r in found.remarks] == remarks
 
 
+def test_a_constant_may_take_the_name_of_a_part(differ: Differ) -> None:
+    old = BASE + (
+        "let: {most: '2[s]'}\n"
+        'require: [{that: "within(5[s], state(cart.c) == idle and most > 1[s])", because: test}]\n'
+    )
+    for most, changes in (("0.5[s]", ["formula"]), ("2[s]", [])):
+        new = old.replace("let: {most: '2[s]'}\n", "").replace(
+            "constants:\n", f"constants:\n  most: {most}\n"
+        )
+        found = [d.aspect for d in differ(old, new).differences if d.part == "requirement"]
+        assert found == changes
+
+
 def test_constants_may_have_other_names(differ: Differ) -> None:
     old = BASE.replace("constants:\n", "constants:\n  WAIT: 5[s]\n") + (
         "let: {goes: 'state(cart.c) == going and WAIT > 1[s]'}\n"
