@@ -51,16 +51,17 @@ MAX_SHOWN = 1_000
 MAX_LETTERS = 200_000
 """Of the messages in them: names in a file may be long."""
 
-Work = Literal["names compared", "proof", "parts", "folding"]
+Work = Literal["names compared", "proof", "parts", "folding", "modules"]
 ALLOWED: dict[Work, int] = {
     "names compared": 50_000,
     "proof": 1_000_000,
     "parts": 60_000,
     "folding": 500_000,
+    "modules": 400_000,
 }
 """Steps of a run: comparisons of names; steps of proofs, about 1 us each; parts of expressions and
 declarations, each time that they are given a meaning or written out for many, or in the place of
-names; steps and items of constants that are computed.
+names; steps and items of constants that are computed; letters of Python modules that are parsed.
 """
 
 OUT_OF_PARTS = f"written out, all of this together has more than {ALLOWED['parts']:,} parts"

@@ -56,7 +56,7 @@ def _once(made: Callable[..., Any]) -> Callable[..., Any]:
         if not (Path(file).is_relative_to(SPECS) and os.path.isfile(file)):
             return made(path, values, texts, **options)
         other = {name: text for name, text in texts.items() if not _is_what_stands(name, text)}
-        asked = str(path), os.getcwd(), os.stat(file).st_mtime_ns
+        asked = str(path), os.getcwd(), _changed()
         key = made, *asked, *map(_items, (values, other, options))
         found = _kept[key] = _kept.pop(key, None) or made(path, values, texts, **options)
         while len(_kept) > MOST:
@@ -64,6 +64,13 @@ def _once(made: Callable[..., Any]) -> Callable[..., Any]:
         return found
 
     return kept
+
+
+def _changed() -> Hashable:
+    """When the files that specifications may name were changed last."""
+    files = (Path(folder, name) for folder, _, names in os.walk(SPECS) for name in names)
+    times = [file.stat().st_mtime_ns for file in files]
+    return max(times), len(times)
 
 
 def _is_what_stands(file: str, text: str) -> bool:

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from functools import lru_cache
 from importlib.machinery import PathFinder, SourceFileLoader
 
+from specc.limits import spend
+
 MOST_BYTES = 1_000_000
 """Of a module that is read; nothing is known of a longer one."""
 _DEEPEST = 20
@@ -22,8 +24,8 @@ def lacks(python: str, folder: str = "") -> bool:
     """Whether the module of a `module:name` surely does not define the name.
 
     The `folder` of the specification is looked into last, as in a run. Nothing is known of modules
-    that are not found or have no text, such as extension modules, and of those that may define
-    names while they are imported.
+    that are not found or have no text, such as extension modules, of those that may define names
+    while they are imported, and of those beyond the allowance of a run.
     """
     module, _, name = python.partition(":")
     path = _source_of(module.split("."), folder)
@@ -33,6 +35,8 @@ def lacks(python: str, folder: str = "") -> bool:
         found = os.stat(path)
         text = _text(path, found.st_mtime_ns, found.st_size)
         if re.search(rf"^(class|def|async def) {re.escape(name)}\b", text, re.MULTILINE):
+            return False
+        if not spend("modules", len(text)):
             return False
         names = _names(text)
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):

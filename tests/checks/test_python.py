@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from specc.analysis.python import lacks
+from specc.limits import one_run
 
 PLAIN = """
 raise SystemExit("this module was imported")
@@ -58,6 +59,14 @@ def test_names_of_a_module_are_found_in_its_text(packages: Path) -> None:
     ] == []
     assert not lacks("robot:arm")
     assert lacks("robot:leg")
+
+
+def test_no_more_text_is_parsed_than_a_run_may(packages: Path) -> None:
+    (packages / "arm.py").write_text("def grip(): ...\n" + "# long\n" * 1000)
+    with one_run():
+        told = [lacks(f"robot.arm:leg_{n}") for n in range(100)]
+    assert told == sorted(told, reverse=True)
+    assert 0 < told.count(True) < 100 and lacks("robot.arm:leg")
 
 
 def test_a_package_may_be_a_folder_with_nothing_but_others(packages: Path) -> None:
