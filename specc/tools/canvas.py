@@ -1,10 +1,16 @@
-"""Pictures by matplotlib. The door to it: the same content gives the same bytes."""
+"""Pictures by matplotlib. The door to it: the same content gives the same bytes.
+
+Settings are matplotlib's defaults and the style below; no `matplotlibrc` of a user is read.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager, nullcontext
+from importlib.util import find_spec
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 FORMATS = ("svg", "png", "pdf")
@@ -30,11 +36,26 @@ def figure(width_in: float, height_in: float) -> Iterator[Any]:
 
     Raises ModuleNotFoundError where matplotlib is not installed.
     """
-    import matplotlib
+    matplotlib = _library()
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **_STYLE}):
         yield Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def _library() -> Any:
+    """Matplotlib. Raises ModuleNotFoundError."""
+    found = None if "matplotlib" in sys.modules else find_spec("matplotlib")
+    # Its import reads the `matplotlibrc` of the working folder, before any other one; here that is
+    # the file of the defaults.
+    with chdir(_folder_of_defaults(found.origin)) if found and found.origin else nullcontext():
+        import matplotlib
+    return matplotlib
+
+
+def _folder_of_defaults(origin: str) -> Path:
+    folder = Path(origin).with_name("mpl-data")
+    return folder if folder.is_dir() else folder.parent
 
 
 def content(drawn: Any, form: str) -> bytes:

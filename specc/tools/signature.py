@@ -1,4 +1,4 @@
-"""What files of pictures and tables say of what made them, so that no others are replaced."""
+"""What files of pictures say of what made them, so that no others are replaced."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from zlib import crc32
 
 _MARKS = re.compile(rb"specc (graph|plot)")
 _STARTS = {"svg": b"<?xml", "png": b"\x89PNG", "dot": b"//", "pdf": b"%PDF"}
-_TABLE = re.compile(rb'("?recording"?,)?(time_s|begin_s,end_s),')
 LENGTH = 200
 """Bytes at the beginning of a file, or at its end, that have the mark in them."""
 _PNG_HEAD = 33
@@ -16,7 +15,7 @@ _PNG_HEAD = 33
 
 
 def signed(content: bytes, form: str, by: str) -> bytes:
-    """A picture with the mark of a command; tables are known by their first line."""
+    """A picture with the mark of a command; a table has no place for one."""
     mark = f"specc {by}".encode()
     match form:
         case "svg":
@@ -34,8 +33,8 @@ def signed(content: bytes, form: str, by: str) -> bytes:
 
 
 def is_signed(beginning: bytes, end: bytes, form: str) -> bool:
-    """Whether a file of this format begins and ends as a signed one does."""
-    if form == "csv":
-        return _TABLE.match(beginning) is not None
+    """Whether a file of this format begins and ends as a signed one does; never a table."""
+    if form not in _STARTS:
+        return False
     place = end[-LENGTH:] if form == "pdf" else beginning[:LENGTH]
     return beginning.startswith(_STARTS[form]) and _MARKS.search(place) is not None

@@ -6,6 +6,8 @@ import csv
 import io
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -75,7 +77,45 @@ def test_tables(tmp_path: Path) -> None:
     assert at["1.61"][0] == "halting"
     done = _plot(tmp_path, KEPT, "--out", "t.csv")
     assert done.stdout == "t.csv\n" and (tmp_path / "t.csv").read_text().startswith("begin_s,end_s")
-    assert _plot(tmp_path, KEPT, "gate.c", "--csv", "--out", "t.csv").returncode == 0
+    assert _plot(tmp_path, KEPT, "--out", "t.csv").returncode == 0, "the same table again"
+
+
+@pytest.mark.parametrize("head", ["time_s,force", "begin_s,end_s,grade", "recording,time_s,v"])
+def test_a_table_is_never_replaced(head: str, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.csv"
+    mine.write_text(f"{head}\n0,1\n")
+    done = _plot(tmp_path, KEPT, "--out", "mine.csv")
+    words = "specc: mine.csv is there, and no table says who made it, so it stays; remove it, "
+    assert (done.returncode, done.stdout) == (2, "") and words in done.stderr
+    assert mine.read_text() == f"{head}\n0,1\n" and [*tmp_path.iterdir()] == [mine]
+
+
+def test_settings_of_matplotlib_in_the_working_folder_change_nothing(tmp_path: Path) -> None:
+    """A new process, because matplotlib reads them when it is imported."""
+    with_them, without = tmp_path / "a", tmp_path / "b"
+    for folder in (with_them, without):
+        folder.mkdir()
+    settings = "text.usetex: True\nfont.size: 30\nsavefig.bbox: tight\n\x1b[31m.key: 1\n"
+    (with_them / "matplotlibrc").write_text(settings)
+    command = [sys.executable, "-m", "specc", "plot", str(KEPT)]
+    done = subprocess.run(command, cwd=with_them, capture_output=True, text=True, check=False)
+    name = "conveyor_gate-timeline.svg"
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{name}\n", "")
+    assert _plot(without, KEPT).returncode == 0
+    assert (with_them / name).read_bytes() == (without / name).read_bytes()
+
+
+def test_settings_of_matplotlib_are_those_of_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import matplotlib as mpl
+
+    for name in ("a.svg", "b.svg"):
+        assert _plot(tmp_path, KEPT, "--out", name).returncode == 0
+        monkeypatch.setitem(mpl.rcParams, "text.usetex", True)
+        monkeypatch.setitem(mpl.rcParams, "font.size", 30.0)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert mpl.rcParams["font.size"] == 30.0
 
 
 def test_a_part_of_the_time(tmp_path: Path) -> None:
@@ -121,7 +161,7 @@ def test_runs_over_each_other(tmp_path: Path) -> None:
         ("{kept} --csv --out a.svg", "a.svg: with --csv the name has to end in .csv"),
         ("{kept} --out none/a.svg", "none/a.svg cannot be written: no such file or directory"),
         ("{kept} --out mine.svg", "mine.svg is there, but no SVG that specc made, so it stays"),
-        ("{kept} --out mine.csv", "mine.csv is there, but no CSV that specc made, so it stays"),
+        ("{kept} --out mine.csv", "mine.csv is there, and no table says who made it, so it stays"),
         ("{kept} a.mcap b.mcap c.mcap d.mcap e.mcap f.mcap", "7 recordings are not told apart"),
         ("empty.mcap", "is no MCAP file"),
         ("bare.mcap", "bare.mcap is no recording of specc"),
