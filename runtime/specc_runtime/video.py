@@ -131,7 +131,7 @@ class Video:
     """
 
     def __init__(self, options: Options, plant: Any, tick_s: float, clock: WallClock) -> None:
-        """Draws the first picture at once; raises UsageError if the file cannot be written.
+        """Draws the scene at once; raises UsageError if the file cannot be written.
 
         The plant needs `picture(camera, width, height)` and the camera; what it raises
         goes through.
@@ -152,7 +152,7 @@ class Video:
         self._view = options.camera, *(options.size or kind.size_px)
         if options.geom_groups is not None:
             plant.show_geom_groups(options.geom_groups)
-        plant.picture(*self._view)
+        self._first: Rgb | None = plant.picture(*self._view)
         self._file = kind(path, self.period_s, self._view[1:])
 
     def tick(self, view: View) -> None:
@@ -165,10 +165,16 @@ class Video:
             raise
         lines = [("time", f"{view.time_s:.2f} s"), *view.states.items()]
         self._file.add(annotated(picture, lines))
+        self._first = None
         self.busy_s += self._clock.now_s() - begin_s
 
     def close(self) -> None:
-        """See `Companion`. Raises OutputLost unless the file has all pictures."""
+        """See `Companion`. Raises OutputLost unless the file has all pictures.
+
+        A run that is over before the first tick leaves the picture of its beginning.
+        """
+        if self._first is not None:
+            self._file.add(self._first)
         wrong = self._file.close()
         if self._ended or wrong:
             raise OutputLost(f"the film {self._path}{self._ended or wrong}")

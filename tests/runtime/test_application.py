@@ -250,6 +250,17 @@ def test_animation_shows_the_same_in_fewer_pictures(
         assert abs(now.astype(float) - then).mean() < 5.0
 
 
+@pytest.mark.parametrize("name", ["run.mp4", "run.webp"])
+def test_a_film_has_a_picture_at_least(name: str, tmp_path: Path) -> None:
+    import cv2
+
+    path = tmp_path / name
+    push(tmp_path, "--duration", "0.2", "--quiet", "--fps", "0.01", "--video", str(path))
+    film = cv2.VideoCapture(str(path))
+    good, picture = film.read()
+    assert good and picture.std() > 10.0 and not film.grab()
+
+
 def test_video_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     common = [str(PUSHER), "--base", str(PUSHER), "--renderer", "raycast", "--quiet"]
     for path in (tmp_path / "run.mp4", tmp_path / "run.webp"):
