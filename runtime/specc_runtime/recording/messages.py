@@ -9,7 +9,7 @@ import re
 from base64 import b64decode
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +31,8 @@ from specc_runtime.recording.reading import (
 from specc_runtime.recording.steps import STEP_SCHEMA, TRUTH_SCHEMA
 from specc_runtime.recording.text import loaded
 
+LATEST_S = 1e12
+"""Times in reports are earlier; what says otherwise was made by no run."""
 NOTHING = b"nothing"
 """Stands for an element without a value."""
 
@@ -113,10 +115,10 @@ _STEP: dict[str, tuple[type, ...]] = {
 
 
 def simulated_s(report: Mapping[str, str]) -> float | None:
-    """The simulated duration in a report; None if it cannot be read."""
+    """The simulated duration in a report; None if it cannot be read or is none of a run."""
     try:
         found = float(loaded(report["report"].encode())["simulated_s"])
-        return found if isfinite(found) else None
+        return found if 0 <= found < LATEST_S else None
     except (KeyError, TypeError, ValueError, OverflowError, Misshapen):
         return None
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from specc_runtime.forms import Misshapen
 from specc_runtime.recording.messages import (
+    LATEST_S,
     Beginning,
     Shelved,
     beginning_of,
@@ -70,7 +71,9 @@ class Line:
     _stamp: int = -1
 
     def follow(self, time_s: float, stamp: int, state: str) -> int:
-        """Note a step; returns the number of spans that it adds."""
+        """Note a step; returns the number of spans that it adds. Raises Misshapen."""
+        if self.spans and time_s < self.spans[-1].end_s:
+            raise Misshapen(f"the step before was later, at {self.spans[-1].end_s:.12g} s")
         is_next, before = stamp == self._stamp + 1, len(self.spans)
         self._stamp = stamp
         if self.spans and is_next:
@@ -206,6 +209,6 @@ def _entries(report: Any, key: str, texts: Sequence[str]) -> list[tuple[float, M
         for entry in (entries if isinstance(entries, list) else ())
         if isinstance(entry, dict)
         and type(entry.get("time_s")) in (int, float)
-        and abs(entry["time_s"]) < 1e12
+        and abs(entry["time_s"]) < LATEST_S
         and all(type(entry.get(name)) is str for name in texts)
     ]

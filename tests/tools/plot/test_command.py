@@ -8,6 +8,7 @@ import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -200,8 +201,9 @@ def _forged(
     *steps: dict[str, Any],
     report: dict[str, Any] | None = None,
     text: bytes = SPEC.read_bytes(),
+    times_s: Sequence[float] = (),
 ) -> None:
-    """A recording with steps of `gate.c`, each 50 ms after the one before."""
+    """A recording with steps of `gate.c`, each 50 ms after the one before, or at these times."""
     with file.open("wb") as opened:
         writer = Writer(opened)
         writer.start()
@@ -213,7 +215,8 @@ def _forged(
             told = {"stamp": i, "time": i / 20, "before": "", "state": "closed", "cause": ""}
             told |= {"row": -1, "transition": "", "conditions": {}, "x": {}, "fresh": {}} | step
             data = json.dumps(told, separators=(",", ":"), ensure_ascii=False).encode()
-            writer.add_message(channel, i * 50_000_000, data, i * 50_000_000)
+            at_ns = round(times_s[i] * 1e9) if times_s else i * 50_000_000
+            writer.add_message(channel, at_ns, data, at_ns)
         if report is not None:
             writer.add_metadata("report", {"report": json.dumps(report)})
         writer.finish()
@@ -233,6 +236,22 @@ def test_faults_and_violated_requirements(tmp_path: Path) -> None:
     texts = _texts(tmp_path / "b.svg")
     assert "1 at 0.02 s: violated: always(False)" in texts
     assert "2 at 0.05 s: fault: sqrt: no way" in texts
+
+
+@pytest.mark.parametrize("simulated_s", [1.7e308, 10**400, -1.0, float("nan")])
+def test_no_run_is_as_long_as_that(simulated_s: float, tmp_path: Path) -> None:
+    _forged(tmp_path / "a.mcap", {}, {"state": "opening"}, report={"simulated_s": simulated_s})
+    assert _plot(tmp_path, "a.mcap").returncode == 0
+    rows = _table(_plot(tmp_path, "a.mcap", "--csv").stdout)
+    assert rows[-1] == ["0.05", "0.05", "gate.c", "opening"]
+
+
+def test_times_that_go_back_are_refused(tmp_path: Path) -> None:
+    for words in ([], ["gate.c.x.belt.v"], ["gate.c", "--csv"]):
+        _forged(tmp_path / "a.mcap", {}, {}, {}, times_s=(0.0, 0.1, 0.05))
+        done = _plot(tmp_path, "a.mcap", *words)
+        told = "specc: a.mcap: /gate.c at 0.05 s: the step before was later, at 0.1 s\n"
+        assert (done.returncode, done.stdout, done.stderr) == (2, "", told), words
 
 
 def test_what_a_stranger_writes_is_data(tmp_path: Path) -> None:
