@@ -66,7 +66,9 @@ def content(drawn: Any, form: str) -> bytes:
 
 
 def text_width(text: str, size: float) -> float:
-    """Points that a text takes, without its line breaks."""
-    from matplotlib.textpath import TextPath
+    """Points that a text of one line takes."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
 
-    return float(TextPath((0, 0), text, size=size).get_extents().width) if text.strip() else 0.0
+    font = FontProperties(size=size)
+    return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])

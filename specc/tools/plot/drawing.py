@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from heapq import nlargest
 from typing import Any
 
 from specc.diagnostics.render.visible import visible
@@ -15,6 +16,8 @@ _WIDTH_IN = 10.0
 _ROW_IN, _PANEL_IN, _FRAME_IN, _NOTE_IN = 0.25, 1.65, 0.75, 0.16
 _SMALL, _POINTS_PER_IN = 7.0, 72
 _MOST_NOTES, _LONGEST_NOTE, _LONGEST_NAME = 8, 130, 60
+MOST_NAMES = 400
+"""Spans of states that have names on them."""
 _FIRST = "#e3e3e3"
 _COLOURS = ("#8dd3c7", "#fdb462", "#80b1d3", "#fb8072", "#b3de69", "#bebada", "#fccde5", "#ffed6f",
             "#a6cee3", "#ccebc5", "#d9b38c", "#e5c494")  # fmt: skip
@@ -68,38 +71,41 @@ def _notes(sheet: Sheet) -> list[str]:
 
 def _draw_bands(axes: Any, bands: Sequence[Band], length_s: float) -> None:
     for row, band in enumerate(bands):
-        by_state: dict[str, list[tuple[float, float]]] = {}
-        for begin_s, end_s, state in legible(band, length_s):
-            by_state.setdefault(state, []).append((begin_s, end_s - begin_s))
-        for state, spans in by_state.items():
-            colour = _colour(band, state)
-            axes.broken_barh(spans, (row - 0.42, 0.84), color=colour, edgecolor="white", lw=0.3)
+        places = {state: place for place, state in enumerate(band.states)}
+        shown = list(legible(band, length_s))
+        spans = [(begin_s, end_s - begin_s) for begin_s, end_s, _ in shown]
+        colours = [_colour(places, state) for *_, state in shown]
+        axes.broken_barh(spans, (row - 0.42, 0.84), facecolors=colours, edgecolor="white", lw=0.3)
     axes.set_yticks(range(len(bands)), [_clean(b.label, _LONGEST_NAME) for b in bands], fontsize=8)
     axes.set_ylim(len(bands) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
 
 
-def _colour(band: Band, state: str) -> str:
+def _colour(places: Mapping[str, int], state: str) -> str:
     if state == MANY:
         return "#999999"
-    place = band.states.index(state)
+    place = places[state]
     return _COLOURS[(place - 1) % len(_COLOURS)] if place else _FIRST
 
 
 def _name_states(axes: Any, bands: Sequence[Band], length_s: float) -> None:
-    """Write the names of states where they fit."""
+    """Write the names of states where they fit, in the longest spans if there are many."""
     box = axes.get_window_extent()
     points_per_s = box.width / axes.figure.dpi * _POINTS_PER_IN / length_s
     widths: dict[str, float] = {}
-    for row, band in enumerate(bands):
-        for begin_s, end_s, state in legible(band, length_s):
-            name = _clean(state, _LONGEST_NAME)
-            if name not in widths:
-                widths[name] = text_width(name, _SMALL) + 3
-            if (end_s - begin_s) * points_per_s > widths[name] and state != MANY:
-                at = ((begin_s + end_s) / 2, row)
-                axes.text(*at, name, fontsize=_SMALL, ha="center", va="center_baseline")
+    every = ((row, *s) for row, b in enumerate(bands) for s in legible(b, length_s) if s[2] != MANY)
+    for row, begin_s, end_s, state in sorted(nlargest(MOST_NAMES, every, _length_of)):
+        name = _clean(state, _LONGEST_NAME)
+        if name not in widths:
+            widths[name] = text_width(name, _SMALL) + 3
+        if (end_s - begin_s) * points_per_s > widths[name]:
+            at = ((begin_s + end_s) / 2, row)
+            axes.text(*at, name, fontsize=_SMALL, ha="center", va="center_baseline")
+
+
+def _length_of(span: tuple[int, float, float, str]) -> float:
+    return span[2] - span[1]
 
 
 def _draw_panel(axes: Any, panel: Panel) -> None:

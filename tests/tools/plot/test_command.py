@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from xml.etree import ElementTree
 import pytest
 from mcap.writer import Writer
 
+from specc.tools.plot.drawing import MOST_NAMES, drawn
+from specc.tools.plot.sheet import Band, Sheet
 from tests.commands import specc
 from tests.recording.test_damage import _damaged_at
 
@@ -117,6 +120,20 @@ def test_settings_of_matplotlib_are_those_of_nobody(
         monkeypatch.setitem(mpl.rcParams, "font.size", 30.0)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     assert mpl.rcParams["font.size"] == 30.0
+
+
+def test_many_states_are_one_collection_and_the_longest_have_names() -> None:
+    """Drawing time would otherwise go with the number of different states."""
+    spans = [(i * 1.0, i + 1.0, f"s{i}") for i in range(900)] + [(900.0, 1200.0, "long")]
+    states = tuple(state for *_, state in spans)
+    bands = tuple(Band(label, tuple(spans), states) for label in ("a", "b"))
+    picture = drawn(Sheet("t", bands, (), (), 0.0, 1200.0), "svg").decode()
+    assert len(set(re.findall(r'id="(\w*PolyCollection_\d+)"', picture))) == 2
+    texts = re.findall(r">([^<>]+)</text>", picture)
+    assert texts.count("long") == 2 and "s1" not in texts
+    even = Band("", tuple((i * 8.0, i * 8.0 + 8, "i") for i in range(60)), ("i",))
+    picture = drawn(Sheet("t", (even,) * 10, (), (), 0.0, 480.0), "svg").decode()
+    assert len(re.findall(">i</text>", picture)) == MOST_NAMES
 
 
 def test_a_part_of_the_time(tmp_path: Path) -> None:
