@@ -81,12 +81,14 @@ def _with_texts(path: str, texts: Mapping[str, str]) -> Loader:
     return Loader(Findings(), read, reach_of(path))
 
 
-def check_spec(path: str, loader: Loader | None = None) -> Result:
+def check_spec(
+    path: str, loader: Loader | None = None, texts: Mapping[str, str] = _AS_WRITTEN
+) -> Result:
     """Like `compile_spec`, but what systems use is checked too, as far as it goes by itself.
 
     An editor brings its own loader, which keeps the files and all that was found.
     """
-    loader = loader or Loader(Findings(), reach=reach_of(path))
+    loader = loader or _with_texts(path, texts)
     with one_run():
         file = loader.load(path)
         if file is not None and file.spec.is_part:

@@ -5,21 +5,26 @@ from __future__ import annotations
 import os
 import shlex
 from argparse import Namespace
-from collections.abc import Collection, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from specc.cli import streams
+from specc.cli.placing import placing, reason, refuse_taken
 from specc.cli.rewrite import rewrite
+from specc.diagnostics import Diagnostic
 from specc.mjcf import Model, ModelError, read_model
+from specc.pipeline import Result, check_spec
 from specc.policy import reach_of
 from specc.read import ANYWHERE, read_file
+from specc.source import real_path
+from specc.tools.fmt import LayoutError
 from specc.tools.importers.writing import PEERS, SpecNames
 from specc.tools.starting import (
     Facts,
     NoFacts,
     NoGroup,
-    NotAdded,
     Robot,
     added,
     bound,
@@ -27,6 +32,7 @@ from specc.tools.starting import (
     facts_of,
     grouped,
     left_out,
+    not_held,
     receptors,
 )
 
@@ -41,10 +47,13 @@ class Refused(Exception):
 def init(options: Namespace) -> int:
     """Write a specification for a model, and the model beside it where it lies outside."""
     try:
-        adds = options.agent is not None and Path(options.directory).is_file()
-        written = _added(options) if adds else _write(_files(options))
+        adds = options.agent is not None and os.path.isfile(options.directory)
+        written = _added(options) if adds else _new(options)
     except Refused as refused:
         streams.say(f"specc: {refused}")
+        return 2
+    except OSError as error:
+        streams.say(f"specc: {reason(error)}; nothing was written")
         return 2
     for place in written[:_MOST_SHOWN]:
         streams.show(f"{place}\n")
@@ -55,17 +64,51 @@ def init(options: Namespace) -> int:
     return 0
 
 
-def _files(options: Namespace) -> dict[Path, str | Path]:
-    """Where to write, and texts, or files to copy; the specification comes first."""
+def _new(options: Namespace) -> list[Path]:
+    """Write a new specification; the files that were written, the specification first."""
     path, folder = options.model, Path(options.directory)
     model = _model(path)
-    facts = _facts(path)
     system = SpecNames(PEERS).new(_name(path, model))
-    name = system if options.agent is None else _legal(options.agent)
-    robot = _robot(name, facts, model, options)
     spec = folder / f"{system}.yaml"
     plant, copies = _plant(path, model, spec)
-    return {spec: document(robot, system, plant, _command(path)), **copies}
+    refuse_taken({spec: "", **copies})
+    name = system if options.agent is None else _legal(options.agent)
+    robot = _robot(name, _facts(path), model, options)
+    text = document(robot, system, plant, _command(path))
+    with placing() as put:
+        put(copies)
+        _refuse_errors(_checked(spec, text), ())
+        put({spec: text})
+    _warn(robot)
+    return [spec, *copies]
+
+
+def _warn(robot: Robot) -> None:
+    if line := not_held(robot.facts):
+        streams.say(f"specc: {line}")
+
+
+def _checked(spec: Path, text: str) -> Result:
+    """What the compiler finds in a specification with this text, its model being in place."""
+    return check_spec(str(spec), texts={real_path(str(spec)): text})
+
+
+def _refuse_errors(result: Result, before: Iterable[Diagnostic]) -> None:
+    """Refuse a specification that has errors, other than those that were there `before`."""
+    left = Counter((each.code, each.message) for each in result.diagnostics if _is_error(each))
+    left -= Counter((each.code, each.message) for each in before if _is_error(each))
+    if left:
+        found = list(left)
+        shown = "".join(f"\n  {code}: {message}" for code, message in found[:_MOST_SHOWN])
+        more = f"\n  and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
+        raise Refused(
+            "nothing was written: the specification would have errors; change the model, or say "
+            f"with --group which actuators it is about{shown}{more}"
+        )
+
+
+def _is_error(finding: Diagnostic) -> bool:
+    return finding.severity == "error"
 
 
 def _command(path: str) -> str:
@@ -83,24 +126,39 @@ def _added(options: Namespace) -> list[Path]:
     """Add an agent to a specification; the files that were written."""
     path, spec = options.model, Path(options.directory)
     name = _legal(options.agent)
-    read = read_file(str(spec))
-    if not isinstance(read.data, dict) or any(d.severity == "error" for d in read.diagnostics):
+    read, before = read_file(str(spec)), check_spec(str(spec))
+    if not isinstance(read.data, dict) or not read.ok or before.system is None:
         raise Refused(f"{spec} is not a specification that can be read; `specc validate` says more")
+    if name in _agents(before):
+        raise Refused(f"there is an agent {name} already; give another --agent")
     model = _model(path)
     plant, copies = _same_plant(read.data, path, model, spec)
-    robot = _robot(name, _facts(path), model, options, bound(read.data))
+    refuse_taken(copies)
+    robot = _robot(name, _facts(path), model, options, bound(before.system))
     try:
         text = added(read.source.text, read.data, robot, plant, _command(path))
-    except NotAdded as error:
-        raise Refused(str(error)) from None
-    written = _write(copies)
-    try:
+    except LayoutError:
+        raise Refused(_not_added(spec, name)) from None
+    with placing() as put:
+        put(copies)
+        after = _checked(spec, text)
+        if not {*_agents(before), name} <= _agents(after):
+            raise Refused(_not_added(spec, name))
+        _refuse_errors(after, before.diagnostics)
         rewrite(str(spec), text)
-    except OSError as error:
-        for place in written:
-            place.unlink(missing_ok=True)
-        raise Refused(f"cannot write: {error}; nothing was left behind") from None
-    return [spec, *written]
+    _warn(robot)
+    return [spec, *copies]
+
+
+def _agents(result: Result) -> set[str]:
+    return {agent.name for agent in result.system.agents} if result.system else set()
+
+
+def _not_added(spec: Path, name: str) -> str:
+    return (
+        f"{name} cannot be added to {spec}, which is unchanged: write its sections as blocks, "
+        "without braces around all of them, and nothing after a line of `...`"
+    )
 
 
 def _same_plant(
@@ -158,7 +216,11 @@ def _robot(
     for line in left_out(refused):
         streams.say(f"specc: left out: {line}")
     if not groups:
-        raise Refused("the model has no actuator that can be held; nothing was written")
+        raise Refused(
+            "all actuators of the model are driven already; nothing was written"
+            if facts.actuators
+            else "the model has no actuator that can be held; nothing was written"
+        )
     return Robot(name, facts, model, groups, found, refused)
 
 
@@ -181,24 +243,3 @@ def _plant(path: str, model: Model, spec: Path) -> tuple[str, dict[Path, str | P
     places = {each: spec.parent / PLANTS / os.path.relpath(each, top) for each in real}
     own = places[os.path.realpath(path)]
     return own.relative_to(spec.parent).as_posix(), {p: Path(f) for f, p in places.items()}
-
-
-def _write(files: Mapping[Path, str | Path]) -> list[Path]:
-    """Write new files, all or none; see the errors of `_files`."""
-    taken = [str(place) for place in files if place.exists() or place.is_symlink()]
-    if taken:
-        verb = "exists" if len(taken) == 1 else "exist"
-        raise Refused(f"{', '.join(taken[:3])} {verb} already; nothing was written")
-    written: list[Path] = []
-    try:
-        for place, content in files.items():
-            place.parent.mkdir(parents=True, exist_ok=True)
-            data = content.encode() if isinstance(content, str) else content.read_bytes()
-            with place.open("xb") as stream:
-                written.append(place)
-                stream.write(data)
-    except OSError as error:
-        for place in written:
-            place.unlink(missing_ok=True)
-        raise Refused(f"cannot write: {error}; nothing was left behind") from None
-    return written

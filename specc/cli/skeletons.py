@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from argparse import Namespace
 from pathlib import Path
 
 from specc.cli import streams
+from specc.cli.placing import placing, reason
 from specc.diagnostics import nearest
 from specc.resources import specs_dir
 
@@ -26,23 +28,22 @@ def init(options: Namespace) -> int:
         return 2
     directory, name = options.directory, options.skeleton or "joint"
     target = Path(directory)
-    if name not in names() or not directory or (target.exists() and not target.is_dir()):
+    if name not in names() or not directory or (os.path.exists(target) and not target.is_dir()):
         streams.say(f"specc: {_refusal(directory, name)}")
         return 2
     source = specs_dir() / "skeletons" / name
-    files = sorted(path for path in source.rglob("*") if path.is_file())
-    places = {path: target / path.relative_to(source) for path in files}
-    taken = [str(place) for place in places.values() if place.exists() or place.is_symlink()]
-    if taken:
-        verb = "exists" if len(taken) == 1 else "exist"
-        streams.say(f"specc: {', '.join(taken)} {verb} already; nothing was written")
+    # The specification is the first, and so comes last.
+    files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
+    places = {target / path.relative_to(source): path for path in files}
+    try:
+        with placing() as put:
+            put(places)
+    except OSError as error:
+        streams.say(f"specc: {reason(error)}; nothing was written")
         return 2
-    if fault := _copy(places):
-        streams.say(f"specc: cannot write: {fault}; nothing was left behind")
-        return 2
-    for place in places.values():
+    for place in places:
         streams.show(f"{place}\n")
-    spec = next(place for place in places.values() if place.suffix == ".yaml")
+    spec = next(place for place in places if place.suffix == ".yaml")
     named = shlex.quote(str(spec))
     streams.show(f"\nspecc status {named}\nspecc run {named} --cycles 1\n")
     return 0
@@ -58,22 +59,6 @@ def _refusal(directory: str, name: str) -> str:
     if not directory:
         return "the directory has no name; leave it out to use this one"
     return f"{directory} is a file; name a directory, which is created if it does not exist"
-
-
-def _copy(places: dict[Path, Path]) -> OSError | None:
-    """Copy files to new places; if that fails, take away what was copied and say why."""
-    written: list[Path] = []
-    try:
-        for path, place in places.items():
-            place.parent.mkdir(parents=True, exist_ok=True)
-            with place.open("xb") as stream:
-                written.append(place)
-                stream.write(path.read_bytes())
-    except OSError as error:
-        for place in written:
-            place.unlink(missing_ok=True)
-        return error
-    return None
 
 
 def names() -> list[str]:

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 from specc_runtime.plants.mujoco import plant as plants
 from specc_runtime.plants.mujoco.driven import moments
 
 from specc.cli import main, modelled
+from specc.pipeline import check_spec
 from specc.tools.starting import Facts, facts_of
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
@@ -21,6 +29,13 @@ from tests.seeds import short
 NEAR = {mujoco.mjtJoint.mjJNT_HINGE.value: 0.05, mujoco.mjtJoint.mjJNT_SLIDE.value: 0.005}
 
 
+SPECS = Path(__file__).parents[2] / "specs"
+SERVICES = (
+    "architectures/services.yaml",
+    "plants/services.xml",
+    "lib/services_messages.yaml",
+    "lib/carrier.yaml",
+)
 KNOWN: dict[str, Facts] = {}
 """What the simulator has said of models, by their texts: it says the same again."""
 
@@ -364,3 +379,161 @@ def test_a_pose_beyond_its_ranges_is_put_inside(tmp_path: Path, farthest: dict[s
     run(spec)
     assert max(farthest.values()) < 1.0
     assert set(farthest) == set(JOINTS)
+
+
+TWO_ON_ONE = {
+    "motors": MOTORS + '<motor name="second" joint="elbow" ctrlrange="-9 9"/>',
+    "servos": SERVOS + '<position name="second" joint="elbow" kp="50" kv="5"/>',
+    "speeds": SPEEDS + '<velocity name="second" joint="elbow" kv="2"/>',
+}
+
+
+@pytest.mark.parametrize("name", short(TWO_ON_ONE, 0))
+def test_two_actuators_of_a_kind_may_move_one_joint(name: str, tmp_path: Path) -> None:
+    spec = started(arm(TWO_ON_ONE[name]), tmp_path)
+    assert is_clean(spec)
+    assert "actuators: [second]" in spec.read_text()
+    run(spec)
+
+
+@pytest.mark.parametrize(
+    ("actuators", "change", "words"),
+    [
+        (MOTORS.replace("-60", "-inf", 1), ("", ""), "actuator shoulder_motor: the least control"),
+        (MOTORS, ('qpos="0.4', 'qpos="nan'), "keyframe home: a position"),
+        (MOTORS, ('timestep="0.002"', 'timestep="1e-5"'), "is too short: 5 s would take more"),
+    ],
+)
+def test_numbers_that_give_no_control_are_refused(
+    actuators: str,
+    change: tuple[str, str],
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    model = at(tmp_path / "robot.xml", arm(actuators).replace(*change))
+    assert main(["init", str(tmp_path / "cell"), "--model", str(model)]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "cell").exists()
+
+
+def test_a_joint_that_is_not_held_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = started(arm(MOTORS.replace("-60 60", "-1 1")), tmp_path)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("specc: NOT HELD: in a rehearsal") and "shoulder " in line
+    assert "# NOT HELD: " in spec.read_text()
+
+
+def files_below(folder: Path) -> dict[Path, bytes | None]:
+    return {p: p.read_bytes() if p.is_file() else None for p in folder.rglob("*")}
+
+
+def test_a_specification_with_errors_is_not_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its model includes a file by an absolute path, which leads out of the project."""
+    parts = at(tmp_path / "elsewhere/parts.xml", arm(SERVOS))
+    model = at(
+        tmp_path / "models/cell.xml", f'<mujoco model="cell"><include file="{parts}"/></mujoco>'
+    )
+    before = files_below(tmp_path)
+    assert main(["init", str(tmp_path / "new/cell"), "--model", str(model)]) == 2
+    said = capsys.readouterr().err
+    assert "nothing was written: the specification would have errors" in said and "  E0" in said
+    assert files_below(tmp_path) == before
+
+
+def in_braces(text: str) -> str:
+    return json.dumps(YAML(typ="safe").load(text))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [lambda text: f"{text}...\n", in_braces, lambda text: f"--- # one\n{text}"],
+    ids=["an end", "braces", "a beginning"],
+)
+def test_an_agent_is_in_the_specification_or_nothing_changes(
+    changed: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = started(arm(SERVOS), tmp_path, "--agent", "lower", "--group", "arm=shoulder,elbow")
+    at(spec, changed(spec.read_text()))
+    before = files_below(tmp_path)
+    capsys.readouterr()
+    plant = str(spec.parent / "plants/robot.xml")
+    done = main(["init", str(spec), "--model", plant, "--agent", "upper"])
+    if done:
+        assert "upper cannot be added" in capsys.readouterr().err
+        assert files_below(tmp_path) == before
+    else:
+        read = check_spec(str(spec))
+        assert read.system is not None and {a.name for a in read.system.agents} == {
+            "lower",
+            "upper",
+        }
+
+
+@pytest.mark.parametrize(
+    ("agent", "words"), [("extra", "are driven already"), ("carriers_1", "an agent carriers_1")]
+)
+def test_agents_and_bindings_of_many_are_known(
+    agent: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`carriers_{i}`, whose devices are bound with `for`."""
+    at(tmp_path / "pyproject.toml", "")
+    spec, plant, *_ = (at(tmp_path / each, (SPECS / each).read_text()) for each in SERVICES)
+    before = spec.read_text()
+    assert main(["init", str(spec), "--model", str(plant), "--agent", agent]) == 2
+    assert words in capsys.readouterr().err
+    assert spec.read_text() == before
+
+
+def test_nothing_stays_after_an_interrupt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = at(tmp_path / "models/robot.xml", arm(SERVOS))
+    before = files_below(tmp_path)
+
+    def interrupted(*_: object) -> None:
+        assert (tmp_path / "new/cell/plants/robot.xml").is_file()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(modelled, "_checked", interrupted)
+    assert main(["init", str(tmp_path / "new/cell"), "--model", str(model)]) == 130
+    assert files_below(tmp_path) == before
+
+
+def test_a_name_that_is_too_long_is_a_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = at(tmp_path / "robot.xml", arm(SERVOS))
+    folder = str(tmp_path / ("x" * 300))
+    for options in (["--model", str(model)], ["--model", str(model), "--agent", "a"], []):
+        assert main(["init", folder, *options]) == 2
+        assert "cannot write: " in capsys.readouterr().err
+    named = at(tmp_path / f"{'y' * 250}.xml", arm(SERVOS).replace("<mujoco model", "<mujoco class"))
+    assert main(["init", str(tmp_path / "cell"), "--model", str(named)]) == 2
+    assert not (tmp_path / "cell").exists()
+
+
+@pytest.mark.parametrize("sign", short([signal.SIGKILL, signal.SIGTERM], 0))
+def test_nothing_outlives_a_command_that_is_killed(tmp_path: Path, sign: signal.Signals) -> None:
+    """Neither the process that rehearses for seconds nor the folder in which it works."""
+    slow = arm(MOTORS.replace("-60 60", "-1 1")).replace('timestep="0.002"', 'timestep="5e-5"')
+    model = at(tmp_path / "robot.xml", slow)
+    (scratch := tmp_path / "scratch").mkdir()
+    ours, theirs = os.pipe()
+    command = [sys.executable, "-m", "specc", "init", str(tmp_path / "cell"), "--model", str(model)]
+    killed = subprocess.Popen(
+        command, stdin=theirs, cwd=tmp_path, env={**os.environ, "TMPDIR": str(scratch)}
+    )
+    os.close(theirs)
+    children = Path(f"/proc/{killed.pid}/task/{killed.pid}/children")
+    while killed.poll() is None and not children.read_text():
+        time.sleep(0.01)
+    killed.send_signal(sign)
+    assert killed.wait(timeout=60) == -sign
+    # All of them hold its standard input, so this waits for their end.
+    with os.fdopen(ours, "rb") as end:
+        assert end.read() == b""
+    assert list(scratch.iterdir()) == []
+    assert not (tmp_path / "cell").exists()

@@ -1,7 +1,7 @@
 """Starting a specification from the model of a robot."""
 
-from specc.tools.starting.adding import NotAdded, added, bound
-from specc.tools.starting.document import Robot, document, left_out
+from specc.tools.starting.adding import added, bound
+from specc.tools.starting.document import Robot, document, left_out, not_held
 from specc.tools.starting.facts import Facts, NoFacts, facts_of
 from specc.tools.starting.groups import NoGroup, grouped
 from specc.tools.starting.receptors import receptors
@@ -10,7 +10,6 @@ __all__ = [
     "Facts",
     "NoFacts",
     "NoGroup",
-    "NotAdded",
     "Robot",
     "added",
     "bound",
@@ -18,5 +17,6 @@ __all__ = [
     "facts_of",
     "grouped",
     "left_out",
+    "not_held",
     "receptors",
 ]

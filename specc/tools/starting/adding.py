@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from specc.model.system import System
 from specc.tools.fmt import formatted
 from specc.tools.fmt.tree import Collection, Entry
 from specc.tools.importers.writing import PEERS, Data, SpecNames, to_yaml
@@ -14,28 +15,21 @@ from specc.tools.starting.document import Robot, sections, wrapped
 _NAMED = ("types", "interfaces", "constants", "operators", "files", "frames", "parameters")
 
 
-class NotAdded(Exception):
-    """The specification takes no such agent; the message says why."""
-
-
-def bound(data: Mapping[str, Any]) -> set[str]:
-    """Actuators, sensors and cameras that a specification, as plain data, has devices for."""
-    bindings = _mapping(_mapping(data, "plant"), "bind").values()
-    found: set[str] = set()
-    for each in bindings:
-        if isinstance(each, Mapping):
-            named = (each.get("actuators"), each.get("sensors"), [each.get("camera")])
-            found |= {str(one) for names in named if isinstance(names, list) for one in names}
-    return found
+def bound(system: System) -> set[str]:
+    """Actuators, sensors and cameras that a system has devices for."""
+    bindings = system.plant.bindings if system.plant else ()
+    each = ((*one.actuators, *one.sensors, one.camera) for one in bindings)
+    return {name for names in each for name in names if name}
 
 
 def added(text: str, data: Mapping[str, Any], robot: Robot, plant: str, command: str) -> str:
     """The text of a specification, which is YAML without faults, with one more agent.
 
-    All of it comes in the canonical layout. Raises NotAdded.
+    All of it comes in the canonical layout. Whether the agent is in it shows when it is read.
+
+    Raises:
+        LayoutError: what is there would not survive.
     """
-    if robot.name in _mapping(data, "agents"):
-        raise NotAdded(f"there is an agent {robot.name} already; give another --agent")
     taken = {name for key in _NAMED for name in _mapping(data, key)}
     parts = sections(robot, SpecNames({*taken, *PEERS}), _mapping(data, "constants"))
     remarks = wrapped(f"Made by `{command}`.", *parts.remarks)

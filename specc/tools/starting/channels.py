@@ -64,11 +64,25 @@ class Channel:
 
 
 def channels(actuators: Iterable[Actuator], facts: Facts) -> list[Channel]:
-    """The channels of a group, in the order of the model."""
-    found: dict[tuple[str, str, str], list[Actuator]] = {}
+    """The channels of a group, in the order of the model.
+
+    A channel has a joint once: of several actuators of one kind on a joint, each is in another one.
+    """
+    found: list[tuple[tuple[str, str, str], list[Actuator]]] = []
     for actuator in actuators:
-        found.setdefault(_kind(actuator, facts), []).append(actuator)
-    return [Channel(*kind, tuple(own)) for kind, own in found.items()]
+        kind = _kind(actuator, facts)
+        same = (own for other, own in found if other == kind and not _share(actuator, own))
+        if (own := next(same, None)) is not None:
+            own.append(actuator)
+        else:
+            found.append((kind, [actuator]))
+    return [Channel(*kind, tuple(own)) for kind, own in found]
+
+
+def _share(actuator: Actuator, others: Iterable[Actuator]) -> bool:
+    """Whether an actuator with one joint moves one that others move."""
+    joints = {joint for other in others for joint, _ in other.joints}
+    return len(actuator.joints) == 1 and actuator.joints[0][0] in joints
 
 
 def _kind(actuator: Actuator, facts: Facts) -> tuple[str, str, str]:

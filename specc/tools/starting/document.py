@@ -116,6 +116,16 @@ def left_out(refused: Mapping[str, str]) -> Iterator[str]:
         yield f"{few}{more}: {why}"
 
 
+def not_held(facts: Facts) -> str:
+    """A line about the joints that left the start in the rehearsal; empty if none did."""
+    most = {joint.name: NEAR[joint.unit][1] for joint in facts.joints}
+    far = {name: value for name, value in facts.strayed.items() if value > most[name]}
+    shown = ", ".join(f"{n} {_rough(v)}" for n, v in _first(far))
+    more = f" and {len(far) - _MOST_SHOWN} more" if len(far) > _MOST_SHOWN else ""
+    said = f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}{more}."
+    return said if far else ""
+
+
 def sections(robot: Robot, names: SpecNames, known: Mapping[str, Any] | None = None) -> Sections:
     """What the agent needs in every section; `names` gives those of types and constants.
 
@@ -223,10 +233,8 @@ class _Agent:
                 f"Nothing holds the model in the pose of {pose(facts)}: bodies may overlap there, "
                 "or the robot stand above its floor. Runs begin where it settles: see the scene."
             )
-        far = {n: v for n, v in facts.strayed.items() if v > self._most(n)}
-        if far:
-            shown = ", ".join(f"{n} {_rough(v)}" for n, v in _first(far))
-            yield f"NOT HELD: in a rehearsal of {HELD_S} s, joints went this far (rad, m): {shown}."
+        if far := not_held(facts):
+            yield far
         elif facts.strayed:
             most = max(facts.strayed.values())
             yield (
@@ -234,10 +242,6 @@ class _Agent:
                 f"{_rough(most)} (rad or m)."
             )
         yield from (f"Left out: {line}" for line in left_out(self._robot.refused))
-
-    def _most(self, joint: str) -> float:
-        units = {each.name: each.unit for each in self._robot.facts.joints}
-        return NEAR[units[joint]][1]
 
     # Devices and virtual effectors.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -127,15 +128,19 @@ def _asked(path: str) -> dict[str, Any]:
     with TemporaryDirectory(prefix="specc-") as scratch:
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "specc_runtime.describing", path],
+                [sys.executable, "-m", "specc_runtime.describing", path, str(os.getpid())],
                 capture_output=True,
                 check=False,
                 timeout=_SECONDS,
                 cwd=scratch,
                 env=environment,
+                # Ctrl-C is for this process, which ends that one.
+                start_new_session=True,
             )
         except subprocess.TimeoutExpired:
             raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s") from None
+    if done.returncode < 0 and signal.Signals(-done.returncode).name == "SIGXCPU":
+        raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s")
     if done.returncode or not done.stdout:
         if b"No module named" in done.stderr and b"specc_runtime" in done.stderr:
             raise NoFacts("the runtime (package specc_runtime) is not installed")

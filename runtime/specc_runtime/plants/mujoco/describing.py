@@ -3,12 +3,13 @@
 The keys are those of `specc.tools.starting.facts`, which reads them.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from specc_runtime.operators.arrays import Array
+from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.driven import JOINT_KINDS, Driven, driven
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import HOME, initial_positions, load_model
@@ -21,7 +22,7 @@ def described(path: str) -> dict[str, Any]:
     """Facts about the MJCF file at `path`.
 
     Raises:
-        PlantError: no such file, or MuJoCo rejects it.
+        PlantError: no such file, MuJoCo rejects it, or something of it is infinite or no number.
     """
     model = load_model(path)
     data = mujoco.MjData(model)
@@ -41,7 +42,7 @@ def described(path: str) -> dict[str, Any]:
     how = held(model, start, settable, actuators, wheels) if actuators else None
     final = start if how is None else how.start
     moved = {places[i]: float(final[i]) for i in places if abs(final[i] - begun[i]) > _LEVEL}
-    return {
+    facts: dict[str, Any] = {
         "keyframe": keyframe,
         "scene": moved,
         "settled": bool(np.abs(final - start).max(initial=0.0) > _LEVEL),
@@ -55,6 +56,25 @@ def described(path: str) -> dict[str, Any]:
         "strayed": _named(model, how.strayed) if how else {},
         "sensors": [_sensor(model, i) for i in range(model.nsensor)],
     }
+    for kind in ("joint", "actuator", "sensor"):
+        for part in facts[f"{kind}s"]:
+            _refuse_infinite(kind, part)
+    return facts
+
+
+def _refuse_infinite(kind: str, part: Mapping[str, Any]) -> None:
+    for key, value in part.items():
+        numbers = value if isinstance(value, list) else [value]
+        if not all(np.isfinite(number).all() for number in numbers if _is_number(number)):
+            shown = ascii(part["name"])[1:-1]
+            raise PlantError(f"{kind} {shown}: {_SAID.get(key, key)} is infinite or no number")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float | list)
+
+
+_SAID = {"least": "the least control", "greatest": "the greatest control", "start": "its start"}
 
 
 def _wanted(model: Any, driven: Iterable[int]) -> tuple[str | None, Array]:
@@ -68,6 +88,8 @@ def _wanted(model: Any, driven: Iterable[int]) -> tuple[str | None, Array]:
         keyframe = HOME
     elif names:
         keyframe, wanted = names[0] or "number 1", np.array(model.key_qpos[0])
+    if not np.isfinite(wanted).all():
+        raise PlantError(f"keyframe {keyframe}: a position is infinite or no number")
     for joint in driven:
         _confine(model, wanted, joint)
     return keyframe, wanted

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from specc_runtime.operators.arrays import Array
+from specc_runtime.plants.errors import PlantError
 from specc_runtime.plants.mujoco.driven import Driven, moments
 from specc_runtime.plants.mujoco.library import mujoco
 from specc_runtime.plants.mujoco.model import set_start
@@ -39,7 +40,8 @@ _PERIODS = 0.1
 _GOOD = 0.4
 """Of what is allowed, where the search ends."""
 _MOST_STEPS = 120_000
-"""Of the simulation, in all rehearsals."""
+"""Of the simulation: one rehearsal of `HELD_S` must have no more; once all laws that were tried
+from one start had as many, no others are tried."""
 _NOT_FAR = 0.5
 """From the start, rad and m, is a pose that stands for it."""
 _MOVED = 1e-4
@@ -79,7 +81,11 @@ def held(
 
     Where bodies overlap at the start, or a robot stands above its floor, no control keeps it there.
     Then the pose is taken in which it settles, as far as a scene can set it (`settable`, (nq,)).
+
+    Raises:
+        PlantError: the step of the simulation is too short to rehearse anything.
     """
+    _refuse_short_steps(float(model.opt.timestep))
     first = Rehearsal(model, start, actuators, wheels)
     found = first.best()
     if found.score < 1.0 or not np.isfinite(found.score):
@@ -94,6 +100,14 @@ def held(
         again = Rehearsal(model, begun, actuators, wheels)
         found = min(found, again.best(rest), key=lambda each: each.score)
     return found
+
+
+def _refuse_short_steps(timestep_s: float) -> None:
+    if HELD_S / timestep_s > _MOST_STEPS:
+        raise PlantError(
+            f"option: a timestep of {timestep_s:g} s is too short: {HELD_S:g} s would take more "
+            f"than {_MOST_STEPS:,} steps; {HELD_S / _MOST_STEPS:.2g} s and more will do"
+        )
 
 
 def confined(model: Any, positions: Array) -> Array:
