@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import chain
 from typing import Any, Literal
 
 from specc.analysis.connections import Connections
@@ -183,7 +184,11 @@ class Constants:
         parts = [self._form(operand, mark) for operand in formula.operands]
         if isinstance(formula, Temporal):
             return formula.op, formula.span_s, *parts
-        return formula.op, frozenset(parts)
+        if formula.op == "not":
+            return "not", *parts
+        # Order, repetition and brackets of operands say nothing.
+        inside = (p[1] if isinstance(p, tuple) and p[0] == formula.op else (p,) for p in parts)
+        return formula.op, frozenset(chain.from_iterable(inside))
 
 
 class Meaning:

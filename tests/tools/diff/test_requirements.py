@@ -58,6 +58,15 @@ def test_a_constant_may_take_the_name_of_a_part(differ: Differ) -> None:
         assert found == changes
 
 
+def test_order_and_brackets_say_nothing(differ: Differ) -> None:
+    p, q = (f"state(cart.c) == {state}" for state in ("going", "idle"))
+    first = required("", f"within(5[s], {p} or ({q} or {p}))")
+    assert differ(first, required("", f"within(5[s], {q} or {p})")).differences == ()
+    assert differ(first, required("", f"within(5[s], {q} and {p})")).differences
+    twice = required("", f"within(5[s], not (not within(1[s], {p})))")
+    assert differ(twice, required("", f"within(5[s], not within(1[s], {p}))")).differences
+
+
 def test_constants_may_have_other_names(differ: Differ) -> None:
     old = BASE.replace("constants:\n", "constants:\n  WAIT: 5[s]\n") + (
         "let: {goes: 'state(cart.c) == going and WAIT > 1[s]'}\n"
