@@ -313,6 +313,24 @@ class Signature(NamedTuple):
 
 def parse_signature(text: str, names: TypeNames) -> Signature:
     """The signature that a text spells; raises `ExprError` with offsets into it."""
+    stretches, (start, end) = signature_parts(text)
+    parameters: dict[str, Type] = {}
+    for first, last in stretches:
+        name, type = _parameter(text, first, last, names)
+        if name in parameters:
+            raise _error(f"parameter `{name}` stands twice", first, last)
+        parameters[name] = type
+    result = _type(text, start, end, names)
+    _check_variables(parameters, result, start, end)
+    return Signature(tuple(parameters.items()), result)
+
+
+def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
+    """Where the parameters of a signature stand, and where its result.
+
+    Raises:
+        ExprError: the text has not the form of a signature; with offsets into it.
+    """
     if len(text) > LONGEST:
         message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
         raise _error(message, LONGEST, len(text))
@@ -321,15 +339,7 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
     arrow = closing + 1 + len(text[closing + 1 :]) - len(text[closing + 1 :].lstrip())
     if not text.startswith("->", arrow):
         raise _error("a signature has its result after `->`", arrow, len(text))
-    parameters: dict[str, Type] = {}
-    for start, end in _separated(text, opening + 1, closing):
-        name, type = _parameter(text, start, end, names)
-        if name in parameters:
-            raise _error(f"parameter `{name}` stands twice", start, end)
-        parameters[name] = type
-    result = _type(text, arrow + 2, len(text), names)
-    _check_variables(parameters, result, arrow + 2, len(text))
-    return Signature(tuple(parameters.items()), result)
+    return list(_separated(text, opening + 1, closing)), (arrow + 2, len(text))
 
 
 def _error(message: str, start: int, end: int) -> ExprError:

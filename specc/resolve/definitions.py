@@ -10,6 +10,7 @@ from typing import TypeVar
 from specc.diagnostics import Related
 from specc.frozen import frozen
 from specc.lang import ExprError, TypeNames
+from specc.lang.mentioned import names_of_signature, names_of_type
 from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
@@ -17,6 +18,7 @@ from specc.model.trace import Trace
 from specc.model.types import Frame, Int, OpenSize, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
+from specc.schema.files import TypeDef
 from specc.schema.subsystem import InterfaceDef
 from specc.source import Place
 
@@ -108,6 +110,21 @@ def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     """Sizes in a description that are not given: examples that differ from each other."""
     named = (name for name, kind in parameters.items() if may_be_size(kind))
     return {name: OpenSize(example, name) for name, example in zip(named, count(11), strict=False)}
+
+
+def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:
+    """The names of sizes in a signature and in the types of one file that it mentions."""
+    named, done, found = list(names_of_signature(signature, types)), set[str](), set[str]()
+    while named:
+        name = named.pop()
+        if name.kind == "size":
+            found.add(name.name)
+        elif name.kind == "type" and name.name not in done:
+            done.add(name.name)
+            inner = types[name.name]
+            for text in (inner.type or "", *(inner.fields or {}).values()):
+                named += names_of_type(text, types)
+    return found
 
 
 # What the expressions of one file may name: frames, types, constants, files and operators.

@@ -25,7 +25,7 @@ from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame, Opaque, Record, Type, extent
 from specc.read import ANYWHERE, Reach
 from specc.resolve.context import Findings, Where, file_hint, trace_of
-from specc.resolve.definitions import Definitions, Interface, MakeType, open_sizes
+from specc.resolve.definitions import Definitions, Interface, MakeType, open_sizes, sizes_met
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
 from specc.resolve.groups import Groups
@@ -188,8 +188,10 @@ class Library:
             # Uses of one description with other frames have one operator.
             unframed = replace(own.names(variables=True), frames={f: f for f in own.frames})
             means = definition.python, parse_signature(definition.signature, unframed)
+            met = sizes_met(definition.signature, file.spec.types)
+            sizes = ",".join(f"{n}={size}" for n, size in own.sizes.items() if n in met)
             own.operators[name] = Operator(
-                self._in_system("operator", name, means, where.key, own),
+                self._in_system("operator", name, means, where.key, own, sizes),
                 *signature,
                 definition.python or "",
                 definition.title,
@@ -197,10 +199,14 @@ class Library:
                 where.key,
             )
 
-    def _in_system(self, kind: str, name: str, means: object, at: Place, own: Definitions) -> str:
-        """The name of an operator or file in the whole system, where names may be used again."""
+    def _in_system(
+        self, kind: str, name: str, means: object, at: Place, own: Definitions, sizes: str = ""
+    ) -> str:
+        """The name of an operator or file in the whole system, where names may be used again.
+
+        An operator with `sizes` has a name of its own for each of these.
+        """
         known = self._meant.setdefault(f"{kind} {name}", {})
-        sizes = ",".join(f"{parameter}={size}" for parameter, size in own.sizes.items())
         other = f"{name}@{os.path.relpath(at.file, self.base).replace(os.sep, '/')}"
         other += f"#{sizes}" if sizes else ""
         found = known.get((at, sizes)) or known.get(means) or (other if known or sizes else name)

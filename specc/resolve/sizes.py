@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
 from specc.diagnostics import Related
 from specc.lang import A_SIZE, Environment, ExprError, evaluate, is_size
+from specc.lang.mentioned import names_of_interface, names_of_signature, names_of_type
 from specc.limits import take
 from specc.model.expr import Call, walk
 from specc.model.system import Constant
@@ -18,8 +18,7 @@ from specc.resolve.definitions import Definitions, inlined
 from specc.resolve.library import Loaded
 from specc.schema.places import role_of
 
-_TEXTS = ("type", "signature", "interface")
-_SIZES = re.compile(r"\b(?:vector|image)\s*\[([^\[\]]*)")
+_READ = {"type": names_of_type, "signature": names_of_signature, "interface": names_of_interface}
 
 
 @dataclass(slots=True)
@@ -40,7 +39,7 @@ class Sizes:
         if number is not None and is_size(number):
             self.found[given.name] = number
             return True
-        use = next(_uses(self.file.top, given.name), None)
+        use = next(_uses(self.file.top, given.name, self.file.spec.types), None)
         if use is None:
             return True
         is_told = "a number that only a run can tell" if number is None else str(number)
@@ -64,18 +63,17 @@ class Sizes:
         return OpenSize(number, given.name) if is_open else number
 
 
-def _uses(where: Where, name: str) -> Iterator[Where]:
+def _uses(where: Where, name: str, types: Collection[str]) -> Iterator[Where]:
     """The texts of types that have a name in the place of a size."""
     if isinstance(where.raw, str):
         role = role_of(where.route)
-        if role is not None and role.form in _TEXTS:
-            sizes = " ".join(found[1] for found in _SIZES.finditer(where.raw))
-            if name in re.findall(r"\w+", sizes):
-                yield where
+        read = _READ.get(role.form) if role is not None else None
+        if read and any(n.kind == "size" and n.name == name for n in read(where.raw, types)):
+            yield where
         return
     keys = where.raw if isinstance(where.raw, dict) else range(_length(where.raw))
     for key in keys:
-        yield from _uses(where[key], name)
+        yield from _uses(where[key], name, types)
 
 
 def _length(raw: object) -> int:

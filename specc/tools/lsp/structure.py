@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import ast
 import re
-import warnings
 from collections.abc import Collection, Iterator
-from dataclasses import replace
 
 from specc.frozen import frozen
 from specc.lang import RESERVED, ExprError
+from specc.lang.mentioned import (
+    Named,
+    NameKind,
+    names_of_interface,
+    names_of_signature,
+    names_of_type,
+)
 from specc.lang.parse import parse_syntax, span
 from specc.model import expr as m
 from specc.model.types import Enum, Record, Type
@@ -127,104 +132,42 @@ def guesses(text: str) -> Iterator[Mention]:
 # The names that the texts of types and signatures mention.
 
 
-_HEAD = "def _"
-_FRAMES = {"pose": 2, "wrench": 1, "twist": 1, "spatial": 1}
-_SIZES = {"vector": 1, "image": 2}
+_KINDS: dict[NameKind, tuple[SymbolKind, ...]] = {
+    "type": ("type",),
+    "interface": ("interface",),
+    "frame": ("frame",),
+    "argument": ("frame", "type"),
+    "size": ("parameter",),
+}
 
 
 def type_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
     """Types, frames and sizes in the text of a type; `types` tells type names from units."""
-    tree = _tree(text)
-    if tree is not None:
-        yield from _in_type(tree, types)
+    yield from map(_mention, names_of_type(text, types))
 
 
 def interface_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
     """The interface that a buffer names, and the frames and types that it is given."""
-    match _tree(text):
-        case ast.Name() as head:
-            yield _mention("interface", head)
-        case ast.Subscript(value=ast.Name() as head, slice=inner):
-            yield _mention("interface", head)
-            for item in _items(inner):
-                if isinstance(item, ast.Name):
-                    yield Mention(("frame", "type"), item.id, *span(item))
-                else:
-                    yield from _in_type(item, types)
+    yield from map(_mention, names_of_interface(text, types))
 
 
 def signature_mentions(text: str, types: Collection[str]) -> Iterator[Mention]:
-    """Types, frames and sizes in a signature, whose parts are annotations of Python."""
-    for node in _annotations(text):
-        for found in _in_type(node, types):
-            yield replace(found, start=found.start - len(_HEAD), end=found.end - len(_HEAD))
+    """Types, frames and sizes in a signature."""
+    yield from map(_mention, names_of_signature(text, types))
+
+
+def _mention(named: Named) -> Mention:
+    return Mention(_KINDS[named.kind], named.name, named.start, named.end)
 
 
 def enum_members(text: str) -> Iterator[Mention]:
     """The members that `enum[a, b]` declares."""
-    match _tree(text):
-        case ast.Subscript(value=ast.Name(id="enum"), slice=inner):
-            for node in _items(inner):
-                if isinstance(node, ast.Name):
-                    yield _mention("member", node)
-
-
-def _tree(text: str) -> ast.expr | None:
     try:
-        return parse_syntax(text)
+        tree = parse_syntax(text)
     except ExprError:
-        return None
-
-
-def _annotations(text: str) -> list[ast.expr]:
-    # Columns are offsets in a text of one line and of one byte a character.
-    if not text.isascii() or any(char in text for char in "\n\r\0"):
-        return []
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            (function,) = ast.parse(f"{_HEAD}{text}: 0").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    if not isinstance(function, ast.FunctionDef):
-        return []
-    found = [argument.annotation for argument in function.args.args]
-    return [node for node in (*found, function.returns) if node is not None]
-
-
-def _in_type(node: ast.expr, types: Collection[str]) -> Iterator[Mention]:
-    match node:
-        case ast.Name(id=name) if name in types:
-            yield _mention("type", node)
-        case ast.Subscript(value=ast.Name(id=name) as head, slice=inner):
-            items = _items(inner)
-            if name in types:
-                yield _mention("type", head)
-                yield from _frames(items)
-            elif name in _FRAMES:
-                yield from _frames(items[: _FRAMES[name]])
-            elif name in _SIZES:
-                yield from _sizes(items[: _SIZES[name]])
-                yield from (m for item in items[_SIZES[name] :] for m in _in_type(item, types))
-            elif name in ("list", "nonempty", "optional", "partial"):
-                yield from _in_type(items[-1], types)
-
-
-def _items(node: ast.expr) -> list[ast.expr]:
-    return node.elts if isinstance(node, ast.Tuple) and node.elts else [node]
-
-
-def _frames(nodes: list[ast.expr]) -> Iterator[Mention]:
-    for node in nodes:
-        if isinstance(node, ast.Name):
-            yield _mention("frame", node)
-
-
-def _sizes(nodes: list[ast.expr]) -> Iterator[Mention]:
-    for node in nodes:
-        if isinstance(node, ast.Name):
-            yield _mention("parameter", node)
-
-
-def _mention(kind: SymbolKind, node: ast.Name) -> Mention:
-    return Mention((kind,), node.id, *span(node))
+        return
+    match tree:
+        case ast.Subscript(value=ast.Name(id="enum"), slice=inner):
+            for node in inner.elts if isinstance(inner, ast.Tuple) else (inner,):
+                if isinstance(node, ast.Name):
+                    yield Mention(("member",), node.id, *span(node))

@@ -103,7 +103,7 @@ def test_uses_of_one_description_with_several_sizes_have_operators_of_their_own(
     system = compile_spec(str(path)).system
     assert system is not None
     assert [(o.name, str(o.result)) for o in system.operators] == [
-        ("S@joints.yaml#n=2,k=1", "vector[2, rad/s]"),
-        ("S@joints.yaml#n=3,k=1", "vector[3, rad/s]"),
-        ("S@joints.yaml#n=4,k=1", "vector[4, rad/s]"),
+        ("S@joints.yaml#n=2", "vector[2, rad/s]"),
+        ("S@joints.yaml#n=3", "vector[3, rad/s]"),
+        ("S@joints.yaml#n=4", "vector[4, rad/s]"),
     ]
