@@ -118,7 +118,8 @@ class AgentResolver:
             for name, definition in members.items():
                 peers = peers_of_virtual(agent, name, kind, definition, around)
                 part = definition, where[group][name]
-                whole = with_buffers(*part, kind, name, around, where, self.findings)
+                known = at.definitions.interfaces
+                whole = with_buffers(*part, kind, name, around, where, known, self.findings)
                 found.append(self.subsystem(agent, name, kind, around, *whole, peers, at))
         return found
 
@@ -184,6 +185,7 @@ class AgentResolver:
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
             described, here = levels[-1]
+            self._refuse_described(described, here)
             used = reuse(described, here, inside, self.library, name)
             if used is None or used.file.spec.subsystem is None:
                 if used is not None:
@@ -329,6 +331,14 @@ class AgentResolver:
                 help = "only its `control` may be another; describe other parts in that file"
                 self.findings.report("E0104", message, where[key].key, help=help)
 
+    def _refuse_described(self, definition: SubsystemDef, where: Where) -> None:
+        """Report keys beside the `use` of a subsystem that its description would have."""
+        for key in SubsystemDef.keys:
+            if key in definition.given - _BESIDE_USE:
+                message = f"`{key}` has no effect: another file describes the subsystem"
+                help = "only its title, `rate` and `uses` may be others; say the rest in that file"
+                self.findings.report("E0104", message, where[key].key, help=help)
+
     def _no_description(self, what: str, where: Where, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
         known = ", ".join(f"`{agent}`" for agent in agents)
@@ -340,6 +350,7 @@ class AgentResolver:
         self.findings.report("E0219", message, where["use"].place, help=help)
 
 
+_BESIDE_USE = frozenset(("for", "use", "title", "rate", "with", "uses", "eq", "table", "fig"))
 _DESCRIBED = ("virtual_effectors", "virtual_receptors", "real_effectors", "real_receptors")
 
 

@@ -6,11 +6,14 @@ like those of its device; whatever comes after sees an ordinary subsystem.
 
 from __future__ import annotations
 
+import ast
 import copy
 import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
+from specc.lang import ExprError, parse_syntax
+from specc.lang.parse import nodes_of
 from specc.model.system import SubsystemKind
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Interface
@@ -47,6 +50,7 @@ def with_buffers(
     name: str,
     around: AgentDef,
     agent: Where,
+    interfaces: Mapping[str, Interface],
     findings: Findings,
 ) -> tuple[SubsystemDef, Where]:
     """A virtual effector or receptor with the buffers that it has because it passes all on.
@@ -64,7 +68,8 @@ def with_buffers(
         _report_device(used, definition, where, group[:-1].replace("_", " "), findings)
         return definition, where
     device, at = devices[used[0]], agent[group][used[0]]
-    return _completed(definition, where, dict(_like(device, at, letter)), used[0])
+    reported = set(_names(device.y, interfaces))
+    return _completed(definition, where, dict(_like(device, at, letter, reported)), used[0])
 
 
 def _report_device(
@@ -88,12 +93,12 @@ _Buffers = Mapping[tuple[str, str], tuple[BufferDef, Where]]
 
 
 def _like(
-    device: DeviceDef, at: Where, letter: str
+    device: DeviceDef, at: Where, letter: str, reported: Collection[str]
 ) -> Iterator[tuple[tuple[str, str], tuple[BufferDef, Where]]]:
     ways = ((device.x, at["x"], "c", letter), (device.y, at["y"], letter, "c"))
     for buffer, here, source, target in ways:
         if buffer.elements or buffer.interface:
-            yield ("x", source), (_received(buffer, device.y.elements), here)
+            yield ("x", source), (_received(buffer, reported), here)
             yield ("y", target), (_sent(buffer), here)
 
 
@@ -112,8 +117,20 @@ def _safe(item: ElementDef, reported: Collection[str]) -> str | None:
         return None
     if item.safe.otherwise is not None:
         return item.safe.otherwise
-    named = set(_HEAD.findall(item.safe.value))
+    named = _named(item.safe.value)
     return None if named.intersection(reported) else item.safe.value
+
+
+def _named(text: str) -> set[str]:
+    """The names in an expression, without units; none, if it cannot be read."""
+    try:
+        nodes = nodes_of(parse_syntax(text))
+    except ExprError:
+        return set()
+    quantities = (node for node in nodes if isinstance(node, ast.Subscript))
+    units = (q.slice for q in quantities if isinstance(q.value, ast.Constant))
+    known = {id(node) for unit in units for node in nodes_of(unit)}
+    return {node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in known}
 
 
 def _sent(buffer: BufferDef) -> BufferDef:
