@@ -223,7 +223,10 @@ class TypeReader:
             case ast.Name(id=name) if name not in UNITS:
                 raise self._unknown_size(node, name)
         message = f"a size is {A_SIZE}"
-        raise self._error(node, message, f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`")
+        help = f"for example `{_USAGE['vector']}` or `{_USAGE['image']}`"
+        if isinstance(node, ast.Name):
+            help = f"for example `vector[6, {node.id}]`; {_NAMED_SIZE.format(node.id)}"
+        raise self._error(node, message, help)
 
     def _unknown_size(self, node: ast.expr, name: str) -> ExprError:
         close = nearest(name, self.names.sizes)
@@ -263,7 +266,8 @@ class TypeReader:
 
 
 A_SIZE = f"a whole number from 1 to {LARGEST_SIZE}"
-_SIZE_PARAMETER = "write the number; a description may have `parameters: {{{}: int}}`"
+_NAMED_SIZE = "a description may have `parameters: {{{}: int}}`"
+_SIZE_PARAMETER = f"write the number; {_NAMED_SIZE}"
 
 
 def is_size(number: float) -> bool:

@@ -146,7 +146,7 @@ class _Check:
                 return one
         if route == _VERSION:
             words = f"version {value!r} of the specification language is not supported"
-            return self._tell("E0105", words, route, "write `specc: 1`")
+            return self._tell("E0105", words, route, f"write `specc: {kind.values[-1]}`")
         names = [str(one) for one in kind.values]
         close = nearest(value, names) if isinstance(value, str) else []
         listed = ", ".join(f"`{name}`" for name in names)
