@@ -75,6 +75,7 @@ agents:
         tell_a: {{functions: [go_to_a], terminal: always}}
         tell_b: {{functions: [go_to_b], terminal: always}}
         tell_halt: {{functions: [halt], terminal: always}}
+        tell_both: {{functions: [halt, go_to_a], terminal: always}}
         tell_close: {{functions: [close], terminal: always}}
         tell_open: {{functions: [open], terminal: always}}
         reach_a: {{terminal: at_a}}
@@ -88,6 +89,7 @@ agents:
         telling_b: tell_b
         leaving: go_on
         telling_halt: tell_halt
+        telling_both: tell_both
         halting: stop
         telling_close: tell_close
         squeezing: squeeze
@@ -99,7 +101,8 @@ agents:
         - [reaching_a,    terminal, always, telling_b]
         - [telling_b,     terminal, always, leaving]
         - [leaving,       terminal, always, telling_halt]
-        - [telling_halt,  terminal, always, halting]
+        - [telling_halt,  terminal, always, telling_both]
+        - [telling_both,  terminal, always, halting]
         - [halting,       terminal, always, telling_close]
         - [telling_close, terminal, always, squeezing]
         - [squeezing,     terminal, always, telling_open]
@@ -198,6 +201,7 @@ def test_an_arm_of_any_size_keeps_its_bounds(n: int, tmp_path: Path) -> None:
     taken = json.loads(report.read_text())["subsystems"]["cell.arm"]["transitions_taken"]
     assert taken["moving terminal otherwise -> holding"] == 1
     assert taken["moving terminal halted -> braking"] == 1
+    assert taken["braking terminal otherwise -> holding"] == 1  # told to go and to halt, it halts
     time_s, q = columns(record, "cell.arm.y.E.q_d")
     assert np.diff(time_s) == pytest.approx(1.0 / ARM_HZ)
     v = np.diff(q, axis=0) * ARM_HZ
