@@ -65,6 +65,7 @@ names; steps and items of constants that are computed; letters of Python modules
 """
 
 OUT_OF_PARTS = f"written out, all of this together has more than {ALLOWED['parts']:,} parts"
+DESCRIBE_LESS = "describe less in one system, or compute more in operators"
 OUT_OF_STEPS = "the proofs of this run have used up their search budget"
 
 _spent: ContextVar[dict[Work, int] | None] = ContextVar("spent", default=None)

@@ -9,7 +9,7 @@ from typing import Any
 
 from specc.diagnostics import Command, Diagnostic, once, stops, without_follow_ups
 from specc.frozen import frozen
-from specc.limits import MAX_BYTES, one_run
+from specc.limits import DESCRIBE_LESS, MAX_BYTES, OUT_OF_PARTS, is_used_up, one_run
 from specc.model.system import System
 from specc.policy import reach_of
 from specc.read import Document, read_file, read_text
@@ -105,6 +105,7 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
     checked, proofs = run_checks(system, broken, faulty, sound=False, kept=findings.kept)
     own = told_of_comments(findings.diagnostics, loader.sources)
     found = findings.certain((*own, *(d for d in checked if is_certain(d, file.path))))
+    found = _told_of_rest(found, file)
     return Result(system, proofs, found, loader.sources, broken, is_part=True)
 
 
@@ -124,8 +125,18 @@ def _compiled(
     own = told_of_comments(findings.diagnostics, loader.sources)
     agents = [agent.name for agent in resolved.system.agents]
     every = findings.certain((*without_follow_ups(own, checked), *checked))
-    found = tuple(once(every, agents))
+    found = _told_of_rest(tuple(once(every, agents)), file)
     return Result(resolved.system, proofs, found, loader.sources, resolved.broken, resolved.units)
+
+
+def _told_of_rest(found: tuple[Diagnostic, ...], file: Loaded) -> tuple[Diagnostic, ...]:
+    """The findings; where the rest of a file was not read, one of them says so.
+
+    Who used up the allowance may have been looking at something whose findings are not shown.
+    """
+    if not is_used_up("parts") or any(OUT_OF_PARTS in finding.message for finding in found):
+        return found
+    return (*found, Diagnostic("E0017", OUT_OF_PARTS, Place(file.path), help=DESCRIBE_LESS))
 
 
 def read_spec(path: str, texts: Mapping[str, str] = _AS_WRITTEN) -> Result:
@@ -139,7 +150,7 @@ def read_spec(path: str, texts: Mapping[str, str] = _AS_WRITTEN) -> Result:
         if file is None:
             return Result(None, None, tuple(loader.findings.diagnostics), loader.sources)
         resolved = resolve(file, loader.load, loader.findings, loader.reach)
-    diagnostics = tuple(loader.findings.diagnostics)
+        diagnostics = _told_of_rest(tuple(loader.findings.diagnostics), file)
     return Result(
         resolved.system, None, diagnostics, loader.sources, resolved.broken, resolved.units
     )

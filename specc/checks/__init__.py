@@ -74,7 +74,7 @@ def run_checks(
     `broken` names the subsystems and devices with errors of their own; they are left out;
     `faulty` those with unknowns in them, about which less is said. The system is not `sound` if
     anything else was wrong before. `kept` is what an earlier analysis found out. Nothing is found
-    of a system that was refused for its size: the rest of it was not read.
+    of a system that is refused for its size, which the caller reports: the rest was not read.
     """
     facts = Facts(system, broken, faulty, kept)
     if is_used_up("parts"):

@@ -12,7 +12,7 @@ import warnings
 from functools import lru_cache
 
 from specc.lang.errors import FOLLOW_UP, ExprError
-from specc.limits import OUT_OF_PARTS, left, spend
+from specc.limits import DESCRIBE_LESS, OUT_OF_PARTS, left, spend
 
 LONGEST = 10_000
 DEEPEST = 64
@@ -97,8 +97,8 @@ def count_parts(parts: int, start: int, end: int) -> None:
     """Count what is about to be given a meaning; raises `ExprError` for all from the first on."""
     is_first = left("parts") >= 0
     if not spend("parts", parts):
-        help = "describe less in one system, or compute more in operators"
-        raise ExprError(OUT_OF_PARTS, start, end, help, "E0017" if is_first else FOLLOW_UP)
+        code = "E0017" if is_first else FOLLOW_UP
+        raise ExprError(OUT_OF_PARTS, start, end, DESCRIBE_LESS, code)
 
 
 def parse_syntax(text: str) -> ast.expr:

@@ -229,7 +229,8 @@ class AgentResolver:
             return made()
         given = (*given, repr(raw))
         known: tuple[Subsystem, list[Meaning], int] | None = kept.answer(name, given)
-        if known is not None and spend("parts", known[2]):  # as if it were made
+        if known is not None and known[2] <= left("parts"):  # else it is made, as far as it goes
+            spend("parts", known[2])
             findings.meanings += known[1]
             return known[0]
         before, meant, parts = self._told(), len(findings.meanings), left("parts")

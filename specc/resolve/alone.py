@@ -38,9 +38,10 @@ def resolve_alone(
     """
     library = Library(load, os.path.dirname(file.path) or ".", findings, reach)
     frames = {name: name for name, kind in file.spec.parameters.items() if kind == "frame"}
-    scratch = replace(library, findings=Findings()).definitions(file, frames)
-    given = _parameters(file, scratch, findings)
-    setting = Setting(file, library.definitions(file, frames, given), given)
+    definitions = library.begun(file, frames)
+    given = _parameters(file, definitions, findings)
+    library.complete(definitions, file, given)
+    setting = Setting(file, definitions, given)
     agent, resolver = _described(file, library, setting, findings)
     check_interfaces((setting.definitions, *resolver.instances), findings)
     found = findings.diagnostics

@@ -79,22 +79,43 @@ class Library:
         sizes: Mapping[str, int] | None = None,
     ) -> Definitions:
         """Definitions in force in `file`; `frames`, `given` and `sizes` are of its parameters."""
+        own = self.begun(file, frames, sizes)
+        self.complete(own, file, given)
+        return own
+
+    def begun(
+        self,
+        file: Loaded,
+        frames: dict[str, Frame] | None = None,
+        sizes: Mapping[str, int] | None = None,
+    ) -> Definitions:
+        """The definitions that types in `file` may name; values of parameters may have such types.
+
+        They are to be made `complete`. The files that `file` uses are in them.
+        """
         own = Definitions(frames=dict(frames or {}), has_points=file.spec.specc > 1)
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
-        if given is not None:
-            own.given = {c.name: c for c in given}
-            for constant in given:
-                own.add(constant)
         if self.findings.kept is not None:
-            own.made_from = repr((file.path, frames, given, sizes, _defined_in(file)))
+            own.made_from = repr((file.path, frames, sizes, _defined_in(file)))
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
+        return own
+
+    def complete(
+        self, own: Definitions, file: Loaded, given: tuple[Constant, ...] | None = None
+    ) -> None:
+        """Add what else is in force in `file`, whose value parameters are `given`."""
+        if given is not None:
+            own.given = {c.name: c for c in given}
+            for constant in given:
+                if constant.name not in own.constants:
+                    own.add(constant)
+            own.made_from += repr(given)
         self._files(file, own)
         self._operators(file, own)
         self._constants(file, own)
         self._interfaces(file, own)
-        return own
 
     def beside(self, file: Loaded, relative: str) -> str:
         """Path of a file that `file` names, relative to the working directory."""

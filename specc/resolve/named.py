@@ -46,7 +46,10 @@ class Lets:
             self._trees[name] = None
             if made is not None:
                 self.found.append(made)
-                self._trees[name], self._sizes[name] = self._read(text)
+                try:
+                    self._trees[name], self._sizes[name] = self._read(text)
+                except ExprError as error:  # nothing more is read in this run
+                    findings.expression_error(at, error)
 
     def names_in(self, text: str) -> frozenset[str]:
         """Those that a formula names."""

@@ -64,14 +64,12 @@ def reuse(
     whole, sizes = binder.sizes(file, library.given, name)
     if sizes is None:
         return None
-    scratch = replace(library, findings=Findings())
-    types = scratch.definitions(file, frames, sizes=sizes)
-    library.findings.unread |= scratch.findings.unread
-    given = binder.values(file, types, library.given, name, whole)
-    agents, groups = binder.agents(file, types, library)
+    definitions = library.begun(file, frames, sizes)
+    given = binder.values(file, definitions, library.given, name, whole)
+    agents, groups = binder.agents(file, definitions, library)
     if not binder.complete:
         return None
-    definitions = library.definitions(file, frames, given, sizes)
+    library.complete(definitions, file, given)
     definitions.agents, definitions.groups = agents, groups
     return Setting(file, definitions, given, using=(*using, file.path))
 
