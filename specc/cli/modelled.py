@@ -205,10 +205,9 @@ def _robot(
     name: str, facts: Facts, model: Model, options: Namespace, taken: Collection[str] = ()
 ) -> Robot:
     """The robot, without what others have (`taken`); an agent has named groups only, if any."""
-    wanted = options.group.items()
-    items = {_legal(each): [item.strip() for item in text.split(",")] for each, text in wanted}
+    wanted = {_legal(each): text for each, text in options.group.items()}
     try:
-        groups = grouped(facts, items, taken, guess=not (items and options.agent))
+        groups = grouped(facts, wanted, taken, guess=not (wanted and options.agent))
     except NoGroup as error:
         raise Refused(f"--group: {error}") from None
     found, refused = receptors(facts, model, taken)

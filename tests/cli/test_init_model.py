@@ -21,7 +21,7 @@ from specc_runtime.plants.mujoco.driven import moments
 
 from specc.cli import main, modelled
 from specc.pipeline import check_spec
-from specc.tools.starting import Facts, facts_of
+from specc.tools.starting import Facts, NoGroup, facts_of, grouped
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
 from tests.seeds import short
@@ -537,3 +537,38 @@ def test_nothing_outlives_a_command_that_is_killed(tmp_path: Path, sign: signal.
         assert end.read() == b""
     assert list(scratch.iterdir()) == []
     assert not (tmp_path / "cell").exists()
+
+
+# Actuators in another order than their joints; names with what separates names in `--group`.
+MIXED = "".join(
+    f'<position name="{name}" joint="{joint}" kp="200" kv="20"/>'
+    for name, joint in (("a,b", "shoulder"), ("c..d", "wrist"), ("e", "elbow"))
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("shoulder..elbow", ["a,b", "e"]),
+        ("elbow..shoulder", ["a,b", "e"]),
+        ("e..c..d", ["c..d", "e"]),
+        ("a,b", ["a,b"]),
+        ("e, a,b,c..d", ["e", "a,b", "c..d"]),
+        ("a,b..c..d", None),
+    ],
+)
+def test_what_a_group_names(text: str, found: list[str] | None, tmp_path: Path) -> None:
+    facts = modelled.facts_of(str(at(tmp_path / "robot.xml", arm(MIXED))))
+    if found is None:
+        with pytest.raises(NoGroup, match="is called a"):
+            grouped(facts, {"g": text}, guess=False)
+    else:
+        (group,) = grouped(facts, {"g": text}, guess=False)
+        assert [each.name for each in group.actuators] == found
+
+
+def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
+    motors = "".join(f'<motor name="m{i}" joint="j1"/>' for i in range(3))
+    text = arm(motors, ("j1", "j2", "j3"))
+    facts = modelled.facts_of(str(at(tmp_path / "robot.xml", text)))
+    assert [group.kind for group in grouped(facts, {})] == ["joints"]

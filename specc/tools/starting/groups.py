@@ -41,42 +41,75 @@ class Group:
 
 def grouped(
     facts: Facts,
-    wanted: Mapping[str, Sequence[str]],
+    wanted: Mapping[str, str],
     taken: Iterable[str] = (),
     *,
     guess: bool = True,
 ) -> list[Group]:
     """Groups of actuators but those that are `taken`: named ones, then guessed ones.
 
+    `wanted` are the names of groups -> texts of `--group`.
+
     Raises:
         NoGroup: a group names what there is not, or what another one has.
     """
     left = {a.name: a for a in facts.actuators if a.name not in set(taken)}
     groups = []
-    for name, items in wanted.items():
-        own = [found for item in items for found in _named(item, facts, left)]
+    for name, text in wanted.items():
+        own = [found for item in _items(text, _known(facts)) for found in _named(item, facts, left)]
         groups.append(Group("joints", name, tuple(dict.fromkeys(own))))
         for actuator in own:
             left.pop(actuator.name, None)
     return groups + (_guessed(facts, list(left.values())) if guess else [])
 
 
+def _known(facts: Facts) -> set[str]:
+    return {a.name for a in facts.actuators} | {j.name for j in facts.joints}
+
+
+def _items(text: str, known: set[str]) -> Iterator[str]:
+    """The parts between commas, but for names that have some themselves."""
+    parts, begin = text.split(","), 0
+    most = 1 + max((name.count(",") for name in known), default=0)
+    while begin < len(parts):
+        ends = range(min(len(parts), begin + most), begin, -1)
+        wholes = ((",".join(parts[begin:end]).strip(), end) for end in ends)
+        item, begin = next((w for w in wholes if w[0] in known), (parts[begin].strip(), begin + 1))
+        yield item
+
+
 def _named(item: str, facts: Facts, left: Mapping[str, Actuator]) -> list[Actuator]:
     """What an item of `--group` names: an actuator or joint, or all `FIRST..LAST` of the model."""
-    order = list(facts.actuators)
-    ends = [_place(each, facts) for each in item.split("..", 1)] if ".." in item else None
-    if ends is None:
-        found = [order[place] for place in _places(item, facts)]
-    else:
-        found = order[min(ends) : max(ends) + 1]
+    ends = _ends(item, _known(facts))
+    found = _between(*ends, facts) if ends else _at(item, facts)
     for actuator in found:
         if actuator.name not in left:
             raise NoGroup(f"{actuator.name} is in another group, or driven already")
     return found
 
 
-def _place(name: str, facts: Facts) -> int:
-    return _places(name, facts)[0]
+def _ends(item: str, known: set[str]) -> tuple[str, str] | None:
+    """The names of `FIRST..LAST`; None for a name, which may have dots itself."""
+    if item in known or ".." not in item:
+        return None
+    dots = (match.start() for match in re.finditer(r"(?=\.\.)", item))
+    found = [(item[:dot].strip(), item[dot + 2 :].strip()) for dot in dots]
+    return next((ends for ends in found if known.issuperset(ends)), found[0])
+
+
+def _between(first: str, last: str, facts: Facts) -> list[Actuator]:
+    """The actuators of all joints from one to another, or all actuators from one to another."""
+    order = list(facts.actuators)
+    places = [*_places(first, facts), *_places(last, facts)]
+    names = [joint.name for joint in facts.joints]
+    if first in names and last in names:
+        low, high = sorted((names.index(first), names.index(last)))
+        return [a for a in order if all(low <= joint <= high for joint, _ in a.joints)]
+    return order[min(places) : max(places) + 1]
+
+
+def _at(name: str, facts: Facts) -> list[Actuator]:
+    return [facts.actuators[place] for place in _places(name, facts)]
 
 
 def _places(name: str, facts: Facts) -> list[int]:
@@ -160,7 +193,7 @@ def _merged(chains: list[set[int]], coupled: Iterable[set[int]]) -> list[set[int
 
 
 def _called(own: tuple[Actuator, ...], chain: set[int], facts: Facts, tree: _Tree) -> Group:
-    joints = [facts.joints[j] for a in own for j, _ in a.joints]
+    joints = [facts.joints[j] for j in dict.fromkeys(j for a in own for j, _ in a.joints)]
     text = " ".join(f"{j.name} {j.body_name}" for j in joints).lower()
     counts = {kind: len(re.findall(words, text)) for kind, words in _WORDS}
     named = max(counts, key=lambda kind: counts[kind])
