@@ -201,11 +201,22 @@ def _system(texts: Mapping[str, str]) -> System | None:
 
 
 def _names(files: Sequence[Path]) -> list[str]:
-    """What recordings are called beside each other; nothing where there is one."""
+    """The shortest ends of paths that tell recordings apart; nothing where there is one."""
     if len(files) == 1:
         return [""]
-    stems = [file.stem for file in files]
-    return stems if len(set(stems)) == len(stems) else [str(file) for file in files]
+    paths = [Path(os.path.normpath(file)).with_suffix("") for file in files]
+    parts = [path.parts[bool(path.anchor) :] for path in paths]
+    tails = [_tail(own, parts) for own in parts]
+    if len(set(tails)) == len(tails):
+        return tails
+    return [f"{tail} ({number})" for number, tail in enumerate(tails, start=1)]
+
+
+def _tail(own: Sequence[str], every: Sequence[Sequence[str]]) -> str:
+    """The shortest end that no other has, or all of it."""
+    counts = range(1, len(own) + 1)
+    alone = (n for n in counts if sum(other[-n:] == own[-n:] for other in every) == 1)
+    return "/".join(own[-next(alone, len(own)) :])
 
 
 def _wanted(signals: Sequence[Signal]) -> tuple[dict[str, list[Any]], dict[str, int]]:

@@ -164,6 +164,21 @@ def test_runs_over_each_other(tmp_path: Path) -> None:
     assert {row[0] for row in rows} == {"recording", "conveyor_gate", "other"}
 
 
+def test_runs_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    for name in ("old/a.mcap", "new/a.mcap", "a.mcap", "b.mcap"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        _forged(tmp_path / name, {})
+
+    def named(*files: object) -> list[str]:
+        rows = _table(_plot(tmp_path, *files, "--csv").stdout)[1:]
+        return [row[0] for row in rows]
+
+    old, new = tmp_path / "old/a.mcap", tmp_path / "new/../new/a.mcap"
+    assert named(old, new, "b.mcap") == ["old/a", "new/a", "b"]
+    assert named("a.mcap", "old/a.mcap") == ["a", "old/a"]
+    assert named("a.mcap", "./a.mcap", "b.mcap") == ["a (1)", "a (2)", "b (3)"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
