@@ -45,6 +45,7 @@ class Tally:
     """What one subsystem did. `state` is where it is now, since `since_s`.
 
     `spent_s` is the time in each state before that, `recent` are the last rows that were taken.
+    Without `is_timed` the times are not known: the run goes on from a recording without them.
     """
 
     subsystem: Subsystem
@@ -52,6 +53,7 @@ class Tally:
     paths: Counter[Passage] = field(default_factory=Counter)
     since_s: float = 0.0
     spent_s: dict[str, float] = field(default_factory=dict)
+    is_timed: bool = True
     recent: deque[Taken] = field(default_factory=lambda: deque(maxlen=_RECENT))
 
     def note(self, record: StepRecord) -> None:
@@ -137,11 +139,11 @@ class Statistics:
         for name, tally in self.tallies.items():
             rows = {-1: "", **{i: str(row) for i, row in enumerate(tally.subsystem.transitions)}}
             paths = [[a, rows[row], b, count] for (a, row, b), count in tally.paths.items()]
+            times = {"since": tally.since_s, "spent": tally.spent_s} if tally.is_timed else {}
             found[name] = {
                 "state": tally.state,
                 "paths": paths,
-                "since": tally.since_s,
-                "spent": tally.spent_s,
+                **times,
                 "recent": [astuple(taken) for taken in tally.recent],
             }
         return found
@@ -155,7 +157,8 @@ class Statistics:
             tally.state = str(saved[name]["state"])
             for before, row, state, count in saved[name]["paths"]:
                 tally.paths[str(before), rows.get(row, -1), str(state)] += int(count)
-            tally.since_s = float(saved[name].get("since", 0.0))  # older recordings have none
+            tally.is_timed = "since" in saved[name]  # older recordings have none
+            tally.since_s = float(saved[name].get("since", 0.0))
             spent_s = saved[name].get("spent", {}).items()
             tally.spent_s = {str(state): float(time_s) for state, time_s in spent_s}
             tally.recent.extend(
@@ -248,13 +251,13 @@ def stillborn(options: Options, faults: list[Fault], *, interrupted: bool) -> Re
 def subsystem_data(tally: Tally, busy_s: float, simulated_s: float) -> dict[str, Any]:
     """The entry of one subsystem; `busy_s` is the wall time of its steps."""
     steps = tally.steps
+    spent_s = tally.time_in_states(simulated_s).items() if tally.is_timed else ()
+    rounded_s = {state: round(time_s, 9) for state, time_s in spent_s}
     return {
         "steps": steps,
         "mean_step_us": 1e6 * busy_s / steps if steps else 0.0,
         "states_visited": tally.states_visited,
-        "time_in_states_s": {
-            state: round(time_s, 9) for state, time_s in tally.time_in_states(simulated_s).items()
-        },
+        **({"time_in_states_s": rounded_s} if tally.is_timed else {}),
         "transitions_taken": tally.transitions_taken,
         "last_transitions": [asdict(taken) for taken in tally.recent],
     }

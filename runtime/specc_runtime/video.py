@@ -15,10 +15,12 @@ from specc_runtime.clock import WallClock
 from specc_runtime.companion import OutputLost, View
 from specc_runtime.faults import said
 from specc_runtime.options import Options, UsageError
+from specc_runtime.telling import say
 from specc_runtime.values import Rgb
 
 MOST_PICTURES = 240
-"""Of an animation: all of them are in memory until it is written."""
+MOST_BYTES = 256 * 2**20
+"""Pictures of an animation, and bytes of them: all are in memory until it is written."""
 _QUALITY = 50
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
@@ -79,7 +81,8 @@ class Film:
 class Animation:
     """An animated WebP file, small and seldom drawn, that shows in pages; written at the end.
 
-    Where a run is too long for `MOST_PICTURES`, every second one is left out, again and again.
+    Where a run is too long for `MOST_PICTURES` or `MOST_BYTES`, every second picture is left out,
+    again and again.
     """
 
     size_px: ClassVar = (400, 300)
@@ -90,6 +93,9 @@ class Animation:
         self._path = path
         self._period_ms = 1000.0 * period_s
         self._pictures: list[Rgb] = []
+        self._most = min(MOST_PICTURES, MOST_BYTES // (3 * size_px[0] * size_px[1]))
+        if self._most < MOST_PICTURES:
+            say(f"{path} will have {self._most} pictures at most, because they are large")
         self._every = 1
         self._added = 0
         if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
@@ -100,7 +106,7 @@ class Animation:
         if self._added % self._every == 0:
             self._pictures.append(np.ascontiguousarray(picture[:, :, ::-1]))
         self._added += 1
-        if len(self._pictures) > MOST_PICTURES:
+        if len(self._pictures) > self._most:
             del self._pictures[1::2]
             self._every *= 2
 

@@ -84,3 +84,11 @@ def test_the_last_rows_and_the_time_in_states() -> None:
     assert [(t["transition"], t["times"]) for t in told["last_transitions"]] == [
         (rows[2], 2), (rows[0], 1), (rows[1], 1), (rows[0], 1),
     ]  # fmt: skip
+    old = first.saved()
+    for key in ("since", "spent", "recent"):
+        del old["m.c"][key]
+    for _ in range(2):  # a recording of such a run does not know them either
+        later = Statistics(system)
+        later.restore(old)
+        assert "time_in_states_s" not in subsystem_data(later.tallies["m.c"], 0.0, 0.75)
+        old = later.saved()

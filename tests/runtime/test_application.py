@@ -261,6 +261,19 @@ def test_a_film_has_a_picture_at_least(name: str, tmp_path: Path) -> None:
     assert good and picture.std() > 10.0 and not film.grab()
 
 
+def test_an_animation_of_large_pictures_has_fewer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They are in memory until it is written, so their bytes are bounded."""
+    import cv2
+
+    path = tmp_path / "run.webp"
+    monkeypatch.setattr("specc_runtime.video.MOST_BYTES", 4 * 3 * 400 * 300)
+    push(tmp_path, "--duration", "1", "--quiet", "--video", str(path))
+    assert list(cv2.imreadanimation(str(path))[1].durations) == [400] * 3
+    assert f"{path} will have 4 pictures at most" in capsys.readouterr().err
+
+
 def test_video_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     common = [str(PUSHER), "--base", str(PUSHER), "--renderer", "raycast", "--quiet"]
     for path in (tmp_path / "run.mp4", tmp_path / "run.webp"):
