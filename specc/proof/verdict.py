@@ -136,7 +136,8 @@ WAY_OUT = (
     "in all rows, as in `a + b < c` and `not (a + b < c)`"
 )
 INSTALL = (
-    "the generated code checks it in every run; to have it proved, `pip install 'specc[proof]'`"
+    "the generated code checks it in every run; to have it proved, "
+    "`pip install '.[proof]'` in a checkout of specc"
 )
 TIMED = (
     "the generated code checks it in every run; to have it proved, compare `elapsed` itself with "
