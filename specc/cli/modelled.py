@@ -129,7 +129,9 @@ def _added(options: Namespace) -> list[Path]:
     read, before = read_file(str(spec)), check_spec(str(spec))
     if not isinstance(read.data, dict) or not read.ok or before.system is None:
         raise Refused(f"{spec} is not a specification that can be read; `specc validate` says more")
-    if name in _agents(before):
+    # One that cannot be read is in the text alone.
+    written = read.data.get("agents")
+    if name in _agents(before) or (isinstance(written, dict) and name in written):
         raise Refused(f"there is an agent {name} already; give another --agent")
     model = _model(path)
     plant, copies = _same_plant(read.data, path, model, spec)

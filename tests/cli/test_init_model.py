@@ -489,6 +489,18 @@ def test_agents_and_bindings_of_many_are_known(
     assert spec.read_text() == before
 
 
+def test_an_agent_that_cannot_be_read_is_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = started(arm(SERVOS), tmp_path, "--agent", "one", "--group", "arm=shoulder")
+    text = spec.read_text().replace("agents:\n", "agents:\n  two: {use: nowhere.yaml}\n")
+    at(spec, text)
+    plant = str(spec.parent / "plants/robot.xml")
+    assert main(["init", str(spec), "--model", plant, "--agent", "two"]) == 2
+    assert "there is an agent two already" in capsys.readouterr().err
+    assert spec.read_text() == text
+
+
 def test_nothing_stays_after_an_interrupt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = at(tmp_path / "models/robot.xml", arm(SERVOS))
     before = files_below(tmp_path)
