@@ -123,8 +123,9 @@ def items(ctx: Context, node: ast.List, hint: Type | None) -> Expr:
             kind = ListOf(kind.element, nonempty=bool(node.elts))
         case _:
             return _inferred(ctx, node)
-    if len(node.elts) != len(types):
-        message = f"{len(node.elts)} items; `{kind}` has {len(types)}"
+    wanted = kind.size if isinstance(kind, Vector) else len(types)  # which may be open
+    if len(node.elts) != wanted:
+        message = f"{len(node.elts)} items; `{kind}` has {wanted}"
         raise ctx.error(node, message, "write exactly as many", "E0316")
     pairs = zip(node.elts, types, strict=True)
     found = ctx.each(*(partial(_item, ctx, item, wanted, hint) for item, wanted in pairs))

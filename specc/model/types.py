@@ -14,15 +14,35 @@ from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN
 Frame = str
 
 
+MARKS = range(1_000_003, 100_000_000, 7_919)
+"""Those of parameters, in their order."""
+
+
 class OpenSize(int):
-    """A size that a parameter is to give: an example of it, spelt as the parameter is."""
+    """A size that a parameter is to give: a small example of it, spelt as the parameter is.
+
+    It equals no number, and another such size if both are computed alike: `mark` is the value that
+    it has if each parameter is a large number that nobody writes.
+    """
 
     name: str
+    mark: int
 
-    def __new__(cls, example: int, name: str) -> OpenSize:
-        made = super().__new__(cls, example)
-        made.name = name
+    def __new__(cls, mark: int, name: str) -> OpenSize:
+        made = super().__new__(cls, 11 + mark // MARKS.step % 7)
+        made.mark, made.name = mark, name
         return made
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, OpenSize) and self.mark == other.mark
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = int.__hash__
+
+    def __repr__(self) -> str:
+        return f"{self.name}: {self.mark}"
 
     def __str__(self) -> str:
         return self.name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import count, islice
+from itertools import islice
 from typing import TypeVar
 
 from specc.diagnostics import Related
@@ -15,7 +15,7 @@ from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
-from specc.model.types import Frame, Int, OpenSize, Type
+from specc.model.types import MARKS, Frame, Int, OpenSize, Type
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
 from specc.schema.files import TypeDef
@@ -107,9 +107,9 @@ def may_be_size(kind: str) -> bool:
 
 
 def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
-    """Sizes in a description that are not given: examples that differ from each other."""
+    """Sizes in a description that are not given: each equals itself alone."""
     named = (name for name, kind in parameters.items() if may_be_size(kind))
-    return {name: OpenSize(example, name) for name, example in zip(named, count(11), strict=False)}
+    return {name: OpenSize(mark, name) for name, mark in zip(named, MARKS, strict=False)}
 
 
 def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:

@@ -33,10 +33,11 @@ class Sizes:
     def add(self, given: Constant, where: Where) -> bool:
         """Take in a parameter with its argument at `where`; False after reporting it.
 
-        It can be any whole number as long as nothing in the description has it as its size.
+        It can be any whole number as long as nothing in the description has it as its size, and as
+        long as it is open.
         """
         number = self._number(given)
-        if number is not None and is_size(number):
+        if isinstance(number, OpenSize) or (number is not None and is_size(number)):
             self.found[given.name] = number
             return True
         use = next(_uses(self.file.top, given.name, self.file.spec.types), None)
@@ -52,10 +53,10 @@ class Sizes:
     def _number(self, given: Constant) -> int | None:
         """The value of a parameter, if it is known; that of an open size is open as well."""
         still = {f"?{n}": s for n, s in self.outer.sizes.items() if isinstance(s, OpenSize)}
-        examples = {name: partial(int, size) for name, size in still.items()}
+        marks = {name: partial(int, size.mark) for name, size in still.items()}
         try:
             value = inlined(given.value, self.outer.constants)
-            env = Environment(operators=examples, count=partial(take, "folding"))
+            env = Environment(operators=marks, count=partial(take, "folding"))
             number = int(evaluate(value, env))
         except (LookupError, ArithmeticError, ValueError, ExprError):
             return None

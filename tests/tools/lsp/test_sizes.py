@@ -21,6 +21,18 @@ subsystem:
   states: {S0: move}
   initial_state: S0
 """
+SIZED = """\
+specc: 1.2
+parameters: {n: int}
+subsystem: {x: {E: {p: "vector[n, rad]"}}}
+"""
+ARM = """\
+specc: 1.2
+parameters: {n: int, k: int, v: "vector[n, rad/s]", w: "vector[k, rad/s]"}
+agent:
+  real_effectors: {j: {x: {v: "vector[n, rad/s]"}, y: {p: "vector[n, rad]"}}}
+  virtual_effectors: {j: USE}
+"""
 USER = """\
 specc: 1.2
 system: demo
@@ -79,6 +91,36 @@ def test_sizes_that_nobody_has_given_differ_and_are_told_by_name(tmp_path: Path)
     assert found.message == "`S(x.c.v_d)` is `vector[n, rad/s]`; expected `vector[k, rad/s]`"
     path.write_text(JOINTS)
     assert Project().analyse(str(path)).diagnostics == ()
+
+
+def test_a_size_that_nobody_has_given_equals_no_number(tmp_path: Path) -> None:
+    path = tmp_path / "alone.yaml"
+    for size in ("11", "12", "1000"):
+        path.write_text(JOINTS.replace('y: {E: {v: "vector[n', f'y: {{E: {{v: "vector[{size}'))
+        (found,) = Project().analyse(str(path)).diagnostics
+        assert found.message.endswith(f"expected `vector[{size}, rad/s]`")
+    zeros = ", ".join("0" * 11)
+    path.write_text(JOINTS.replace("init: 0 * v_max", f'init: "[{zeros}]"'))
+    (found,) = Project().analyse(str(path)).diagnostics
+    assert found.message == "11 items; `vector[n, rad/s]` has n"
+
+
+def test_arithmetic_with_sizes_that_nobody_has_given_is_believed(tmp_path: Path) -> None:
+    (tmp_path / "joints.yaml").write_text(JOINTS)
+    (tmp_path / "sized.yaml").write_text(SIZED)
+    path = tmp_path / "arm.yaml"
+    joints = '{{use: joints.yaml, with: {{n: {}, k: 1, gain: "1[1/s]", v_max: {}}}}}'
+    for use, told in (
+        ("{use: sized.yaml, with: {n: n - 12}}", set()),
+        ("{use: sized.yaml, with: {n: 12 - n}}", set()),
+        ("{use: sized.yaml, with: {n: 12 - 12}}", {"E0224"}),
+        (joints.format("n", "v"), set()),
+        (joints.format("n", "w"), {"E0310"}),
+        (joints.format("n + 1", "w"), {"E0310"}),
+    ):
+        path.write_text(ARM.replace("USE", use))
+        found = Project().analyse(str(path)).diagnostics
+        assert {d.code for d in found if d.severity == "error"} == told, use
 
 
 def test_a_description_may_be_used_for_its_definitions(tmp_path: Path) -> None:
