@@ -91,7 +91,12 @@ class TooMuchError(ArithmeticError):
 def take(work: Work, steps: int) -> None:
     """Count steps before they are made. Raises TooMuchError if they are not allowed."""
     if not spend(work, steps):
-        raise TooMuchError(f"all of it takes more than {ALLOWED[work]:,} steps")
+        raise TooMuchError(too_many_steps(work))
+
+
+def too_many_steps(work: Work) -> str:
+    """What is said where steps are not allowed, after the thing that they are for."""
+    return f"all of it takes more than {ALLOWED[work]:,} steps"
 
 
 def left(work: Work) -> int:

@@ -9,7 +9,16 @@ from typing import Any
 
 from specc.diagnostics import Command, Diagnostic, once, stops, without_follow_ups
 from specc.frozen import frozen
-from specc.limits import DESCRIBE_LESS, MAX_BYTES, OUT_OF_PARTS, is_used_up, one_run
+from specc.limits import (
+    DESCRIBE_LESS,
+    MAX_BYTES,
+    OUT_OF_PARTS,
+    OUT_OF_STEPS,
+    Work,
+    is_used_up,
+    one_run,
+    too_many_steps,
+)
 from specc.model.system import System
 from specc.policy import reach_of
 from specc.read import Document, read_file, read_text
@@ -130,13 +139,21 @@ def _compiled(
 
 
 def _told_of_rest(found: tuple[Diagnostic, ...], file: Loaded) -> tuple[Diagnostic, ...]:
-    """The findings; where the rest of a file was not read, one of them says so.
+    """The findings; where an allowance is used up and something was left out, one says so.
 
-    Who used up the allowance may have been looking at something whose findings are not shown.
+    Whoever used it up may have been looking at something whose findings are not shown, or be
+    content with an answer that is not known.
     """
-    if not is_used_up("parts") or any(OUT_OF_PARTS in finding.message for finding in found):
-        return found
-    return (*found, Diagnostic("E0017", OUT_OF_PARTS, Place(file.path), help=DESCRIBE_LESS))
+    steps = too_many_steps("folding")
+    rest: tuple[tuple[Work, str, str, str], ...] = (
+        ("parts", "E0017", OUT_OF_PARTS, OUT_OF_PARTS),
+        ("folding", "E0334", steps, f"not all constants are computed: {steps}"),
+        ("proof", "W0606", OUT_OF_STEPS, f"{OUT_OF_STEPS}; some warnings may be missing"),
+    )
+    for work, code, words, message in rest:
+        if is_used_up(work) and not any(words in finding.message for finding in found):
+            found += (Diagnostic(code, message, Place(file.path), help=DESCRIBE_LESS),)
+    return found
 
 
 def read_spec(path: str, texts: Mapping[str, str] = _AS_WRITTEN) -> Result:

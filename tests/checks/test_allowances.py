@@ -5,7 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from specc.limits import ALLOWED, OUT_OF_PARTS, is_used_up, one_run
+from specc.limits import (
+    ALLOWED,
+    OUT_OF_PARTS,
+    OUT_OF_STEPS,
+    Work,
+    is_used_up,
+    one_run,
+    too_many_steps,
+)
 from specc.pipeline import Result, check_spec, compile_spec
 from specc.tools.lsp.project import Analysis, Project
 
@@ -35,7 +43,11 @@ require: [{that: always(low or lower), because: more is too much}]
 """
 FILES = {
     "main.yaml": SYSTEM,
-    "lib/types.yaml": "specc: 1.2\ntypes: {Count: int}\nconstants: {most: 3 + 4}\n",
+    "lib/types.yaml": """\
+specc: 1.2
+types: {Count: int}
+constants: {most: 3 + 4, path: "[1, 2, 3]"}
+""",
     "lib/device.yaml": """\
 specc: 1.2
 use: [more.yaml]
@@ -117,3 +129,33 @@ def test_constants_of_a_description_are_read_once(
 def test_faults_in_definitions_that_only_a_description_uses(main_file: str) -> None:
     (Path(main_file).parent / "lib/more.yaml").write_text("specc: 1.2\nconstants: {other: 1 + x}\n")
     assert "`x`" in told(compile_spec(main_file))
+
+
+SOUND = SYSTEM.replace(
+    "[[S0, terminal, few, S0], [S0, terminal, more, S1]]",
+    "[[S0, terminal, few, S1], [S0, terminal, otherwise, S0], [S1, terminal, always, S0]]",
+)
+
+
+@pytest.mark.parametrize(
+    ("work", "step", "most"),
+    [
+        ("folding", 1, 12),
+        ("proof", 400, 4_000),
+        pytest.param("proof", 90, 10_000, marks=pytest.mark.long),
+    ],
+)
+def test_what_is_not_proved_or_computed_is_said(
+    work: Work, step: int, most: int, main_file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path(main_file).write_text(SOUND)
+    assert compile_spec(main_file).ok
+    words = {"folding": too_many_steps, "proof": lambda _: OUT_OF_STEPS}[work]
+    count = 0
+    for allowed in range(0, most, step):
+        monkeypatch.setitem(ALLOWED, work, allowed)
+        with one_run():
+            found = told(check_spec(main_file))
+            assert (words(work) in found) == is_used_up(work), (allowed, found)
+            count += is_used_up(work)
+    assert count

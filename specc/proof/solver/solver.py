@@ -9,7 +9,7 @@ from typing import Any
 
 import z3
 
-from specc.limits import OUT_OF_STEPS, left, spend
+from specc.limits import OUT_OF_STEPS, is_used_up, left, spend
 from specc.model.expr import Among, LetRef, Quantifier, children
 from specc.model.types import Bool, ListOf
 from specc.proof.formula import (
@@ -67,7 +67,7 @@ class Theory:
         *,
         exact: bool,
     ) -> None:
-        if left("proof") <= 0:
+        if is_used_up("proof"):
             raise UnsureError(OUT_OF_STEPS)
         items, reached = _quantified(atoms, numbering)
         self._conditions = Conditions(numbering, items, exact=exact)
