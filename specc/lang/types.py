@@ -330,11 +330,7 @@ def parse_signature(text: str, names: TypeNames) -> Signature:
 
 
 def signature_parts(text: str) -> tuple[list[tuple[int, int]], tuple[int, int]]:
-    """Where the parameters of a signature stand, and where its result.
-
-    Raises:
-        ExprError: the text has not the form of a signature; with offsets into it.
-    """
+    """Where the parameters of a signature stand and where its result; raises `ExprError`."""
     if len(text) > LONGEST:
         message = f"the signature has {len(text)} characters; at most {LONGEST} are read"
         raise _error(message, LONGEST, len(text))

@@ -185,7 +185,7 @@ class AgentResolver:
         levels, inside = [(definition, where)], at
         while levels[-1][0].use is not None:
             described, here = levels[-1]
-            self._refuse_described(described, here)
+            self._refuse_parts(described, here)
             used = reuse(described, here, inside, self.library, name)
             if used is None or used.file.spec.subsystem is None:
                 if used is not None:
@@ -324,21 +324,16 @@ class AgentResolver:
                 found.append(device)
         return tuple(found)
 
-    def _refuse_parts(self, definition: AgentDef, where: Where) -> None:
+    def _refuse_parts(self, definition: AgentDef | SubsystemDef, where: Where) -> None:
         """Report parts beside `use`, which would be described twice."""
-        for key in _DESCRIBED:
-            if getattr(definition, key):
-                message = f"`{key}` has no effect: another file describes the agent"
-                help = "only its `control` may be another; describe other parts in that file"
-                self.findings.report("E0104", message, where[key].key, help=help)
-
-    def _refuse_described(self, definition: SubsystemDef, where: Where) -> None:
-        """Report keys beside the `use` of a subsystem that its description would have."""
-        for key in SubsystemDef.keys:
-            if key in definition.given - _BESIDE_USE:
-                message = f"`{key}` has no effect: another file describes the subsystem"
-                help = "only its title, `rate` and `uses` may be others; say the rest in that file"
-                self.findings.report("E0104", message, where[key].key, help=help)
+        what, parts = "subsystem", definition.given - _BESIDE_USE
+        help = "only its title, `rate` and `uses` may be others; say the rest in that file"
+        if isinstance(definition, AgentDef):
+            what, parts = "agent", frozenset(k for k in _DESCRIBED if getattr(definition, k))
+            help = "only its `control` may be another; describe other parts in that file"
+        for key in (key for key in definition.keys if key in parts):
+            message = f"`{key}` has no effect: another file describes the {what}"
+            self.findings.report("E0104", message, where[key].key, help=help)
 
     def _no_description(self, what: str, where: Where, agents: Iterable[str] = ()) -> None:
         """Report a file without such a part; `agents` are those of a system."""
