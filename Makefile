@@ -18,8 +18,8 @@ READY := .venv/.ready
 # The paper as published has faults, which `specc validate` finds; nothing is built from it.
 SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
 BENCHMARKS := $(sort $(wildcard bench/*.py))
-# Each worker imports and collects all tests: more than there are cores cost more than they bring.
-TEST_WORKERS ?= 2
+# Tests wait for processes a third of their time: three workers keep two cores busy.
+TEST_WORKERS ?= 3
 # Neighbours share fixtures and stay together, until a worker that is done takes some of the others.
 SPREAD := -n $(TEST_WORKERS) --dist worksteal
 # Continuous integration runs the long ones, too.
