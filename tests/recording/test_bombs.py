@@ -30,9 +30,9 @@ COMMANDS = [
     ["plot", "bomb.mcap", "talker.c", "--csv"],
     ["run", "talk.yaml", "--duration", "0.5", "--from", "bomb.mcap@0.4"],
 ]
-MOST_LOOPS, MOST_MB = 3.0, 300.0
-"""Of CPU, what is promised, in loops that take 0.7 s where 2 s are: a slower processor, or one that
-is shared, makes them slower too; and of memory."""
+MOST_LOOPS, MOST_MB = 6.0, 300.0
+"""Of CPU, in loops that take 0.7 s, of which 3 are promised: a slower processor makes them slower
+too, but the tests beside this one slow memory down more than loops; and of memory."""
 TRIES = 3
 
 
