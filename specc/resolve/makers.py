@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from specc.lang import FOLLOW_UP, ExprError, TypeNames, parse_type
 from specc.limits import MAX_DEPTH, MAX_TYPE_PARTS
@@ -111,7 +111,8 @@ class TypeMaker:
     def _make(self, frames: tuple[Frame, ...]) -> Type:
         definition = self.definition
         local = dict(zip(definition.frames, frames, strict=True))
-        names = replace(self.definitions.names(), frames=self.definitions.frames | local)
+        known = self.definitions
+        names = TypeNames(known.frames | local, known.types, known.sizes)
         if definition.opaque:
             codec = definition.codec
             functions = (codec.encode, codec.decode) if codec else ()

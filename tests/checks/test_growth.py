@@ -40,9 +40,6 @@ SQUARES: dict[str, str] = {
         ),
         "each quantifier is said of as many items as there are; a question has an allowance",
     ),
-    "types, each an alias of the one below": (
-        "beyond 64 levels all of them are refused, and each passes the error on to the next"
-    ),
     **dict.fromkeys(
         (
             "ignore comments of unknown codes",
