@@ -27,7 +27,7 @@ DOORS = {
         "specc_runtime.recording.reading",
         "specc_runtime.recording.unpacking",
     },
-    "mujoco": {"specc_runtime.plants.mujoco"},
+    "mujoco": {"specc_runtime.operators.arms", "specc_runtime.plants.mujoco"},
     "networkx": {"specc.analysis.graph", "specc_runtime.operators.planning"},
     "numpy": {"specc_runtime"},
     "orjson": {"specc_runtime.recording.text"},

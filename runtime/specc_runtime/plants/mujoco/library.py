@@ -1,26 +1,5 @@
-"""The import of MuJoCo, which must not depend on a graphics library.
+"""MuJoCo, as the plants use it: the one that operators import, without a graphics library."""
 
-With MUJOCO_GL naming a backend whose libraries are missing, `import mujoco` itself fails. Here it
-is imported without a backend; `gl` opens one later, if there is one.
-"""
+from specc_runtime.operators.arms.library import GL_VARIABLE, mujoco
 
-import importlib
-import os
-from typing import Any
-
-GL_VARIABLE = "MUJOCO_GL"
-
-
-def _import_without_graphics() -> Any:
-    preferred = os.environ.get(GL_VARIABLE)
-    os.environ[GL_VARIABLE] = "disable"
-    try:
-        return importlib.import_module("mujoco")
-    finally:
-        if preferred is None:
-            del os.environ[GL_VARIABLE]
-        else:
-            os.environ[GL_VARIABLE] = preferred
-
-
-mujoco = _import_without_graphics()
+__all__ = ["GL_VARIABLE", "mujoco"]
