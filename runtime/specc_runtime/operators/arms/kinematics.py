@@ -139,7 +139,7 @@ def _error(data: Any, tip: Place, R_WE: Array, p_WE: Array) -> Array:
 
 def _step(arm: Arm, q: Array, J: Array, e: Array, damping: float) -> Array:
     free = np.ones(q.size)
-    step: Array = np.zeros(q.size)
+    step: Any = np.zeros(q.size)
     for _ in range(q.size):
         J_free = J * free
         step = np.linalg.solve(J_free.T @ J_free + damping * np.eye(q.size), J_free.T @ e)
@@ -148,7 +148,8 @@ def _step(arm: Arm, q: Array, J: Array, e: Array, damping: float) -> Array:
             break
         free[leaves] = 0.0
     longest = float(np.abs(step).max())
-    return step * min(1.0, _LONGEST_STEP / longest) if longest > 0.0 else step
+    shortened: Array = step * min(1.0, _LONGEST_STEP / longest) if longest > 0.0 else step
+    return shortened
 
 
 def _seeds(arm: Arm, q_p: Array) -> Iterator[Array]:
