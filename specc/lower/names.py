@@ -121,22 +121,32 @@ def identifier(text: str) -> str:
 class Namespace:
     """Hands out names that differ from each other and from those already taken."""
 
-    def __init__(self, taken: Iterable[str] = ()) -> None:
+    def __init__(self, taken: Iterable[str] = (), outer: Namespace | None = None) -> None:
         self._taken = set(taken)
+        self._outer = outer
+        self._inside: set[str] = set()
+        """Names of inner scopes, which would hide a later one of this scope."""
 
     def new(self, wanted: str) -> str:
         """`wanted` made safe, with a number behind it if that name is taken."""
         base = identifier(wanted)
         name, count = base, 1
-        while name in self._taken:
+        while name in self._inside or self._has(name):
             count += 1
             name = f"{base}_{count}"
         self._taken.add(name)
+        outer = self._outer
+        while outer is not None:
+            outer._inside.add(name)
+            outer = outer._outer
         return name
 
     def inner(self) -> Namespace:
-        """Names of an inner scope, which must not hide those of this one."""
-        return Namespace(self._taken)
+        """Names of an inner scope, which must not hide those of this one, whichever comes first."""
+        return Namespace(outer=self)
+
+    def _has(self, name: str) -> bool:
+        return name in self._taken or (self._outer is not None and self._outer._has(name))
 
 
 def joined(

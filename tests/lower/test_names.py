@@ -54,6 +54,17 @@ def test_new_names_differ(wanted: list[str]) -> None:
     assert len({*found, "taken"}) == len(found) + 1
 
 
+def test_names_of_inner_scopes_hide_none_of_outer_ones() -> None:
+    """Also those of outer scopes that come later; scopes side by side may share names."""
+    outer = Namespace(["first"])
+    one, other = outer.inner(), outer.inner()
+    assert one.new("X") == other.new("X") == "X"
+    assert outer.new("X") == "X_2"
+    assert outer.new("Y") == "Y"
+    assert one.inner().new("Y") == other.new("Y") == "Y_2"
+    assert one.new("first") == "first_2"
+
+
 def test_good_names_stay_as_they_are() -> None:
     for name in ("T_d", "X_BE", "m", "q1", "rdot_p"):
         assert identifier(name) == Namespace().new(name) == name
