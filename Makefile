@@ -1,6 +1,7 @@
 # Everything below works in .venv, which the first target that needs it creates.
 #
 #   make demo    set up and run one pick of the flagship, specs/irp_picking.yaml
+#   make models  install the robot models that specs/examples attach, from wheels, into models/
 #   make test    set up and run the tests, but for those over many seeds
 #   make check   linters, types, import directions, committed output against the specs
 #   make build   regenerate generated/ from specs/
@@ -15,6 +16,7 @@ BIN := .venv/bin
 # What runs need; tests need the solver, plots, linters, the editor's server and a cluster, too.
 RUNS := .venv/.runs
 READY := .venv/.ready
+MODELS := models/.ready
 # The paper as published has faults, which `specc validate` finds; nothing is built from it.
 SPECS := $(sort $(filter-out %_as_published.yaml,$(wildcard specs/*.yaml)))
 BENCHMARKS := $(sort $(wildcard bench/*.py))
@@ -38,11 +40,13 @@ export MALLOC_ARENA_MAX := 2
 # Tests start hundreds of processes: each would compile all that it imports.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test check build bench
+.PHONY: demo models test check build bench
 .DELETE_ON_ERROR:
 
 demo: $(RUNS)
 	$(BIN)/specc run specs/irp_picking.yaml --cycles 1
+
+models: $(MODELS)
 
 test: $(READY)
 	$(BIN)/python -m pytest $(SPREAD) -m "$(TESTS)" $(ENDED) $(OPTIONS)
@@ -76,4 +80,10 @@ $(RUNS): pyproject.toml requirements.lock
 
 $(READY): $(RUNS)
 	$(PIP_INSTALL) -r requirements.lock
+	@touch $@
+
+# Only files of these wheels are used: no code of theirs is imported, so that nothing they require is installed.
+$(MODELS): models.lock | $(RUNS)
+	rm -rf $(@D)
+	$(PIP_INSTALL) --require-hashes --only-binary :all: --no-deps --no-compile --target $(@D) -r models.lock
 	@touch $@

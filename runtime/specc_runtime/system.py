@@ -145,9 +145,7 @@ class System:
     spec: str = ""
     requirements: Requirements | None = None
     triggers: Requirements | None = None
-    """Conditions on which disturbances begin, and the run ends."""
-    stop_when: int | None = None
-    """Number of the trigger that ends a run."""
+    """Conditions on which disturbances begin."""
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -306,7 +305,7 @@ _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
 
 
 _EXAMPLE = "for example `(q: vector[6, rad]) -> pose[B, E]`"
-_MARKS = re.compile(r"[\[\](){},]")
+_BRACKETS = {"[": "]", "(": ")", "{": "}"}
 
 
 class Signature(NamedTuple):
@@ -358,12 +357,12 @@ def _closing(text: str, opening: int) -> int:
 
 
 def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
-    """Every bracket and comma with the number of brackets that are open behind it."""
+    """Every character with the number of brackets that are open behind it."""
     depth = 0
-    for found in _MARKS.finditer(text, start, end):
-        char = found[0]
-        depth += (char in "[({") - (char in "])}")
-        yield found.start(), char, depth
+    for place in range(start, end):
+        char = text[place]
+        depth += (char in _BRACKETS) - (char in _BRACKETS.values())
+        yield place, char, depth
 
 
 def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:

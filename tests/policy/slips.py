@@ -22,6 +22,8 @@ ROOT = Path(__file__).resolve().parents[2]
 _NAME = re.compile(r"[A-Za-z_]\w{2,}")
 _UNFINISHED = ("irp_picking_as_published.yaml",)
 """What is missing has the name of the place where it is missing, so names are meaning there."""
+_ELSEWHERE = "examples"
+"""The folder of specifications whose models are installed beside `specs`."""
 _PROSE = ("title", "because", "python", "eq", "fig", "table")
 
 
@@ -48,7 +50,8 @@ def specifications(folder: Path) -> list[Path]:
     """A copy of all specifications, with what they need."""
     shutil.copytree(ROOT / "specs", folder / "specs", symlinks=True)
     (folder / "pyproject.toml").write_text("[tool.specc]\n")
-    return [p for p in sorted((folder / "specs").rglob("*.yaml")) if p.name not in _UNFINISHED]
+    paths = sorted((folder / "specs").rglob("*.yaml"))
+    return [p for p in paths if p.name not in _UNFINISHED and p.parent.name != _ELSEWHERE]
 
 
 def slips(paths: list[Path], seed: int) -> Iterator[Slip]:

@@ -1,0 +1,56 @@
+"""The examples of robots from wheels: short, proved, and successful with every seed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from specc.cli.main import main
+from tests.scenarios.runs import ROOT, SPECS
+from tests.sweep.runs import swept, table
+
+EXAMPLES = sorted((SPECS / "examples").glob("*.yaml"))
+SEEDS = 20
+LIMIT_S = 60
+EACH = pytest.mark.parametrize("spec", EXAMPLES, ids=lambda spec: spec.stem)
+INSTALLED = pytest.mark.skipif(
+    not (ROOT / "models/.ready").exists(),
+    reason="the robot models of wheels are not installed: make models",
+)
+
+
+@EACH
+def test_it_is_short(spec: Path) -> None:
+    assert len(spec.read_text(encoding="utf-8").splitlines()) < 200
+
+
+@INSTALLED
+@EACH
+def test_it_is_valid(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", "--strict", str(spec)]) == 0
+    assert "0 errors, 0 warnings" in capsys.readouterr().err
+
+
+@INSTALLED
+@EACH
+@pytest.mark.long
+def test_nothing_is_found_in_all_that_it_can_do(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["explore", str(spec), "--format", "json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["status"], told["findings"]) == ("complete", [])
+
+
+@INSTALLED
+@EACH
+@pytest.mark.long
+def test_every_seed_succeeds(spec: Path, tmp_path: Path) -> None:
+    options = ("--seeds", f"0:{SEEDS}", "--cycles", "1", "--cycle-limit", str(LIMIT_S))
+    done = swept(tmp_path, spec, "--workers", "2", *options)
+    assert done.returncode == 0, done.stderr
+    rows = table(tmp_path)
+    assert len(rows) == SEEDS
+    assert [(row["seed"], row["reason"]) for row in rows if row["success"] != "true"] == []
