@@ -70,16 +70,19 @@ def compile_spec(
     path: str,
     values: Mapping[str, str] = _AS_WRITTEN,
     texts: Mapping[str, str] = _AS_WRITTEN,
+    *,
+    stop_when: str | None = None,
 ) -> Result:
     """Read, shape, resolve and check the system at `path`; any other file is refused (E0102).
 
     `values` are texts that take the place of those in the files, by the names of what they are
-    values of; `texts` are those of files, by real path, that are read instead.
+    values of; `texts` are those of files, by real path, that are read instead. `stop_when` is the
+    text of the formula that ends a run.
     """
 
     loader = _with_texts(path, texts)
     with one_run():
-        return _compiled(loader.load(path), loader, values)
+        return _compiled(loader.load(path), loader, values, stop_when)
 
 
 def _with_texts(path: str, texts: Mapping[str, str]) -> Loader:
@@ -119,14 +122,18 @@ def _checked_alone(file: Loaded, loader: Loader) -> Result:
 
 
 def _compiled(
-    file: Loaded | None, loader: Loader, values: Mapping[str, str] = _AS_WRITTEN
+    file: Loaded | None,
+    loader: Loader,
+    values: Mapping[str, str] = _AS_WRITTEN,
+    stop_when: str | None = None,
 ) -> Result:
     from specc.checks import run_checks
 
     findings = loader.findings
     if file is None:
         return Result(None, None, tuple(findings.diagnostics), loader.sources)
-    resolved = resolve(file, loader.load, findings, loader.reach, loader.given(values))
+    given, stop = loader.given(values), loader.stop(stop_when)
+    resolved = resolve(file, loader.load, findings, loader.reach, given, stop)
     sound = not any(stops(finding.code, "build") for finding in findings.diagnostics)
     checked, proofs = run_checks(
         resolved.system, resolved.broken, resolved.faulty, sound=sound, kept=findings.kept
@@ -196,10 +203,12 @@ def build(
     values: Mapping[str, str] = _AS_WRITTEN,
     texts: Mapping[str, str] = _AS_WRITTEN,
     *,
+    stop_when: str | None = None,
     is_read: bool = True,
 ) -> Build:
     """Compile the specification at `path` like `compile_spec`, then lower and emit it."""
-    return generated(compile_spec(path, values, texts), path, is_read=is_read)
+    result = compile_spec(path, values, texts, stop_when=stop_when)
+    return generated(result, path, is_read=is_read)
 
 
 def generated(result: Result, path: str, *, is_read: bool = True) -> Build:

@@ -20,7 +20,8 @@ Route = tuple[str | int, ...]
 
 _LINE_BREAK = re.compile(r"\r\n|\r|\n")
 
-COMMAND_LINE = "--set"
+SET, STOP_WHEN = "--set", "--stop-when"
+COMMAND_LINE = frozenset((SET, STOP_WHEN))
 """What stands for a file where a text was given on the command line."""
 
 
@@ -174,7 +175,7 @@ def on_command_line(values: Mapping[str, str]) -> SourceFile:
         top.keys[name] = Node(len(text), begin - 1, name)
         top.values[name] = Node(begin, begin + len(value), value)
         text += f"{name}={value}\n"
-    return SourceFile(COMMAND_LINE, text, top)
+    return SourceFile(SET, text, top)
 
 
 def real_path(path: str) -> str:

@@ -51,7 +51,7 @@ def _once(made: Callable[..., Any]) -> Callable[..., Any]:
         path: str,
         values: Mapping[str, str] = NOTHING,
         texts: Mapping[str, str] = NOTHING,
-        **options: bool,
+        **options: bool | str | None,
     ) -> Any:
         file = real_path(path)
         if not (Path(file).is_relative_to(SPECS) and os.path.isfile(file)):

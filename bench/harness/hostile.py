@@ -50,6 +50,24 @@ def _interfaces() -> Files:
     return {MAIN: written(spec)}
 
 
+def _described() -> Files:
+    """A description of a subsystem beside 1500 operators and as many enums, used 130 times."""
+    spec = small()
+    agent = spec["agents"]["a"]
+    names = range(1500)
+    signature = "(a: vector[n, m], b: real) -> real"
+    described = {
+        "specc": 1.2,
+        "parameters": {"n": "int"},
+        "types": {f"T{i}": {"type": f"enum[l{i}, r{i}]"} for i in names},
+        "operators": {f"f{i}": {"signature": signature, "python": f"m:f{i}"} for i in names},
+        "subsystem": agent["virtual_effectors"]["m"],
+    }
+    used = {f"m{i}": {"use": "described.yaml", "with": {"n": i + 1}} for i in range(130)}
+    agent["virtual_effectors"] |= used
+    return {MAIN: written(spec | {"specc": 1.2}), "described.yaml": written(described)}
+
+
 def _formulas() -> Files:
     """Most of a megabyte of requirements."""
     spec = small()
@@ -146,6 +164,7 @@ HOSTILE: dict[str, Callable[[], Files]] = {
     "lets that double": lambda: DOUBLED["bool in quantifiers, beside times"](36),
     "quantifiers": _quantifiers,
     "interfaces": _interfaces,
+    "definitions used often": _described,
     "a model": _model,
     "paths of a model": _paths,
     "1 MB of formulas": _formulas,

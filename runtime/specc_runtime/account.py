@@ -9,7 +9,7 @@ from typing import Any
 from specc_runtime.plant import Plant
 from specc_runtime.records import Observer, RecordDigest
 from specc_runtime.report import Statistics
-from specc_runtime.requirements import Requirements
+from specc_runtime.requirements import Requirement, Requirements
 from specc_runtime.sampling import Onlooker
 from specc_runtime.savable import restored, saved_by
 from specc_runtime.snapshot import Values
@@ -35,6 +35,7 @@ class Account:
         named = ("requirements", system.requirements), ("triggers", system.triggers)
         self._judge = judge
         self._tick_s = system.tick_s
+        self._stop_when = system.stop_when
         self._judged = {of: each for of, each in named if each is not None}
         periods = {s.subsystem.name: (s.subsystem, s.ticks) for s in system.subsystems}
         for each in self._judged.values():
@@ -65,6 +66,18 @@ class Account:
         self.cycles.observe()
         for each in self._judged.values():
             each.advance(tick)
+
+    def finish(self, tick: int) -> None:
+        """The run is over after so many ticks."""
+        for each in self._judged.values():
+            each.finish(tick)
+
+    @property
+    def stop(self) -> Requirement | None:
+        """The formula that ends the run once it holds, if there is one."""
+        if self._stop_when is None or (triggers := self._judged.get("triggers")) is None:
+            return None
+        return triggers.requirements[self._stop_when]
 
     @property
     def violated(self) -> bool:

@@ -194,8 +194,9 @@ class Report:
     `interrupted` says that the run was ended from outside, before it was over, `last_outputs` what
     the elements of devices were sent last, `set` which constants had other values than the
     specification says, `scene` the positions of joints that were drawn for the beginning, in m or
-    rad, `disturbances` when each began, `requirements` what became of those of the system, and
-    `unobserved` why something could not be observed; these five are left out where there are none.
+    rad, `disturbances` when each began, `requirements` what became of those of the system,
+    `unobserved` why something could not be observed, and `stop_when` when the formula that ends the
+    run held first; these six are left out where there are none.
     """
 
     spec: str
@@ -218,11 +219,12 @@ class Report:
     requirements: list[dict[str, Any]] = field(default_factory=list)
     disturbances: list[dict[str, Any]] = field(default_factory=list)
     unobserved: dict[str, str] = field(default_factory=dict)
+    stop_when: dict[str, Any] = field(default_factory=dict)
 
     def as_data(self) -> dict[str, Any]:
         """Plain values; numbers that JSON does not have become null."""
         named = {name: _plain(getattr(self, name)) for name in self.__slots__}
-        seldom = ("set", "scene", "requirements", "disturbances", "unobserved")
+        seldom = ("set", "scene", "requirements", "disturbances", "unobserved", "stop_when")
         return {n: value for n, value in named.items() if value or n not in seldom}
 
 

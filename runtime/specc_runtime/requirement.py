@@ -57,6 +57,8 @@ class Requirement:
         self._lasts = lasts
         self.holds = False
         """Whether it is met at the last tick that is judged."""
+        self.held_first: int | None = None
+        """The first tick judged in this run at which it is met."""
         self._worst = TRUE
         self._count = 0
         self._history = 0
@@ -77,6 +79,8 @@ class Requirement:
         if found is None:
             return
         self.holds = found[0][0]
+        if self.holds and self.held_first is None:
+            self.held_first = self._count
         if (self._lasts or not self._count) and self._count >= self._history:
             self._judge(found, self._earlier[max(-1 - self.formula.delay, -len(self._earlier))])
         self._count += 1
@@ -188,6 +192,7 @@ class Requirement:
                 show(values)
                 last = values
             self.step(values)
+        self.held_first = None
         needed = tick - self._history + self.formula.depth - self.formula.delay
         return 0 if self._decided else max(0, min(tick, needed) - len(earlier))
 

@@ -201,8 +201,7 @@ class Session:
         try:
             self._guarded(lambda: self._advance(companions))
             self._guarded(self._executor.finish)
-            if self._account.requirements is not None:
-                self._account.requirements.finish(self._executor.tick)
+            self._account.finish(self._executor.tick)
         finally:
             self.interruption.allow(always=True)
             self._executor.close()
@@ -243,7 +242,16 @@ class Session:
             requirements=account.requirements.as_data() if account.requirements else [],
             disturbances=self._disturbances.as_data(),
             unobserved=account.unobserved,
+            stop_when=self._stop_data(),
         )
+
+    def _stop_data(self) -> dict[str, Any]:
+        """The entry of the report for the formula that ends the run, if there is one."""
+        stop = self._account.stop
+        if stop is None:
+            return {}
+        held = stop.held_first
+        return {"that": stop.that, "met_s": None if held is None else held * self._system.tick_s}
 
     def _ended(self) -> Ending:
         if not self._over_now:
@@ -255,7 +263,9 @@ class Session:
     @property
     def fulfilled(self) -> bool:
         """Whether nothing failed or was violated, and every cycle wanted is fulfilled."""
-        enough = self.wanted is None or self._complete()
+        enough = self._stopped or (
+            self._account.stop is None and (self.wanted is None or self._complete())
+        )
         good = enough and all(self._account.cycles.fulfilled)
         return good and not self._account.violated and not self.faults
 
@@ -264,7 +274,10 @@ class Session:
 
     @property
     def shortfall(self) -> str:
-        """Why cycles that were wanted are not there; empty if they are."""
+        """Why what was waited for is not there, cycles or a formula; empty if it is."""
+        if (stop := self._account.stop) is not None:
+            why = f"within {self.time_s:g} s this never held: {stop.that}"
+            return "" if self._stopped or self.faults else why
         results = self._account.cycles.results
         done = len(results)
         if self.faults or self.wanted is None or done >= self.wanted:
@@ -324,7 +337,7 @@ class Session:
     def _over(self) -> bool:
         if self.interruption.requested:
             return True
-        if self._complete():
+        if self._complete() or self._stopped:
             return True
         if self.duration_s is not None:
             last = math.ceil(self.duration_s / self._system.tick_s - _ROUNDING)
@@ -335,6 +348,11 @@ class Session:
             return False
         cycles.end("time limit")
         return True
+
+    @property
+    def _stopped(self) -> bool:
+        stop = self._account.stop
+        return stop is not None and stop.held_first is not None
 
     @property
     def _cycle_limit_s(self) -> float:

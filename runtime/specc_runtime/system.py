@@ -145,7 +145,9 @@ class System:
     spec: str = ""
     requirements: Requirements | None = None
     triggers: Requirements | None = None
-    """Conditions on which disturbances begin."""
+    """Conditions on which disturbances begin, and the run ends."""
+    stop_when: int | None = None
+    """Number of the trigger that ends a run."""
 
     def __post_init__(self) -> None:
         """Raises ValueError that lists all inconsistencies."""

@@ -9,7 +9,7 @@ from math import inf
 from typing import Any
 
 from specc import __version__
-from specc.cli.parsing import Parser, Values, codes, moment, ranged, warnings, wire
+from specc.cli.parsing import Parser, Values, codes, formula, moment, ranged, warnings, wire
 
 FORMATS = ("text", "json", "sarif", "github", "junit")
 DIFF_FORMATS = ("text", "markdown", "json")
@@ -288,6 +288,7 @@ def _of_run(command: argparse.ArgumentParser) -> None:
         default={},
         help="take this value for a constant or for a parameter, `arm.hand.force`; may be repeated",
     )
+    _add_stop(command)
     _add_from_runtime(command, "add_arguments")
 
 
@@ -311,7 +312,13 @@ def _of_sweep(command: argparse.ArgumentParser) -> None:
     command.add_argument("--limit", metavar="S", type=limit, default=600.0, help=words)
     words = "folder for the table, to which later runs are added (default: sweeps/SPEC)"
     command.add_argument("--out", metavar="DIR", help=words)
+    _add_stop(command)
     _add_from_runtime(command, "add_extent")
+
+
+def _add_stop(command: argparse.ArgumentParser) -> None:
+    words = "end the run once this formula holds; exit code 1 if it never does"
+    command.add_argument("--stop-when", metavar="FORMULA", type=formula, help=words)
 
 
 def _add_from_runtime(command: argparse.ArgumentParser, function: str) -> None:

@@ -118,6 +118,13 @@ def warnings(text: str) -> tuple[str, ...]:
     return named
 
 
+def formula(text: str) -> str:
+    """A formula that is not empty."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the formula is empty")
+    return text
+
+
 _LONGEST_NUMBER = 40
 
 

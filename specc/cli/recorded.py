@@ -12,7 +12,7 @@ from specc import output
 from specc.cli import streams
 from specc.cli.recordings import called, values_of
 from specc.diagnostics import stops
-from specc.source import Sources, real_path
+from specc.source import COMMAND_LINE, Sources, real_path
 
 if TYPE_CHECKING:
     from specc.lower.code import Named
@@ -24,7 +24,7 @@ _TOLD = 3
 
 def texts_of(sources: Sources, spec: str) -> dict[str, str]:
     """The files of a specification as a recording has them."""
-    return {_shown(_named(s.path, spec)): s.text for s in sources}
+    return {_shown(_named(s.path, spec)): s.text for s in sources if s.path not in COMMAND_LINE}
 
 
 def _shown(name: str) -> str:

@@ -120,7 +120,7 @@ def exit_code(found: Report) -> int:
 
 
 def _is_usage(found: Diagnostic) -> bool:
-    said = found.primary.file == COMMAND_LINE and found.severity != "warning"
+    said = found.primary.file in COMMAND_LINE and found.severity != "warning"
     return said or found.code in _UNREADABLE
 
 

@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
 DONE, UNUSABLE = 0, 2
 _EXTENT = ("cycles", "duration_s", "cycle_limit_s", "renderer", "check_operators")
+_ALL = (*_EXTENT, "stop_when")
+"""Options of a run; the formula that ends it is in its code."""
 _WORK = ".work"
 _SUMMARY = "summary.csv"
 _FEW = 6
@@ -108,7 +110,7 @@ def _sweep(options: Namespace) -> int:
     about = {
         "specc": __version__,
         "specification": inputs.fingerprint,
-        **{name.removesuffix("_s"): value for name, value in extent.items()},
+        **{name.removesuffix("_s"): getattr(options, name) for name in _ALL},
     }
     stem = os.path.splitext(os.path.basename(options.spec))[0]
     with Folder(Path(options.out or os.path.join("sweeps", stem)), about) as folder:
@@ -144,7 +146,7 @@ def _built(options: Namespace, setting: Setting) -> Build:
     """The code of a setting. Raises _Refused when there is none."""
     from specc import pipeline
 
-    built = pipeline.build(options.spec, setting, is_read=False)
+    built = pipeline.build(options.spec, setting, stop_when=options.stop_when, is_read=False)
     findings, refused = judged(options.spec, built.result, overrides_of(options))
     if built.result.can("run"):
         unmet = list(missing(built.result, options.spec, counts=options.cycles is not None))
@@ -350,12 +352,12 @@ def _again(options: Namespace, setting: Setting, seed: int) -> Iterator[str]:
     yield from ("specc", "run", options.spec)
     for name, value in setting.items():
         yield from ("--set", f"{name}={value}")
-    for name in _EXTENT:
+    for name in _ALL:
         value = getattr(options, name)
         if value and value != "auto":
             yield f"--{name.removesuffix('_s').replace('_', '-')}"
             if value is not True:
-                yield str(value).removesuffix(".0")
+                yield f"{value:g}" if isinstance(value, float) else str(value)
     yield from ("--seed", str(seed))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -305,7 +306,7 @@ _SHAPES: dict[tuple[str, int], Callable[..., t.Type]] = {
 
 
 _EXAMPLE = "for example `(q: vector[6, rad]) -> pose[B, E]`"
-_BRACKETS = {"[": "]", "(": ")", "{": "}"}
+_MARKS = re.compile(r"[\[\](){},]")
 
 
 class Signature(NamedTuple):
@@ -357,12 +358,12 @@ def _closing(text: str, opening: int) -> int:
 
 
 def _levels(text: str, start: int, end: int) -> Iterator[tuple[int, str, int]]:
-    """Every character with the number of brackets that are open behind it."""
+    """Every bracket and comma with the number of brackets that are open behind it."""
     depth = 0
-    for place in range(start, end):
-        char = text[place]
-        depth += (char in _BRACKETS) - (char in _BRACKETS.values())
-        yield place, char, depth
+    for found in _MARKS.finditer(text, start, end):
+        char = found[0]
+        depth += (char in "[({") - (char in "])}")
+        yield found.start(), char, depth
 
 
 def _separated(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:

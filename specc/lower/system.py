@@ -371,4 +371,6 @@ def _judged(system: System, imports: Imports, *, stand_ins: bool) -> dict[str, o
         parts["requirements"] = imports.own(REQUIREMENTS)
     if system.triggers and not stand_ins:
         parts["triggers"] = imports.own(TRIGGERS)
+        if system.stop_when:
+            parts["stop_when"] = len(system.triggers) - 1
     return parts

@@ -359,6 +359,8 @@ class System:
     """Parameters and constants of each use of a description; expressions have their values."""
     formula_lets: tuple[Named, ...] = ()
     """Names for parts of formulas, and what they stand for."""
+    stop_when: Requirement | None = None
+    """The formula that ends a run, which the command line gives."""
 
     @property
     def formulas(self) -> tuple[Requirement, ...]:
@@ -368,9 +370,9 @@ class System:
 
     @property
     def triggers(self) -> tuple[Requirement, ...]:
-        """What disturbances wait for, in their order."""
+        """The formulas that disturbances wait for, in their order; last the one that ends a run."""
         disturbances = self.task.disturbances if self.task else ()
-        return tuple(each.when for each in disturbances if each.when is not None)
+        return tuple(filter(None, (*(each.when for each in disturbances), self.stop_when)))
 
     @property
     def subsystems(self) -> tuple[Subsystem, ...]:

@@ -16,7 +16,7 @@ from specc.read import ANYWHERE, Reach
 from specc.resolve.agents import AgentResolver
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions, types_in
-from specc.resolve.disturbances import disturbances_of
+from specc.resolve.disturbances import disturbances_of, untimely
 from specc.resolve.ends import definitions_of, named_in_agents
 from specc.resolve.expressions import Expressions
 from specc.resolve.given import Given
@@ -60,10 +60,12 @@ def resolve(
     findings: Findings,
     reach: Reach = ANYWHERE,
     instead: Mapping[str, Where] | None = None,
+    stop_when: Where | None = None,
 ) -> Resolved:
     """Resolve the system of `file`; other files come through `load`.
 
     Texts of `instead` take the place of those that files have, by the names of what they are of.
+    `stop_when` is the formula that ends a run.
     """
     spec = file.spec
     _report_lacking(file, findings)
@@ -100,6 +102,7 @@ def resolve(
         formulas.requirements(spec.require, file.top["require"]),
         tuple(tuple(used.constants.values()) for used in resolver.instances),
         tuple(formulas.lets.found),
+        None if stop_when is None else _stop(formulas, stop_when),
     )
     given.report_unknown(findings)
     broken, unsure = frozenset(resolver.broken), frozenset(resolver.faulty)
@@ -160,6 +163,15 @@ def _task(file: Loaded, formulas: Formulas, resolver: AgentResolver) -> Task | N
 
     disturbed = disturbances_of(definition.disturb, where["disturb"], condition, findings, known)
     return replace(task, disturbances=disturbed)
+
+
+def _stop(formulas: Formulas, at: Where) -> Requirement | None:
+    """The formula that ends a run; None after reporting an error."""
+    found = formulas.requirement(str(at.raw), "", at)
+    if found is not None and (wrong := untimely(found, "a run", "end")):
+        message, way = wrong
+        formulas.expressions.findings.report("E0335", message, at.place, help=way)
+    return found
 
 
 def _constants(definitions: Definitions, kept: Kept | None) -> tuple[Constant, ...]:

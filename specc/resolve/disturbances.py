@@ -66,18 +66,12 @@ class _Reader:
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not lasting:
             self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
-        if found.when is not None and found.when.lasts:
-            self._report(
-                at["when"],
-                "a disturbance cannot begin when something holds always",
-                "leave out `always`",
-            )
-        elif found.when is not None and _looks_ahead(found.when.formula):
-            way = "ask what was, with `once`, `historically` or `since`"
-            self._report(at["when"], "a disturbance cannot wait for what is to come", way)
 
     def _when(self, text: str | None, at: Where) -> Requirement | None:
-        return None if text is None else self._condition(text, at)
+        found = None if text is None else self._condition(text, at)
+        if found is not None and (wrong := untimely(found, "a disturbance", "begin")):
+            self._report(at, *wrong)
+        return found
 
     def _draws(self, items: Mapping[str, DrawDef], at: Where) -> tuple[Draw, ...]:
         found = (
@@ -113,6 +107,16 @@ class _Reader:
 
     def _report(self, at: Where, message: str, help: str) -> None:
         self._findings.report("E0517", message, at.place, help=help)
+
+
+def untimely(trigger: Requirement, what: str, does: str) -> tuple[str, str] | None:
+    """Why nothing can be done as soon as a formula holds, and a way out; None where it can."""
+    if trigger.lasts:
+        return f"{what} cannot {does} when something holds always", "leave out `always`"
+    if _looks_ahead(trigger.formula):
+        way = "ask what was, with `once`, `historically` or `since`"
+        return f"{what} cannot wait for what is to come", way
+    return None
 
 
 def _looks_ahead(formula: Formula) -> bool:

@@ -17,7 +17,7 @@ from specc.lang import (
     members_of,
     parse_signature,
 )
-from specc.limits import MAX_DEPTH
+from specc.limits import DESCRIBE_LESS, MAX_DEPTH, OUT_OF_PARTS, left, spend
 from specc.model.system import Constant, Operator
 from specc.model.types import Enum, Frame
 from specc.read import ANYWHERE, Reach
@@ -28,6 +28,7 @@ from specc.resolve.given import Given
 from specc.resolve.groups import Groups
 from specc.resolve.makers import TypeMaker
 from specc.schema import SpecFile
+from specc.schema.files import OperatorDef, TypeDef
 from specc.source import Place
 
 
@@ -148,6 +149,8 @@ class Library:
                 own.frame_titles[own.frames[name]] = title
 
     def _types(self, file: Loaded, own: Definitions) -> None:
+        if not self._are_allowed("types", file, own):
+            return
         for name, definition in file.spec.types.items():
             where = file.top["types"][name]
             if self._is_free(own, "type", name, where):
@@ -169,6 +172,8 @@ class Library:
         return own.claim(kind, name, where.key, self.findings)
 
     def _files(self, file: Loaded, own: Definitions) -> None:
+        if not self._are_allowed("files", file, own):
+            return
         for name, relative in file.spec.files.items():
             where = file.top["files"][name]
             if not own.claim("file", name, where.key, self.findings):
@@ -176,7 +181,7 @@ class Library:
             path = self.beside(file, relative)
             own.files[name] = (
                 self._in_system("file", name, path, where.key, own),
-                os.path.relpath(path, self.base).replace(os.sep, "/"),
+                self._beside_system(path),
             )
             if not self.reach.holds(path):
                 self.findings.outside(self.reach, path, where)
@@ -189,12 +194,18 @@ class Library:
                 self.findings.report("E0208", message, where.place, help=hint)
 
     def _operators(self, file: Loaded, own: Definitions) -> None:
+        if not self._are_allowed("operators", file, own):
+            return
+        names = own.names(variables=True)
+        # Uses of one description with other frames have one operator.
+        unframed = replace(names, frames={f: f for f in own.frames})
+        is_unframed = unframed.frames == names.frames
         for name, definition in file.spec.operators.items():
             where = file.top["operators"][name]
             if not self._is_free(own, "operator", name, where):
                 continue
             try:
-                signature = parse_signature(definition.signature, own.names(variables=True))
+                signature = parse_signature(definition.signature, names)
             except ExprError as error:
                 self.findings.expression_error(where["signature"], error)
                 own.broken.add(name)
@@ -203,10 +214,9 @@ class Library:
                 message = f"operator `{name}` has no Python function yet"
                 help_text = "add `python: package.module:function`"
                 self.findings.report("O0201", message, where.key, help=help_text)
-            # Uses of one description with other frames have one operator.
-            unframed = replace(own.names(variables=True), frames={f: f for f in own.frames})
-            means = definition.python, parse_signature(definition.signature, unframed)
-            met = sizes_met(definition.signature, file.spec.types)
+            same = signature if is_unframed else parse_signature(definition.signature, unframed)
+            means = definition.python, same
+            met = sizes_met(definition.signature, file.spec.types) if own.sizes else ()
             sizes = ",".join(f"{n}={size}" for n, size in own.sizes.items() if n in met)
             own.operators[name] = Operator(
                 self._in_system("operator", name, means, where.key, own, sizes),
@@ -217,6 +227,27 @@ class Library:
                 where.key,
             )
 
+    def _are_allowed(
+        self,
+        section: Literal["types", "operators", "files", "constants"],
+        file: Loaded,
+        own: Definitions,
+    ) -> bool:
+        """Whether the definitions of a section may be given their meaning once more.
+
+        A description has them again each time that it is used. Reports the first section that has
+        no allowance; its names are broken.
+        """
+        defined = getattr(file.spec, section)
+        is_first = left("parts") >= 0
+        if spend("parts", sum(map(_parts, defined.values()))):
+            return True
+        if is_first:
+            where = file.top[section].key
+            self.findings.report("E0017", OUT_OF_PARTS, where, help=DESCRIBE_LESS)
+        own.broken |= defined.keys()
+        return False
+
     def _in_system(
         self, kind: str, name: str, means: object, at: Place, own: Definitions, sizes: str = ""
     ) -> str:
@@ -225,12 +256,17 @@ class Library:
         An operator with `sizes` has a name of its own for each of these.
         """
         known = self._meant.setdefault(f"{kind} {name}", {})
-        other = f"{name}@{os.path.relpath(at.file, self.base).replace(os.sep, '/')}"
-        other += f"#{sizes}" if sizes else ""
-        found = known.get((at, sizes)) or known.get(means) or (other if known or sizes else name)
+        found = known.get((at, sizes)) or known.get(means)
+        if found is None:
+            found = name if not (known or sizes) else f"{name}@{self._beside_system(at.file)}"
+            found += f"#{sizes}" if sizes else ""
         known[at, sizes] = known[means] = found
         own.made_from += found
         return found
+
+    def _beside_system(self, path: str) -> str:
+        """A path relative to the folder of the system, alike on all machines."""
+        return os.path.relpath(path, self.base).replace(os.sep, "/")
 
     def _interfaces(self, file: Loaded, own: Definitions) -> None:
         for name, definition in file.spec.interfaces.items():
@@ -239,15 +275,16 @@ class Library:
                 own.interfaces[name] = Interface(definition, where, own)
 
     def _constants(self, file: Loaded, own: Definitions) -> None:
+        if not self._are_allowed("constants", file, own):
+            return
         expressions = Expressions(self.findings, own)
-        around = constant_scope(own)
+        below = set(file.spec.constants) - own.constants.keys() - own.broken
+        around = replace(constant_scope(own), below=below)
         for name, definition in file.spec.constants.items():
             where = file.top["constants"][name]
             if not own.claim("constant", name, where.key, self.findings):
                 continue
-            declared = _declared(own)
-            below = file.spec.constants.keys() - declared.keys() - own.broken
-            scope = replace(around, constants=declared, below=below)
+            scope = replace(around, constants=_declared(own))
             wanted = expressions.type(where["type"], definition.type) if definition.type else None
             value = expressions.value(where.scalar("is"), definition.value, scope, wanted)
             place = where.key
@@ -255,6 +292,7 @@ class Library:
             if value is not None and other is not None:
                 value = expressions.value(other, str(other.raw), scope, value.type, place)
                 place = other.key
+            below.discard(name)
             if value is None:
                 own.broken.add(name)
             else:
@@ -278,6 +316,15 @@ _SECTIONS = (
     "constants",
     "parameters",
 )
+
+
+def _parts(definition: object) -> int:
+    """Names and types that a definition spells, or more; expressions count their own."""
+    if isinstance(definition, OperatorDef):
+        return 2 + definition.signature.count(":")
+    if isinstance(definition, TypeDef):
+        return 1 + len(definition.fields or ()) + (definition.type or "").count(",")
+    return 1
 
 
 def _defined_in(file: Loaded) -> list[object]:

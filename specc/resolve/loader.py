@@ -11,7 +11,7 @@ from specc.read import ANYWHERE, Document, Reach, read_file, specification
 from specc.resolve.context import Findings, Where
 from specc.resolve.library import Loaded
 from specc.schema import ROW_KEYS, SpecFile, shape, written_out
-from specc.source import COMMAND_LINE, Sources, on_command_line, real_path
+from specc.source import SET, STOP_WHEN, Node, SourceFile, Sources, on_command_line, real_path
 
 _WITHOUT_TEXT = frozenset(("E0001", "E0002", "E0003", "E0004", "E0022"))
 
@@ -42,7 +42,14 @@ class Loader:
         """Texts of the command line that stand in place of those of constants, by name."""
         if values:
             self.sources.add(on_command_line(values))
-        return {name: Where(COMMAND_LINE, (name,), text) for name, text in values.items()}
+        return {name: Where(SET, (name,), text) for name, text in values.items()}
+
+    def stop(self, formula: str | None) -> Where | None:
+        """The formula of the command line that ends a run."""
+        if formula is None:
+            return None
+        self.sources.add(SourceFile(STOP_WHEN, formula, Node(0, len(formula), formula)))
+        return Where(STOP_WHEN, (), formula)
 
     @property
     def complete(self) -> bool:

@@ -153,6 +153,7 @@ def test_chains_of_deep_lets_are_followed(
     ("name", "code", "words"),
     [
         ("interfaces", "E0237", "more than 60,000 parts"),
+        ("definitions used often", "E0017", "more than 60,000 parts"),
         ("quantifiers", "E0334", "takes more than 500,000 steps"),
         ("1 MB of formulas", "E0017", "more than 60,000 parts"),
         ("more rows of 50 terms", "E0017", "more than 60,000 parts"),

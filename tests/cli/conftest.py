@@ -64,7 +64,12 @@ class FakePipeline:
         return FakeResult(found, Sources([document.source]))
 
     def build(
-        self, path: str, values: Mapping[str, str] | None = None, *, is_read: bool = True
+        self,
+        path: str,
+        values: Mapping[str, str] | None = None,
+        *,
+        stop_when: str | None = None,
+        is_read: bool = True,
     ) -> FakeBuild:
         result = self.compile_spec(path)
         self.built.append(path)

@@ -26,12 +26,19 @@ HOME = np.array([0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4])
 MASSES = (4.97, 0.65, 3.23, 3.59, 1.23, 1.67, 0.74)
 
 
-def model(before: str = "", drives: str = "", more: str = "") -> str:
-    """MJCF with joints q1 to q7, body `base` with text `before`, site `flange`, and a finger."""
+def model(drives: str = "", more: str = "", *, weightless: bool = False) -> str:
+    """MJCF with joints q1 to q7 from body `base` to site `flange`, and a finger there.
+
+    Args:
+        drives: actuators.
+        more: bodies of the world.
+        weightless: whether something carries the weight of the links.
+    """
+    carried = 'gravcomp="1" ' if weightless else ""
     links, ends = "", ""
     for number, (a, d, alpha) in enumerate(ROWS, 1):
         links += (
-            f'<body name="link{number}" pos="{a} {-np.sin(alpha) * d} {np.cos(alpha) * d}"'
+            f'<body name="link{number}" {carried}pos="{a} {-np.sin(alpha) * d} {np.cos(alpha) * d}"'
             f' quat="{np.cos(alpha / 2)} {np.sin(alpha / 2)} 0 0">'
             f'<joint name="q{number}" axis="0 0 1" armature="0.1" damping="0.5"'
             f' range="{LOWER[number - 1]} {UPPER[number - 1]}"/>'
@@ -43,13 +50,13 @@ def model(before: str = "", drives: str = "", more: str = "") -> str:
     return f"""\
 <mujoco>
   <compiler angle="radian"/>
-  <option timestep="0.001" integrator="implicitfast"/>
+  <option timestep="0.002" integrator="implicitfast"/>
   <default><geom contype="0" conaffinity="0"/></default>
   <worldbody>
-    <body name="base" pos="0.2 -0.1 0.5" quat="0.8 0 0 0.6">{before}
+    <body name="base" pos="0.2 -0.1 0.5" quat="0.8 0 0 0.6">
       {links}
       <site name="flange" pos="0 0 {FLANGE_M}"/>
-      <body name="finger" pos="0 0 {FLANGE_M}">
+      <body name="finger" {carried}pos="0 0 {FLANGE_M}">
         <joint name="finger" type="slide" axis="0 1 0" range="0 0.04"/>
         <geom name="finger" type="box" size="0.01 0.01 0.02" pos="0 0 0.02" mass="0.05"/>
       </body>

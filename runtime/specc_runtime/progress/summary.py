@@ -56,6 +56,10 @@ def _show(report: Report, console: Console) -> None:
     for disturbance in sorted(report.disturbances, key=_beginning_s):
         console.print(_happened(disturbance), highlight=False, soft_wrap=True)
     _show_requirements(report.requirements, console)
+    if stop := report.stop_when:
+        met_s = stop["met_s"]
+        when = "[yellow]never held[/]" if met_s is None else f"held first at {met_s:.3f} s"
+        console.print(f"{when}: {_safe(stop['that'])}", highlight=False, soft_wrap=True)
     for name, why in report.unobserved.items():
         console.print(f"unknown {_safe(f'{name}: {why}')}", highlight=False, soft_wrap=True)
     for fault in report.faults:

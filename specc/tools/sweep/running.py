@@ -26,7 +26,7 @@ TRIES = 3
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 OWN = (
     *("runs", "seed", "success", "ended", "reason", "simulated_s", "cycles", "faults"),
-    *("records_sha256", "wall_s"),
+    *("records_sha256", "wall_s", "met_s"),
 )
 """Columns that every table has; those of parts of a specification have a space or a dot."""
 STEPS, VERDICT, ASKED = "steps of ", "verdict of ", "asked of "
@@ -242,8 +242,9 @@ def leave(name: str) -> None:
 def figures_of(report: Mapping[str, Any], code: int) -> Figures:
     """The figures of a report: of the run, of its cycles, of its requirements."""
     cycles = report["cycles"]
-    # Without a cycle only requirements tell a success, and those that are unknown do not.
-    undecided = [] if code or cycles else _of_verdict(report, "unknown")
+    stop = report.get("stop_when")
+    # Without a cycle or a formula only requirements tell a success; unknown ones do not.
+    undecided = [] if code or cycles or stop else _of_verdict(report, "unknown")
     row: Figures = {
         "success": None if undecided else code == 0,
         "ended": report["ended"],
@@ -252,6 +253,8 @@ def figures_of(report: Mapping[str, Any], code: int) -> Figures:
         "cycles": len(cycles),
         "faults": len(report["faults"]),
     }
+    if stop:
+        row["met_s"] = stop["met_s"]
     for name in dict.fromkeys(name for cycle in cycles for name in cycle):
         row[f"cycle.{name}"] = _of_cycles([cycle.get(name) for cycle in cycles])
     row |= {f"scene.{name}": value for name, value in report.get("scene", {}).items()}
@@ -275,6 +278,8 @@ def _reason(report: Mapping[str, Any], code: int, undecided: Sequence[str]) -> s
         return f"{fault['culprit']}: {fault['message']}"[:_LONGEST_REASON]
     if violated := _of_verdict(report, "violated"):
         return f"violated: {'; '.join(violated)}"[:_LONGEST_REASON]
+    if (stop := report.get("stop_when")) and stop["met_s"] is None:
+        return f"never held: {stop['that']}"[:_LONGEST_REASON]
     endings = [cycle["ended"] for cycle in report["cycles"] if cycle["ended"] != "completed"]
     return endings[0] if endings else "not fulfilled"
 

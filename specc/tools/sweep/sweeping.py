@@ -88,7 +88,7 @@ def _fingerprint(spec: str, sources: Sources, files: Mapping[str, bytes]) -> str
     texts = {
         os.path.relpath(source.path, base or "."): source.text.encode()
         for source in sources
-        if source.path != COMMAND_LINE
+        if source.path not in COMMAND_LINE
     }
     digest = hashlib.sha256()
     for name, content in (*sorted(texts.items()), *files.items()):
