@@ -16,6 +16,7 @@ _EXTRAS = {
     "mujoco": "run",
     "pinocchio": "run",
     "rich": "run",
+    "ruckig": "run",
     "cv2": "vision",
     "mcap": "record",
     "orjson": "record",

@@ -37,6 +37,7 @@ DOORS = {
     "pygraphviz": {"specc.tools.graph.drawing"},
     "rich": {"specc_runtime.progress"},
     "ruamel": {"specc.read"},
+    "ruckig": {"specc_runtime.operators.trajectories"},
     "zstandard": {"specc_runtime.recording.container", "specc_runtime.recording.unpacking"},
     "z3": {"specc.proof.solver"},
 }
