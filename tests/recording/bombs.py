@@ -114,6 +114,7 @@ def _digest(data: bytes) -> str:
 
 def bombs() -> Iterator[tuple[str, Callable[[], bytes]]]:
     """The name of each, and what makes it."""
+    yield "zeros", lambda: MAGIC + bytes(10 * MB)
     for name, opened, size in (("steps", _STEPS, 200), ("snapshots", _SNAPSHOTS, 200)):
         yield (
             f"{name} of zeros",

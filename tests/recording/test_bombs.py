@@ -17,7 +17,7 @@ from specc_runtime.recording.budget import Unusable
 from specc_runtime.recording.reading import Reading
 
 from specc.cli.main import main
-from tests.recording.bombs import MB, bombs, channel, chunk, message, recording, schema
+from tests.recording.bombs import MAGIC, MB, bombs, channel, chunk, message, recording, schema
 from tests.recording.test_foreign_code import TALK
 
 pytestmark = pytest.mark.no_replay
@@ -67,6 +67,14 @@ def test_what_was_passed_over_stays_so() -> None:
         reading = Reading(Path("odd.mcap"))
         assert [type(record).__name__ for record in reading] == ["Metadata", "Attachment"]
         assert reading.damaged == 1
+
+
+def test_no_record_is_looked_for_behind_zeros() -> None:
+    """Zeros have no kind of record, so that nothing tells where the next one starts."""
+    Path("odd.mcap").write_bytes(MAGIC + bytes(9 * 1000) + recording()[len(MAGIC) :])
+    reading = Reading(Path("odd.mcap"))
+    assert list(reading) == []
+    assert reading.damaged == 1
 
 
 def test_the_budget_is_that_of_the_whole_file() -> None:
