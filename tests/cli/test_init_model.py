@@ -8,26 +8,20 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
-from specc_runtime.plants.mujoco import plant as plants
-from specc_runtime.plants.mujoco.driven import moments
 
+from bench.harness import held
 from specc.cli import main, modelled
 from specc.pipeline import check_spec
 from specc.tools.starting import Facts, NoGroup, facts_of, grouped
 from tests.cli import robots
 from tests.cli.robots import JOINTS, MOTORS, SERVOS, SPEEDS, arm
 from tests.seeds import short
-
-NEAR = {mujoco.mjtJoint.mjJNT_HINGE.value: 0.05, mujoco.mjtJoint.mjJNT_SLIDE.value: 0.005}
-
 
 SPECS = Path(__file__).parents[2] / "specs"
 SERVICES = (
@@ -74,23 +68,10 @@ def is_clean(spec: Path) -> bool:
 
 
 @pytest.fixture
-def farthest(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
+def farthest() -> Iterator[dict[str, float]]:
     """Joint -> how far it went from its first position in a run, in parts of what is allowed."""
-    found: dict[str, float] = {}
-    first: dict[str, float] = {}
-    advance = plants.MujocoPlant.advance
-
-    def watched(self: Any, duration_s: float) -> None:
-        model, data = self._model, self._data
-        rows = [moments(model, data, index) for index in range(model.nu)]
-        for joint in {int(model.dof_jntid[dof]) for row in rows for dof in np.flatnonzero(row)}:
-            name, where = model.joint(joint).name, float(data.qpos[model.jnt_qposadr[joint]])
-            far = abs(where - first.setdefault(name, where)) / NEAR[int(model.jnt_type[joint])]
-            found[name] = max(far, found.get(name, 0.0))
-        advance(self, duration_s)
-
-    monkeypatch.setattr(plants.MujocoPlant, "advance", watched)
-    return found
+    with held.farthest() as found:
+        yield found
 
 
 def run(spec: Path) -> None:
