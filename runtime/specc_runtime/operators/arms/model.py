@@ -107,6 +107,8 @@ def load_arm(model: str, base: str, tip: str, n: int) -> Arm:
     except ValueError as error:
         raise ValueError(f"{model}: {error}") from error
     ends = _place(compiled, base), _place(compiled, tip)
+    compiled.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT.value  # slow, not asked
+    compiled.opt.enableflags &= ~mujoco.mjtEnableBit.mjENBL_INVDISCRETE.value
     joints = _between(compiled, *ends)
     _check(compiled, joints, f"between '{base}' and '{tip}'", n)
     bounds = np.where(
