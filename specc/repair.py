@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Change, Repair
 from specc.frozen import frozen
 from specc.model.expr import Node
@@ -73,6 +74,29 @@ def _edited(text: str, repairs: Iterable[Repair]) -> str:
 
 def _start(change: Change) -> int:
     return change.start
+
+
+# What stands there after a repair is not wrong in the same way.
+
+
+def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) -> bool:
+    """Whether a finding says of a text that was written by repairs what they were to repair.
+
+    A text inside `for` is that of many copies, and may be right in some of them.
+    """
+    edits = [(found.code, edit) for found in repaired if found.fix for edit in found.fix.edits]
+    written = set()
+    for code, edit in edits:
+        place = edit.place
+        before = (
+            len(other.text) - len(other.old)
+            for _, other in edits
+            if (other.place.file, other.place.route) == (place.file, place.route)
+            and (other.place.start or 0) < (place.start or 0)
+        )
+        written.add((code, place.file, place.route, (place.start or 0) + sum(before)))
+    places = ((found.code, found.primary) for found in after)
+    return any((code, at.file, at.route, at.start or 0) in written for code, at in places)
 
 
 # What a repair does to the meaning: it makes known what was not, where it is made and elsewhere.

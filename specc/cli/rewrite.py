@@ -21,7 +21,7 @@ from specc.diagnostics import Diagnostic
 from specc.diagnostics.report import Finding, Repair, report, resolve, shown_path
 from specc.policy import reach_of
 from specc.read import read_file, read_text, specification
-from specc.repair import Accepts, changes_elsewhere, repaired
+from specc.repair import Accepts, changes_elsewhere, is_wrong_again, repaired
 from specc.source import Place, Sources, real_path
 from specc.tools.fmt import formatted, upgrade
 
@@ -158,10 +158,14 @@ def _accepts(path: str, wanted: dict[Repair, Finding]) -> Accepts:
     def accepts(text: str, repairs: tuple[Repair, ...]) -> bool:
         if not _is_yaml(text):
             return False
-        after = read_spec(path, {real_path(path): text}).system
-        fixes = (wanted[repair].diagnostic.fix for repair in repairs)
-        places = [edit.place for fix in fixes if fix for edit in fix.edits]
-        return before is None or after is None or not changes_elsewhere(before, after, places)
+        after = read_spec(path, {real_path(path): text})
+        found = [wanted[repair].diagnostic for repair in repairs]
+        if is_wrong_again(found, after.diagnostics):
+            return False
+        places = [edit.place for one in found if one.fix for edit in one.fix.edits]
+        if before is None or after.system is None:
+            return True
+        return not changes_elsewhere(before, after.system, places)
 
     return accepts
 

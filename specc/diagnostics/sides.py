@@ -153,7 +153,8 @@ def _settle(
             _count, scope=scope, is_element=definition.is_element, is_group=slip.is_group
         )
         if sum(count(slip.right, reader) for reader in readers) > 1:
-            if places > 1:  # several have the same slip, which is rare: another name may be right
+            # Several have the same slip, which is rare: another name may be right.
+            if places > 1 or (not definition.is_element and _is_also_a_type(slip.right, readers)):
                 yield from ((use, None) for use in here)
             continue
         elsewhere = sum(count(slip.wrong, reader) for reader in readers) > places
@@ -162,6 +163,13 @@ def _settle(
             yield from ((use, fix) for use in here)
         elif not definition.is_unseen and not (slip.is_peer and definition.is_there(wrong)):
             yield from ((use, None) for use in here)
+
+
+def _is_also_a_type(name: str, sources: Iterable[SourceFile]) -> bool:
+    """Whether a type and something else have a name: its uses do not tell which is right."""
+    routes = (route for source in sources for route, _ in _routes(source.spans, ()))
+    sections = {("", *route)[-2] for route in routes if route[-1] == name}
+    return "types" in sections and len(sections) > 1
 
 
 def _without_index(slip: _Slip) -> _Slip:

@@ -35,6 +35,9 @@ FOUND = (  # file, what stands before the slip, what was meant, the slip
         "seQuencers",
     ),  # named with an index elsewhere
     ("reactive.yaml", "", "guidance", "guidannce"),  # a constant, which a requirement names
+    ("told.yaml", "types: {", "Side", "side"),
+    ("blackboard_messages.yaml", "operators:\n  ", "entry", "Entry"),  # also that of its type
+    ("blackboard.yaml", "", "came_1", "cAme_1"),  # the nearest for one of four copies of a text
     ("blackboard.yaml", "", "came_4", "cae_4"),  # one of four that are named with an index
     (
         "way_drive.yaml",
