@@ -1,6 +1,6 @@
 """Whether `specc init --model` makes of each model a specification that holds its pose at once.
 
-    python bench/models.py                           those that `make models` installs
+    python bench/models.py                           those of specs/plants
     python bench/models.py arm.xml gripper.xml base.xml
 
 Nothing that is written is edited. A joint may go 0.05 rad or 5 mm from its start in the 5 s of a
@@ -18,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
+from bench.harness.building import SPECS
 from bench.harness.held import farthest
 from bench.harness.tables import table
 from specc.cli import main as specc
@@ -29,8 +30,8 @@ HEAD = ("model", "init [s]", "lines", "findings", "run", "farthest, of 1", "join
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table; 1 if a model has no specification that holds its pose."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
-    installed = sorted((Path(__file__).parents[1] / "models").rglob("*.xml"))
-    parser.add_argument("models", nargs="*", metavar="MODEL.xml", type=Path, default=installed)
+    own = sorted((SPECS / "plants").glob("*.xml"))
+    parser.add_argument("models", nargs="*", metavar="MODEL.xml", type=Path, default=own)
     rows = [_row(model) for model in parser.parse_args(arguments).models]
     print(table(TITLE, HEAD, rows))
     return int(any(row[3:5] != ("none", "completed") or not float(row[5]) < 1.0 for row in rows))

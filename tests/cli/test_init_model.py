@@ -270,10 +270,13 @@ ATTACHED = """<mujoco model="cell"><asset><model name="arm" file="../parts/arm.x
 
 @pytest.mark.parametrize("model", short([REPLICATED, ATTACHED], 1))
 def test_names_that_come_into_being_in_the_simulator(model: str, tmp_path: Path) -> None:
-    at(tmp_path / "parts/arm.xml", arm(SERVOS))
+    """A camera beside the body that is attached does not."""
+    beside = '<worldbody><camera name="beside" pos="0 0 2"/>'
+    at(tmp_path / "parts/arm.xml", arm(SERVOS).replace("<worldbody>", beside))
     spec = started(model, tmp_path)
     assert is_clean(spec)
     run(spec)
+    assert "beside" not in spec.read_text()
 
 
 @pytest.mark.parametrize(

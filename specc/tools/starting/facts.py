@@ -89,6 +89,7 @@ class Facts:
     frequency: float
     strayed: Mapping[str, float]
     sensors: tuple[Sensor, ...]
+    cameras: tuple[str, ...]
 
 
 def facts_of(path: str) -> Facts:
@@ -108,6 +109,7 @@ def facts_of(path: str) -> Facts:
         "actuators": tuple(each for each in actuators if each.name not in braced),
         "refused": {**answer["refused"], **braced},
         "sensors": tuple(Sensor(**each) for each in answer["sensors"]),
+        "cameras": tuple(answer["cameras"]),
     }
     return Facts(**{**answer, **many})
 

@@ -39,7 +39,7 @@ def receptors(
     refused: dict[str, str] = {}
     own = (each for each in facts.sensors if each.name not in taken)
     usable = [each for each in own if _is_usable(each, model, refused)]
-    found = [*_of_sensors(usable, model), *_of_cameras(model, taken)]
+    found = [*_of_sensors(usable, model), *_of_cameras(facts, model, taken)]
     return found, refused
 
 
@@ -100,10 +100,10 @@ def _elements(sensors: list[Sensor], model: Model) -> Iterator[Element]:
         yield Element(kind, type_, {"sensors": [sensor.name for sensor in own]})
 
 
-def _of_cameras(model: Model, taken: Collection[str]) -> Iterator[Receptor]:
-    for name, size in model.cameras.items():
+def _of_cameras(facts: Facts, model: Model, taken: Collection[str]) -> Iterator[Receptor]:
+    for name in facts.cameras:
         if name and name not in taken and not set(name) & set("{}"):
-            width, height = size or DEFAULT_CAMERA
+            width, height = model.cameras.get(name) or DEFAULT_CAMERA
             bind = {"camera": name, "image": "rgb"}
             image = Element("image", f"image[{height}, {width}, 3]", bind)
             yield Receptor(name, f"Camera {name}", (image,), camera=True)

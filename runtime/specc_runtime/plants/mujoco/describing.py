@@ -55,6 +55,7 @@ def described(path: str) -> dict[str, Any]:
         "frequency": how.frequency if how else 0.0,
         "strayed": _named(model, how.strayed) if how else {},
         "sensors": [_sensor(model, i) for i in range(model.nsensor)],
+        "cameras": [model.camera(i).name for i in range(model.ncam)],
     }
     for kind in ("joint", "actuator", "sensor"):
         for part in facts[f"{kind}s"]:
