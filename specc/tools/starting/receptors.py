@@ -101,9 +101,10 @@ def _elements(sensors: list[Sensor], model: Model) -> Iterator[Element]:
 
 
 def _of_cameras(facts: Facts, model: Model, taken: Collection[str]) -> Iterator[Receptor]:
-    for name in facts.cameras:
-        if name and name not in taken and not set(name) & set("{}"):
-            width, height = model.cameras.get(name) or DEFAULT_CAMERA
+    # The simulator knows which are there, the text which are not added by the runtime.
+    for name, size in model.cameras.items():
+        if name in facts.cameras and name not in taken and not set(name) & set("{}"):
+            width, height = size or DEFAULT_CAMERA
             bind = {"camera": name, "image": "rgb"}
             image = Element("image", f"image[{height}, {width}, 3]", bind)
             yield Receptor(name, f"Camera {name}", (image,), camera=True)
