@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 from specc_runtime.blame import Blame
 from specc_runtime.buffers import slots
 from specc_runtime.clock import WallClock
+from specc_runtime.distortion import Distortable, Distortion
 from specc_runtime.examination import shortcomings
 from specc_runtime.faults import Fault, StepAbandoned
 from specc_runtime.plant import NO_SAMPLE, Plant
@@ -248,6 +249,15 @@ class Executor:
         """Let an element of a device have no samples from now on, or have them again."""
         if element in self._sensors:
             self._sensors[element].silent = silent
+
+    def distort(self, element: str, distortion: Distortion | None) -> None:
+        """Distort what is measured for an element of a device from now on, or not any more."""
+        if element not in self._sensors:
+            return
+        if hasattr(self._plant, "distort"):
+            cast(Distortable, self._plant).distort(element, distortion)
+        else:
+            self._sensors[element].distortion = distortion
 
     def wait(self) -> None:
         """Wait for the steps that are under way, which become visible when they are due."""

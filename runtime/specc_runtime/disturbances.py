@@ -1,19 +1,21 @@
 """What happens to the plant while a run goes on: what it is, when it begins and when it is over.
 
-All numbers are drawn from the seed before the first tick, so a run can be repeated. Agents learn
-nothing of a disturbance but what their devices report.
+All numbers follow from the seed, for each repetition by itself, so a run can be repeated. Agents
+learn nothing of a disturbance but what their devices report.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
+from specc_runtime.distortion import Distortion, joined
 from specc_runtime.examination import shortcomings
 from specc_runtime.options import UsageError
 from specc_runtime.requirements import Requirements
+from specc_runtime.streams import stream
 from specc_runtime.system import Disturbance
 from specc_runtime.task import drawn
 
@@ -36,6 +38,16 @@ class Disturbable(Protocol):
         """Let a joint be stuck from now on, or not any more."""
 
 
+class Devices(Protocol):
+    """What reads the elements of devices."""
+
+    def silence(self, element: str, silent: bool) -> None:
+        """Let an element have no samples from now on, or have them again."""
+
+    def distort(self, element: str, distortion: Distortion | None) -> None:
+        """Distort what is measured for an element from now on, or not any more."""
+
+
 class Disturbances:
     """Those of one run; `advance` before every tick."""
 
@@ -44,13 +56,10 @@ class Disturbances:
         found: Sequence[Disturbance],
         triggers: Requirements | None,
         plant: Any,
-        silence: Callable[[str, bool], None],
+        devices: Devices,
         seed: int,
     ) -> None:
-        """`silence` makes an element silent, or not any more.
-
-        Raises UsageError for a plant to which these things cannot happen.
-        """
+        """Raises UsageError for a plant to which these things cannot happen."""
         if any(each.move or each.shift or each.push or each.block for each in found) and (
             lacking := shortcomings(plant, Disturbable)
         ):
@@ -59,26 +68,24 @@ class Disturbances:
         self._all = []
         for each in found:
             count[each.subject] += 1
-            self._all.append(_Drawn(each, seed, count[each.subject]))
+            self._all.append(_Course(each, seed, count[each.subject]))
         self._triggers = triggers
         self._plant = plant
-        self._silence = silence
+        self._devices = devices
 
     def advance(self, time_s: float) -> None:
         """Begin and end what is due at this time."""
         due_s = time_s + _ROUNDING_S
         for each in self._all:
-            if each.began_s is None:
-                if due_s >= each.at_s and self._holds(each.what.when):
-                    each.began_s = time_s
-                    self._begin(each)
-            elif not each.over and due_s >= each.began_s + each.lasts_s:
+            if each.goes_on and due_s >= each.ends_s:
                 each.over = True
                 self._act(each)
+            if due_s >= each.next_s and self._holds(each.what.when) and each.repeat(time_s):
+                self._begin(each)
 
     def saved(self) -> list[dict[str, Any]]:
         """What is under way and over."""
-        return [{"does": o.name, "began_s": o.began_s, "over": o.over} for o in self._all]
+        return [each.saved() for each in self._all]
 
     def restore(self, saved: Any) -> list[str]:
         """Go on from there; what of it is not known here, and what is new, and begins in its time.
@@ -89,9 +96,8 @@ class Disturbances:
         """
         known = {str(each["does"]): each for each in saved}
         for one in self._all:
-            each = known.get(one.name)
-            if each is not None and each["began_s"] is not None:
-                one.began_s, one.over = float(each["began_s"]), bool(each["over"])
+            if (each := known.get(one.name)) is not None:
+                one.restore(each)
         for one in self._all:
             if one.began_s is not None:
                 self._act(one)
@@ -110,55 +116,140 @@ class Disturbances:
                 self._push(one)
 
     def as_data(self) -> list[dict[str, Any]]:
-        """What the report says of each; `began_s` is null if it never began."""
-        return [{"because": each.what.because, "began_s": each.began_s} for each in self._all]
+        """What the report says of each; `began_s`, of the first time, is null if it never began."""
+        return [
+            {"because": each.what.because, "began_s": each.first_s, "times": each.times}
+            for each in self._all
+        ]
 
     def _holds(self, trigger: int | None) -> bool:
         if trigger is None or self._triggers is None:
             return True
         return self._triggers.requirements[trigger].holds
 
-    def _begin(self, each: _Drawn) -> None:
-        if each.move:
-            self._plant.put(each.move)
-        if each.shift:
-            self._plant.shift(each.shift)
+    def _begin(self, each: _Course) -> None:
+        if each.now.move:
+            self._plant.put(each.now.move)
+        if each.now.shift:
+            self._plant.shift(each.now.shift)
         self._act(each)
 
-    def _act(self, each: _Drawn) -> None:
+    def _act(self, each: _Course) -> None:
         """Bring what begins or ends about, with what others do to the same things."""
         going = self._going
         self._push(each)
         for joint in each.what.block:
             self._plant.block(joint, any(joint in one.what.block for one in going))
         for element in each.what.silent:
-            self._silence(element, any(element in one.what.silent for one in going))
+            self._devices.silence(element, any(element in one.what.silent for one in going))
+        for element in {**each.now.scale, **each.now.bias}:
+            scales = [o.now.scale[element] for o in going if element in o.now.scale]
+            biases = [o.now.bias[element] for o in going if element in o.now.bias]
+            self._devices.distort(element, joined(scales, biases))
 
     @property
-    def _going(self) -> list[_Drawn]:
-        return [one for one in self._all if one.began_s is not None and not one.over]
+    def _going(self) -> list[_Course]:
+        return [one for one in self._all if one.goes_on]
 
-    def _push(self, each: _Drawn) -> None:
-        for body in each.push:
-            forces = [one.push[body] for one in self._going if body in one.push]
+    def _push(self, each: _Course) -> None:
+        for body in each.now.push:
+            forces = [one.now.push[body] for one in self._going if body in one.now.push]
             self._plant.push(body, tuple(map(sum, zip((0.0, 0.0, 0.0), *forces, strict=True))))
 
 
-class _Drawn:
-    """A disturbance with its numbers, which no other one changes, unless it does the same."""
+class _Numbers:
+    """The numbers of one repetition, which no other disturbance changes unless it does the same."""
+
+    def __init__(self, what: Disturbance, seed: int, name: str) -> None:
+        times = [each for each in (what.at, what.lasts, what.every, what.probability) if each]
+        drawn_s = drawn(times, seed, name)
+        self.at_s = drawn_s.get("at", 0.0)
+        self.lasts_s = drawn_s.get("lasts", math.inf)
+        self.every_s = drawn_s.get("every", math.inf)
+        self.happens = True
+        if what.probability is not None:
+            self.happens = stream(seed, f"{name} happens").random() < drawn_s["probability"]
+        self.move = drawn(what.move, seed, f"{name} move")
+        self.shift = drawn(what.shift, seed, f"{name} shift")
+        self.push, self.scale, self.bias = (
+            {of: tuple(drawn(draws, seed, f"{name} {verb}").values()) for of, draws in several}
+            for verb, several in (("push", what.push), ("scale", what.scale), ("bias", what.bias))
+        )
+
+
+class _Course:
+    """A disturbance over a run, with the numbers of its present or its next repetition."""
 
     def __init__(self, what: Disturbance, seed: int, number: int) -> None:
         """`number` counts those that do the same."""
         self.what = what
         self.name = what.subject if number == 1 else f"{what.subject} ({number})"
-        name = f"disturb {what.subject} {number}"
-        times = drawn([time for time in (what.at, what.lasts) if time], seed, name)
-        self.at_s = times.get("at", 0.0)
-        self.lasts_s = times.get("lasts", math.inf)
-        self.move = drawn(what.move, seed, f"{name} move")
-        self.shift = drawn(what.shift, seed, f"{name} shift")
-        self.push = {
-            body: tuple(drawn(force, seed, f"{name} push").values()) for body, force in what.push
-        }
+        self._seed, self._stem = seed, f"disturb {what.subject} {number}"
+        self.now = self._numbers(0)
+        self.next_s = self.now.at_s
+        self.first_s: float | None = None
         self.began_s: float | None = None
+        """When the last repetition that happened began."""
         self.over = False
+        self.times = 0
+        """Repetitions that happened."""
+        self._due = 0
+        """Repetitions that were due."""
+        self._present = 0
+        """The number of the one that happened last."""
+
+    def _numbers(self, repetition: int) -> _Numbers:
+        again = f" repetition {repetition}" if repetition else ""
+        return _Numbers(self.what, self._seed, self._stem + again)
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it has begun and is not over."""
+        return self.began_s is not None and not self.over
+
+    @property
+    def ends_s(self) -> float:
+        """When the present repetition is over."""
+        return (self.began_s or 0.0) + self.now.lasts_s
+
+    def repeat(self, time_s: float) -> bool:
+        """The next repetition is due: whether it happens. It is later that the one after it is."""
+        numbers = self._numbers(self._due) if self._due else self.now
+        begins_s = self.next_s if self.what.when is None else time_s
+        self.next_s = begins_s + numbers.every_s
+        self._due += 1
+        if not numbers.happens:
+            return False
+        self.now, self._present = numbers, self._due - 1
+        self.began_s, self.over = time_s, False
+        self.first_s = time_s if self.first_s is None else self.first_s
+        self.times += 1
+        return True
+
+    def saved(self) -> dict[str, Any]:
+        """What is under way and over."""
+        return {
+            "does": self.name,
+            "began_s": self.began_s,
+            "over": self.over,
+            "first_s": self.first_s,
+            "times": self.times,
+            "due": [self._due, self._present, None if math.isinf(self.next_s) else self.next_s],
+        }
+
+    def restore(self, saved: Any) -> None:
+        """Go on from there; raises KeyError, TypeError, ValueError for other data."""
+        began_s = saved["began_s"]
+        if began_s is not None:
+            self.began_s, self.over = float(began_s), bool(saved["over"])
+            # Older recordings have no repetitions.
+            first_s = saved.get("first_s")
+            self.first_s = self.began_s if first_s is None else float(first_s)
+            self.times = int(saved.get("times", 1))
+        due, present, next_s = saved.get("due", (int(began_s is not None), 0, None))
+        if due:
+            self._due, self._present = int(due), int(present)
+            self.now = self._numbers(self._present)
+            self.next_s = (self.began_s or 0.0) + self.now.every_s
+            if next_s is not None and self.what.every is not None:
+                self.next_s = float(next_s)

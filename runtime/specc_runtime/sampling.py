@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from specc_runtime.buffers import Put
+from specc_runtime.distortion import Distortion
 from specc_runtime.faults import DeviceFailed, Fault, device_at_fault
 from specc_runtime.plant import NO_SAMPLE, Deferred
 from specc_runtime.plants.binding import SensorBinding
@@ -23,16 +24,20 @@ class Sensor:
     """The latest sample of a sensor, read-only, and how many there have been.
 
     A `Deferred` one stays so; it is checked when its value is computed. A sensor that is made
-    `silent` has no samples, but for the one at the start.
+    `silent` has no samples, but for the one at the start. Samples have the `distortion` of now, if
+    there is one.
     """
 
-    __slots__ = ("_binding", "_sample", "_taken_s", "count", "name", "silent", "value")
+    __slots__ = (
+        *("_binding", "_sample", "_taken_s", "count", "distortion", "name", "silent", "value"),
+    )
 
     def __init__(self, binding: SensorBinding, sample: Callable[[str], Any]) -> None:
         self.name = binding.name
         self.count = 0
         self.value: Any = NO_SAMPLE
         self.silent = False
+        self.distortion: Distortion | None = None
         self._binding = binding
         self._sample = sample
         self._taken_s = 0.0
@@ -70,14 +75,14 @@ class Sensor:
                 raise DeviceFailed(self.name, PlantError(why))
             return
         if type(value) is Deferred:
-            self.value = Deferred(partial(self._computed, value), value.begin)
+            self.value = Deferred(partial(self._computed, value, self.distortion), value.begin)
         else:
-            self.value = self._accepted(value)
+            self.value = self._accepted(value, self.distortion)
         self.count += 1
         self._taken_s = time_s
 
-    def _computed(self, sample: Deferred) -> Any:
-        return self._accepted(self._given(sample.value))
+    def _computed(self, sample: Deferred, distortion: Distortion | None) -> Any:
+        return self._accepted(self._given(sample.value), distortion)
 
     def _given(self, call: Callable[..., Any], *arguments: str) -> Any:
         try:
@@ -87,10 +92,11 @@ class Sensor:
         except BaseException as error:  # whatever the device raises
             raise DeviceFailed(self.name, error) from error
 
-    def _accepted(self, value: Any) -> Any:
+    def _accepted(self, value: Any, distortion: Distortion | None) -> Any:
         binding = self._binding
+        measured = value if distortion is None else distortion.value(value)
         try:
-            return binding.contract(value)
+            return binding.contract(measured)
         except Unfit as unfit:
             origin = device_at_fault(self.name, binding.through)
             wrong = WrongValue(origin, binding.declared, unfit)

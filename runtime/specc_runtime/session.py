@@ -95,7 +95,7 @@ class Session:
             system.task.disturb if system.task else (),
             system.triggers,
             plant,
-            self._executor.silence,
+            self._executor,
             options.seed,
         )
 

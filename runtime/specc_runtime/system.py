@@ -86,18 +86,23 @@ class Draw:
 class Disturbance:
     """What happens, for `lasts` seconds or to the end, from `at` on or once `when` holds then.
 
-    `when` counts the triggers of the system. Numbers are drawn as those of a scene.
+    `when` counts the triggers of the system. Numbers are drawn as those of a scene, anew for each
+    repetition; `every` is the time to the next one. `scale` and `bias` name elements of devices.
     """
 
     because: str
     at: Draw | None = None
     when: int | None = None
+    every: Draw | None = None
+    probability: Draw | None = None
     lasts: Draw | None = None
     move: tuple[Draw, ...] = ()
     shift: tuple[Draw, ...] = ()
     push: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
     block: tuple[str, ...] = ()
     silent: tuple[str, ...] = ()
+    scale: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
+    bias: tuple[tuple[str, tuple[Draw, ...]], ...] = ()
 
     @property
     def subject(self) -> str:
@@ -108,6 +113,8 @@ class Disturbance:
             "push": [body for body, _ in self.push],
             "block": self.block,
             "silent": self.silent,
+            "scale": [element for element, _ in self.scale],
+            "bias": [element for element, _ in self.bias],
         }
         return ", ".join(sorted(f"{verb} {name}" for verb in done for name in done[verb]))
 

@@ -49,6 +49,7 @@ def disturbances_do(facts: Facts) -> Iterator[Diagnostic]:
         yield from _idle(each)
         yield from _repeated("blocked", each.blocked)
         yield from _repeated("silent", each.silent)
+        yield from _exact(each)
         yield from _at_once(each)
 
 
@@ -57,6 +58,10 @@ def _idle(each: Disturbance) -> Iterator[Diagnostic]:
         place = replace(each.lasts.place, part="value")
         help = "say for how long, or leave `lasts` out: it lasts to the end then"
         yield Diagnostic(_CODE, "this disturbance lasts no time", place, help=help)
+    if each.probability and _is_zero(each.probability):
+        place = replace(each.probability.place, part="value")
+        help = "say how probable it is, or leave the disturbance out"
+        yield Diagnostic(_CODE, "this disturbance never happens", place, help=help)
     for draw in each.shifts:
         if _is_zero(draw):
             place = replace(draw.place, part="value")
@@ -69,7 +74,27 @@ def _idle(each: Disturbance) -> Iterator[Diagnostic]:
 
 
 def _is_zero(draw: Draw) -> bool:
-    return all(value == 0 for value, _ in draw.values)
+    return _is(draw, 0)
+
+
+def _is(draw: Draw, number: float) -> bool:
+    return all(value == number for value, _ in draw.values)
+
+
+def _exact(each: Disturbance) -> Iterator[Diagnostic]:
+    """What is measured of an element is changed, and seen."""
+    silent = dict(each.silent)
+    of = (("scaled", each.scales, 1, "1"), ("biased", each.biases, 0, "nothing"))
+    for word, errors, neutral, by in of:
+        for element, draws, place in errors:
+            if draws and all(_is(draw, neutral) for draw in draws):
+                help = "say how wrong the measurement is, or leave it out"
+                yield Diagnostic(_CODE, f"`{element}` is {word} by {by}", place, help=help)
+            elif element in silent:
+                related = (Related(silent[element], "silent at the same time"),)
+                help = "leave one of the two out, or let it happen later"
+                message = f"`{element}` is {word} and silent at once"
+                yield Diagnostic(_CODE, message, place, "", related, help)
 
 
 def _repeated(word: str, named: Iterable[tuple[str, Place]]) -> Iterator[Diagnostic]:
@@ -146,7 +171,7 @@ _MOVING: dict[str, Callable[[Disturbance], Iterable[Draw]]] = {
 
 def _moment(each: Disturbance) -> Hashable:
     """When it begins: what its time and what it waits for are; no two intervals are the same."""
-    if each.at and each.at.between:
+    if (each.at and each.at.between) or each.probability:
         return id(each)
     return each.when.that if each.when else "", each.at.values if each.at else ()
 
@@ -173,8 +198,8 @@ def _happens_in(lasting: Disturbance, moment: Disturbance) -> bool:
 
 
 def _start(each: Disturbance) -> tuple[float, float] | None:
-    """When it begins at the earliest and at the latest; None if it waits for something."""
-    if each.when is not None or each.at is None:
+    """When it begins first, at the earliest and at the latest; None if that is not sure."""
+    if each.when is not None or each.at is None or each.probability is not None:
         return None
     values = [value for value, _ in each.at.values]
     return min(values), max(values)

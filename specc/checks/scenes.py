@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, permutations
@@ -159,7 +160,7 @@ def _silent(
             yield Diagnostic("E0517", message, place, related=related, help=help)
     elif binding.max_gap_s is not None:
         sampling = _Sampling(binding, facts)
-        for row, longest in sampling.gaps([_Span(each, p, sampling.tick) for each, p in found]):
+        for row, longest in sampling.gaps(list(sampling.spans(found))):
             if longest is None or longest > binding.max_gap_s:
                 without = "to the end of the run" if longest is None else f"for {ms(longest)}"
                 message = f"`{name}` may have no sample {without}, which its `max_gap` excludes"
@@ -203,6 +204,22 @@ class _Sampling:
         periods = [1 / s.rate_hz for s in facts.rates.timed if s.qualified_name in readers]
         self._periods = [int(period / self.tick) for period in periods] or [1]
         self._grid = gcd(*self._periods)
+
+    def spans(self, found: Sequence[tuple[Disturbance, Place]]) -> Iterator[_Span]:
+        """All silences; each that repeats once more for each other one, which may join two of it.
+
+        Repetitions may begin at any time, and join if there may be no sample between two.
+        """
+        for each, place in found:
+            span = _Span(each, place, self.tick)
+            if each.every is None:
+                yield span
+                continue
+            pause = int(_exact(min(value for value, _ in each.every.values)) / self.tick)
+            span.last = None
+            if span.ticks is not None and pause - span.ticks < min(self._periods):
+                span.ticks = None
+            yield from (copy(span) for _ in found)
 
     def gaps(self, spans: list[_Span]) -> Iterator[tuple[list[_Span], Fraction | None]]:
         """Silences between which there may be no sample, and the longest time between samples.

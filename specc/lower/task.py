@@ -25,15 +25,16 @@ def disturbances(task: Task) -> Iterator[str]:
     triggers = 0
     for each in task.disturbances:
         told = [literal(each.because)]
-        told += [f"{name}={_draw(s)}" for name, s in (("at", each.at), ("lasts", each.lasts)) if s]
+        told += [f"{draw.name}={_draw(draw)}" for draw in each.times]
         if each.when is not None:
             told.append(f"when={triggers}")
             triggers += 1
         for name, draws in (("move", each.moves), ("shift", each.shifts)):
             told += [f"{name}=({_draws(draws)})"] if draws else []
-        if each.pushes:
-            pushes = (f"({literal(b)}, ({_draws(force)}))," for b, force, _ in each.pushes)
-            told.append(f"push=({' '.join(pushes)})")
+        named = ("push", each.pushes), ("scale", each.scales), ("bias", each.biases)
+        for name, several in named:
+            items = (f"({literal(of)}, ({_draws(draws)}))," for of, draws, _ in several)
+            told += [f"{name}=({' '.join(items)})"] if several else []
         block, silent = (tuple(name for name, _ in names) for names in (each.blocked, each.silent))
         told += given({"block": block, "silent": silent})
         yield call("Disturbance", told)

@@ -29,16 +29,23 @@ class Draw:
         return next((unit for unit in units if unit != wanted), None)
 
 
+Errors = tuple[tuple[str, tuple[Draw, ...], Place], ...]
+
+
 @frozen
 class Disturbance:
     """What happens to the plant while a run goes on, from a time on or once `when` holds then.
 
-    Times are in s. Moves and shifts say where joints are put, and how far they are moved.
+    Times are in s; `every` is the time to the next repetition. Moves and shifts say where joints
+    are put, and how far they are moved. Scales and biases have elements of devices, with one number
+    for all that is measured, or one for each.
     """
 
     because: str
     at: Draw | None
     when: Requirement | None
+    every: Draw | None
+    probability: Draw | None
     lasts: Draw | None
     moves: tuple[Draw, ...]
     shifts: tuple[Draw, ...]
@@ -48,6 +55,8 @@ class Disturbance:
     """Joints."""
     silent: tuple[tuple[str, Place], ...]
     """Elements of devices, `agent.R.device.element`."""
+    scales: Errors
+    biases: Errors
     place: Place
 
     @property
@@ -59,15 +68,23 @@ class Disturbance:
             "push": [body for body, _, _ in self.pushes],
             "block": [joint for joint, _ in self.blocked],
             "silent": [element for element, _ in self.silent],
+            "scale": [element for element, _, _ in self.scales],
+            "bias": [element for element, _, _ in self.biases],
         }
         return ", ".join(sorted(f"{verb} {name}" for verb in done for name in done[verb]))
 
     @property
     def numbers(self) -> tuple[Draw, ...]:
         """All that is drawn for it."""
-        times = tuple(time for time in (self.at, self.lasts) if time is not None)
-        forces = tuple(part for _, force, _ in self.pushes for part in force)
-        return (*times, *self.moves, *self.shifts, *forces)
+        several = (*self.pushes, *self.scales, *self.biases)
+        parts = tuple(part for _, draws, _ in several for part in draws)
+        return (*self.times, *self.moves, *self.shifts, *parts)
+
+    @property
+    def times(self) -> tuple[Draw, ...]:
+        """When it happens, how often and for how long."""
+        drawn = self.at, self.every, self.probability, self.lasts
+        return tuple(draw for draw in drawn if draw is not None)
 
 
 @frozen

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from specc.model.requirement import Formula, Requirement, Temporal
 from specc.model.task import Disturbance, Draw
-from specc.model.units import NEWTON, SECOND, Unit
+from specc.model.units import DIMENSIONLESS, NEWTON, SECOND, Unit
 from specc.resolve.context import Findings, Where
 from specc.resolve.definitions import Definitions
 from specc.resolve.scene import draw_of
 from specc.schema.files import DisturbanceDef, DrawDef
+from specc.source import Place
 
 Condition = Callable[[str, Where], Requirement | None]
 """Reads a formula; None after reporting."""
@@ -42,6 +43,8 @@ class _Reader:
             " ".join(item.because.split()),
             self._time("at", item.at, at),
             self._when(item.when, at["when"]),
+            self._time("every", item.every, at),
+            self._probability(item.probability, at),
             self._time("lasts", item.lasts, at),
             self._draws(item.move, at["move"]),
             self._draws(item.shift, at["shift"]),
@@ -51,6 +54,8 @@ class _Reader:
             ),
             tuple((name, at["block"][i].place) for i, name in enumerate(item.block)),
             tuple((name, at["silent"][i].place) for i, name in enumerate(item.silent)),
+            tuple(self._errors(item.scale, at["scale"], DIMENSIONLESS)),
+            tuple(self._errors(item.bias, at["bias"], None)),
             at.place,
         )
         self._refuse_idle(found, item, at)
@@ -58,14 +63,30 @@ class _Reader:
 
     def _refuse_idle(self, found: Disturbance, item: DisturbanceDef, at: Where) -> None:
         """Report one that never begins, does nothing or has a time for nothing."""
-        lasting = item.push or item.block or item.silent
+        lasting = item.push or item.block or item.silent or item.scale or item.bias
         if item.at is None and item.when is None:
             self._report(at, "a disturbance has no beginning", "add `at`, `when` or both")
         if not (lasting or item.move or item.shift):
-            way = "add `move`, `shift`, `push`, `block` or `silent`"
+            way = "add `move`, `shift`, `push`, `block`, `silent`, `scale` or `bias`"
             self._report(at, "nothing happens in a disturbance", way)
         elif item.lasts is not None and not lasting:
             self._report(at["lasts"], "what is moved stays there", "delete `lasts`")
+        if found.every is not None:
+            self._refuse_overlap(found.every, found.lasts, bool(lasting), at)
+
+    def _refuse_overlap(self, every: Draw, lasts: Draw | None, lasting: bool, at: Where) -> None:
+        """Report repetitions without time between, and those that begin before the last is over."""
+        least_s = min(value for value, _ in every.values)
+        if least_s <= 0:
+            way = "say how much time is from one to the next, e.g. `5[s]`"
+            self._report(at["every"], "there is no time between two repetitions", way)
+        elif lasting and lasts is None:
+            way = f"add `lasts`, of {least_s:g} s at most"
+            self._report(at["every"], "what lasts to the end of the run is not repeated", way)
+        elif lasts is not None and max(value for value, _ in lasts.values) > least_s:
+            way = f"make `lasts` {least_s:g} s at most, or `every` longer"
+            message = "a repetition begins before the one before is over"
+            self._report(at["lasts"], message, way)
 
     def _when(self, text: str | None, at: Where) -> Requirement | None:
         found = None if text is None else self._condition(text, at)
@@ -81,15 +102,41 @@ class _Reader:
         return tuple(each for each in found if each is not None)
 
     def _time(self, key: str, item: DrawDef | None, at: Where) -> Draw | None:
+        found = self._number(key, item, SECOND, at)
+        if found is not None and any(value < 0 for value, _ in found.values):
+            self._report(at[key], "a time is not negative", "a run begins at 0[s]")
+        return found
+
+    def _number(self, key: str, item: DrawDef | None, unit: Unit, at: Where) -> Draw | None:
         if item is None:
             return None
         found = draw_of(key, item, at[key], self._findings, self._definitions)
-        if found is None:
-            return None
-        self._expect(found, SECOND, at[key])
-        if any(value < 0 for value, _ in found.values):
-            self._report(at[key], "a time is not negative", "a run begins at 0[s]")
+        if found is not None:
+            self._expect(found, unit, at[key])
         return found
+
+    def _probability(self, item: DrawDef | None, at: Where) -> Draw | None:
+        found = self._number("probability", item, DIMENSIONLESS, at)
+        if found is not None and not all(0 <= value <= 1 for value, _ in found.values):
+            way = "0.5 is every second time, on average"
+            self._report(at["probability"], "a probability is a number from 0 to 1", way)
+        return found
+
+    def _errors(
+        self, items: Mapping[str, Sequence[DrawDef]], at: Where, unit: Unit | None
+    ) -> Iterator[tuple[str, tuple[Draw, ...], Place]]:
+        """What is wrong with measurements; the unit of each is that of the element if not given."""
+        for element, numbers in items.items():
+            own = at[element]
+            found = []
+            for index, item in enumerate(numbers):
+                place = own[index] if isinstance(own.raw, list) else own
+                name = f"{element}[{index}]" if len(numbers) > 1 else element
+                draw = draw_of(name, item, place, self._findings, self._definitions)
+                if draw is not None and unit is not None:
+                    self._expect(draw, unit, place)
+                found += [draw] if draw is not None else []
+            yield element, tuple(found), own.key
 
     def _force(self, items: Sequence[DrawDef], at: Where) -> tuple[Draw, ...]:
         found = []
@@ -102,8 +149,10 @@ class _Reader:
 
     def _expect(self, found: Draw, wanted: Unit, at: Where) -> None:
         if unit := found.misfit(wanted):
-            message = f"a number in {wanted} is needed here, not in {unit}"
-            self._report(at, message, f"write it with its unit, e.g. `4[{wanted}]`")
+            way, needed = f"write it with its unit, e.g. `4[{wanted}]`", f"in {wanted}"
+            if wanted == DIMENSIONLESS:
+                way, needed = "write it without a unit, e.g. `0.5`", "without a unit"
+            self._report(at, f"a number {needed} is needed here, not in {unit}", way)
 
     def _report(self, at: Where, message: str, help: str) -> None:
         self._findings.report("E0517", message, at.place, help=help)

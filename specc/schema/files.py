@@ -171,12 +171,19 @@ class SceneDef(Part, short="is"):
     starts: dict[str, DrawDef] = key({}, "Where joints of the model are.", spelled=OTHERS)
 
 
-class DisturbanceDef(Part, first="at when lasts"):
+ErrorOfNumbers = Annotated[list[DrawDef], Listed(alone=(str, int, float, dict), least=1)]
+
+
+class DisturbanceDef(Part, first="at every when probability lasts"):
     """What happens to the plant while a run goes on; no agent is told."""
 
     at: DrawDef | None = key(None, "When it begins, or from when on `when` is asked, e.g. `4[s]`.")
     when: Annotated[str, Text(Role("formula"))] | None = key(
         None, "A formula like those of `require`; it begins once that first holds."
+    )
+    every: DrawDef | None = key(None, "The time from one repetition to the next, e.g. `5[s]`.")
+    probability: DrawDef | None = key(
+        None, "How probable it is that it happens, drawn for each repetition: 0 to 1."
     )
     lasts: DrawDef | None = key(None, "For how long; to the end of the run if left out.")
     move: dict[str, DrawDef] = key({}, "Joints, with the positions that they are put at.")
@@ -186,6 +193,12 @@ class DisturbanceDef(Part, first="at when lasts"):
     )
     block: list[str] = key([], "Joints that do not move.")
     silent: list[str] = key([], "Elements of sporadic devices that have no samples.")
+    scale: dict[str, ErrorOfNumbers] = key(
+        {}, "Elements of devices, with the factors of what is measured: one, or one a number."
+    )
+    bias: dict[str, ErrorOfNumbers] = key(
+        {}, "Elements of devices, with what is added to what is measured: one, or one a number."
+    )
     because: Annotated[str, Text(filled=True)] = key(
         about="What stands for it in the world; told in the report."
     )

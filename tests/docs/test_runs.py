@@ -42,11 +42,11 @@ def test_every_key_is_told() -> None:
         list(cycles.results[0]),
         list(subsystem_data(Tally(subsystem), 0.0, 0.0)),
         [part.name for part in fields(Taken)],
-        ["because", "began_s"],
+        ["because", "began_s", "times"],
     ]
     assert [sorted(names) for names in _tables(_section("Report"))] == list(map(sorted, keys))
     told: Any = Disturbances.__new__(Disturbances)
-    told._all = [SimpleNamespace(what=SimpleNamespace(because="why"), began_s=None)]
+    told._all = [SimpleNamespace(what=SimpleNamespace(because="why"), first_s=None, times=0)]
     assert sorted(told.as_data()[0]) == sorted(keys[-1])
 
 

@@ -74,6 +74,8 @@ def _beginning_s(disturbance: dict[str, Any]) -> float:
 def _happened(disturbance: dict[str, Any]) -> str:
     began_s = disturbance["began_s"]
     when = "never happened" if began_s is None else f"happened at {began_s:.3f} s"
+    if disturbance["times"] > 1:
+        when = f"happened {disturbance['times']} times, first at {began_s:.3f} s"
     return f"{when}: {_safe(disturbance['because'])}"
 
 

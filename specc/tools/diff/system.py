@@ -110,10 +110,9 @@ def _said(each: Disturbance, values: Constants, version: Literal[0, 1]) -> dict[
     said: dict[str, _Said] = {}
     if each.when:
         said["when"] = values.said(each.when, version), each.when.that, each.when.names
-    forces = [part for _, force, _ in each.pushes for part in force]
-    of = (("move ", each.moves), ("shift ", each.shifts), ("push ", forces))
-    times = [draw for draw in (each.at, each.lasts) if draw is not None]
-    for verb, draws in (("", times), *of):
+    several = ("push ", each.pushes), ("scale ", each.scales), ("bias ", each.biases)
+    of = [(verb, [part for _, parts, _ in found for part in parts]) for verb, found in several]
+    for verb, draws in (("", each.times), ("move ", each.moves), ("shift ", each.shifts), *of):
         said |= {f"{verb}{draw.name}": _draw(draw) for draw in draws}
     return said
 

@@ -19,7 +19,7 @@ from specc.model.types import Opaque
 from specc.pipeline import read_spec
 from specc.tools.diff import compare
 from tests.tools.diff.conftest import Reader
-from tests.tools.diff.test_disturbances import BLOCK, MOVE, PUSH, SHIFT, disturbed
+from tests.tools.diff.test_disturbances import BLOCK, MOVE, PUSH, SHIFT, WRONG, disturbed
 from tests.tools.diff.test_pairs import TEXT
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -37,7 +37,7 @@ def texts() -> Iterator[str]:
     text = TEXT.replace("TEST", "x.eye.alarm").replace("require:\n", counted)
     yield text.replace("always(lamp.c.runs >= 0)", "always(counted)")
     noise = ', noise: "0.001[m]"'
-    yield disturbed(MOVE, SHIFT, PUSH, BLOCK).replace(
+    yield disturbed(MOVE, SHIFT, PUSH, BLOCK, WRONG).replace(
         noise, f"{noise}, sporadic: true, max_gap: 50 ms"
     )
 
@@ -52,6 +52,7 @@ NOT_COMPARED = {
     "System.definitions": "definitions are compared where they are used",
     "System.named_in_agents": "definitions are compared where they are used",
     "System.folders": "where files lie says nothing",
+    "System.stop_when": "the command line gives it for one run",
     "System.described": "each use has the values in its expressions",
     "Subsystem.outside": "names of a file are compared where they are used",
     "Subsystem.begun": FOLLOWS,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from specc_runtime.distortion import Distortion
 from specc_runtime.plant import Mesh, Shape
 from specc_runtime.plants.binding import ActuatorBinding, SensorBinding
 from specc_runtime.plants.errors import PlantError
@@ -177,6 +178,10 @@ class MujocoPlant:
     def block(self, joint: str, blocked: bool) -> None:
         """Let a joint be stuck from now on, or not any more."""
         self._brakes.set(joint, blocked)
+
+    def distort(self, element: str, distortion: Distortion | None) -> None:
+        """Distort what is measured, before `through` (`specc_runtime.distortion.Distortable`)."""
+        self._sensors[element].distortion = distortion
 
     def saved(self) -> dict[str, Any]:
         """See `specc_runtime.savable.Savable`; without commands, and what is blocked or pushed."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from specc_runtime.distortion import Distortion
 from specc_runtime.faults import DeviceFailed
 from specc_runtime.operators.arrays import Array
 from specc_runtime.plant import Deferred
@@ -50,6 +51,7 @@ class Sensor:
         self._noise = None if self._sigma is None else noise.gaussian(rng, self._sigma)
         self.samples = 0
         """How many were taken; the noise of the next one follows from it."""
+        self.distortion: Distortion | None = None
         self._period: float | None = None
         self._value: Any = None
 
@@ -75,6 +77,8 @@ class Sensor:
     def _take_numbers(self) -> Any:
         raw = self._read()
         noisy = raw if self._noise is None else raw + next(self._noise)
+        if self.distortion is not None:
+            noisy = self.distortion.numbers(noisy)
         return self._value_of(self._ranges.read(raw, noisy) if self._ranges else noisy)
 
     def _take_image(self) -> Deferred:

@@ -1,0 +1,99 @@
+"""Errors of measurement in disturbances fit the numbers that are measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from specc.analysis import Facts
+from specc.analysis.plant import BoundElement, raw_numbers, units_of
+from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import counted
+from specc.mjcf import Model
+from specc.model.system import PLANT
+from specc.model.task import Draw, Errors
+from specc.model.units import Unit
+from specc.resolve.context import suggestion
+from specc.source import Place
+
+Units = tuple[Unit | None, ...]
+"""Of the numbers that are measured, None where the model does not say."""
+
+
+def errors_fit(facts: Facts) -> Iterator[Diagnostic]:
+    """E0503, E0517; scales are known to be without a unit."""
+    task = facts.system.task
+    bound = {
+        f"{b.binding.device}.{b.binding.element}": b
+        for b in facts.bindings
+        if not b.commanded and b.binding.device != PLANT
+    }
+    for each in task.disturbances if task and facts.system.plant else ():
+        yield from _errors("scaled", each.scales, bound, facts)
+        yield from _errors("biased", each.biases, bound, facts)
+
+
+def _errors(
+    word: str, errors: Errors, bound: dict[str, BoundElement], facts: Facts
+) -> Iterator[Diagnostic]:
+    for element, draws, place in errors:
+        if (known := bound.get(element)) is None:
+            help = suggestion(element, sorted(bound))
+            yield Diagnostic("E0503", f"no device reports `{element}`", place, help=help)
+        elif (fault := _no_numbers(known)) is not None:
+            related = (Related(known.binding.place, "bound here"),)
+            message = f"`{element}` cannot be {word}: {fault}"
+            help = "name an element of which numbers are measured"
+            yield Diagnostic("E0517", message, place, related=related, help=help)
+        elif (units := _units(known, facts)) is not None:
+            yield from _fitting(word, element, draws, units, place)
+
+
+def _no_numbers(bound: BoundElement) -> str | None:
+    """Why what is measured is not made of real numbers; None where it is."""
+    if bound.binding.camera:
+        return "a camera measures it"
+    is_raw = bound.plant == "model" and bound.binding.through
+    if is_raw or units_of(bound.element.type) is not None:
+        return None
+    return f"it is `{bound.element.type}`"
+
+
+def _units(bound: BoundElement, facts: Facts) -> Units | None:
+    """Of what is measured, before `through`; None if not even its numbers are counted."""
+    if not bound.binding.through:
+        return units_of(bound.element.type)
+    if not isinstance(facts.model, Model):
+        return None
+    found: Units = ()
+    for raw in raw_numbers(bound, facts.model):
+        if raw.units is None:
+            return None
+        found += raw.units
+    return found
+
+
+def _fitting(
+    word: str, element: str, draws: Sequence[Draw], units: Units, at: Place
+) -> Iterator[Diagnostic]:
+    if len(draws) not in (1, len(units)):
+        message = f"{counted(len(units), 'number')} of `{element}` cannot be {word} by {len(draws)}"
+        help = (
+            "give one number for all, or one for each; one that is drawn is `[[least, greatest]]`"
+        )
+        yield Diagnostic("E0517", message, replace(at, part="value"), help=help)
+        return
+    several = len(draws) == 1 < len(units)
+    for index, wanted in enumerate(units if word == "biased" else ()):
+        draw = draws[0 if several else index]
+        if wanted is not None and (given := draw.misfit(wanted)):
+            mixed = several and len(set(units)) > 1
+            name = f"number {index} of `{element}`" if len(units) > 1 else f"`{element}`"
+            help = f"write a number with that unit, e.g. `0.1[{wanted}]`"
+            help = "their units differ: give one number for each" if mixed else help
+            place = replace(draw.place, part="value")
+            yield Diagnostic("E0517", f"{name} is in {wanted}, not in {given}", place, help=help)
+            return
+
+
+CHECKS = (errors_fit,)
