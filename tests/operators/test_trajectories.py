@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -106,3 +109,14 @@ def test_a_trajectory_comes_back_from_its_bytes(stops: bool) -> None:
 def test_bounds_have_to_be_positive() -> None:
     with pytest.raises(ValueError, match="have to be positive"):
         planned(resting(np.zeros(3)), np.ones(3), V, A, 0.0 * J)
+
+
+def test_a_process_that_leaves_its_objects_to_the_system_ends_without_warnings() -> None:
+    code = "import gc, specc_runtime.operators.trajectories as t; kept = t.ruckig; gc.freeze()"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path[:0] = {sys.path!r}; {code}"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout + done.stderr == ""

@@ -31,6 +31,8 @@ Axes are anything with n components: joints, or the one share of a straight way,
 
 from __future__ import annotations
 
+import atexit
+import gc
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -41,6 +43,9 @@ from specc_runtime.operators.arrays import Array
 
 _ARRIVED_S = 1e-9
 _PARTS = 7
+
+# The package prints warnings at the end of a process that has left its objects to the system.
+atexit.register(gc.unfreeze)
 
 
 class State(NamedTuple):
