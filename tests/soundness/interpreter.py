@@ -212,6 +212,10 @@ class Interpreter:
             for s in system.subsystems
         }
         self.tick_s = base_tick_s(system)
+        self.periods = {
+            name: int(1 / machine.subsystem.rate_hz / self.tick_s)
+            for name, machine in self.machines.items()
+        }
         self.sent: list[Sent] = []
         self.under_way: dict[str, Step | Failure] = {}
         self.run_ = Run({name: [] for name in self.machines})
@@ -237,7 +241,7 @@ class Interpreter:
 
     def ticks(self, name: str) -> int:
         """Base ticks in a period."""
-        return int(1 / self.machines[name].subsystem.rate_hz / self.tick_s)
+        return self.periods[name]
 
     def complete(self, name: str, tick: int) -> None:
         """What was computed at stamp i becomes visible at i + 1."""
