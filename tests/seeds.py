@@ -7,11 +7,12 @@ of the tree that is tested. A seed that has failed joins the fixed ones of its t
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from hashlib import sha256
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
 
 from tests.memory import settle
 
@@ -39,13 +40,20 @@ class Seeds(Sequence[int]):
         return self.now
 
 
-def blocks(fixed: Iterable[int], *, long: int, each: int) -> list[Any]:
-    """Parameters of a random test: the fixed seeds, and `long` others, `each` of a test."""
+def blocks(
+    fixed: Iterable[int], *, long: int, each: int, also: Iterable[int] = ()
+) -> list[Any]:
+    """Parameters of a random test: the fixed seeds, and `long` others, `each` of a test.
+
+    Long are those that are `also` fixed, too.
+    """
+    more = Seeds(also)
     others = [
         range(FIRST + begin, FIRST + min(begin + each, long)) for begin in range(0, long, each)
     ]
     return [
         pytest.param(Seeds(fixed), id="fixed"),
+        *([pytest.param(more, id="also fixed", marks=pytest.mark.long)] if len(more) else ()),
         *(pytest.param(Seeds(s), id=f"{s.start}-{s[-1]}", marks=pytest.mark.long) for s in others),
     ]
 
@@ -59,6 +67,21 @@ def short(values: Iterable[Any], *places: int) -> list[Any]:
         )
         for place, value in enumerate(values)
     ]
+
+
+def drawn(*strategies: Any, few: int, many: int) -> Callable[[Callable[..., None]], Any]:
+    """A random test whose arguments Hypothesis draws: a `few` examples, or `many` if it is long."""
+
+    def of(test: Callable[..., None]) -> Any:
+        @pytest.mark.parametrize("examples", [few, pytest.param(many, marks=pytest.mark.long)])
+        def tried(examples: int) -> None:
+            settings(max_examples=examples, deadline=None)(given(*strategies)(test))()
+
+        tried.__name__, tried.__doc__ = test.__name__, test.__doc__
+        tried.__module__, tried.__qualname__ = test.__module__, test.__qualname__
+        return tried
+
+    return of
 
 
 @pytest.hookimpl(wrapper=True)

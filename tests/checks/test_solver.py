@@ -57,7 +57,7 @@ def tree(rng: random.Random, depth: int) -> Expr:
     return Logic(rng.choice(("and", "or")), parts, type=BOOL)
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(20), 77310443], long=120, each=30))
+@pytest.mark.parametrize("seeds", blocks([*range(7), 77310443], also=range(7, 20), long=120, each=30))
 def test_verdicts_about_sums_agree_with_trying(seeds: Seeds) -> None:
     for seed in seeds:
         verdicts_about_sums_agree_with_trying(seed)
@@ -83,7 +83,7 @@ def shown(rows: Sequence[Expr], values: range) -> tuple[bool, bool]:
     return 0 in enabled, bool(enabled - {0, 1})
 
 
-@pytest.mark.parametrize("seeds", blocks(range(30), long=60, each=30))
+@pytest.mark.parametrize("seeds", blocks(range(12), also=range(12, 30), long=60, each=30))
 def test_what_is_said_to_be_impossible_is(seeds: Seeds) -> None:
     for seed in seeds:
         what_is_said_to_be_impossible_is(seed)
@@ -105,7 +105,7 @@ def what_is_said_to_be_impossible_is(seed: int) -> None:
         )
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(20), 44], long=40, each=20))
+@pytest.mark.parametrize("seeds", blocks([*range(8), 44], also=range(8, 20), long=40, each=20))
 def test_solver_and_tables_agree_on_facts(seeds: Seeds) -> None:
     for seed in seeds:
         solver_and_tables_agree_on_facts(seed)
