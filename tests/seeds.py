@@ -40,9 +40,7 @@ class Seeds(Sequence[int]):
         return self.now
 
 
-def blocks(
-    fixed: Iterable[int], *, long: int, each: int, also: Iterable[int] = ()
-) -> list[Any]:
+def blocks(fixed: Iterable[int], *, long: int, each: int, also: Iterable[int] = ()) -> list[Any]:
     """Parameters of a random test: the fixed seeds, and `long` others, `each` of a test.
 
     Long are those that are `also` fixed, too.
@@ -90,9 +88,9 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Name the seed at which a test has failed."""
     report = yield
-    for given in getattr(item, "funcargs", {}).values() if report.failed else ():
-        if isinstance(given, Seeds):
-            report.sections.append(("seed", f"it failed at seed {given.now}"))
+    for value in getattr(item, "funcargs", {}).values() if report.failed else ():
+        if isinstance(value, Seeds):
+            report.sections.append(("seed", f"it failed at seed {value.now}"))
     return report
 
 

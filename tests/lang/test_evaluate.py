@@ -4,16 +4,17 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang import Environment, evaluate, expression, parse_type
 from specc.lang.values import angle, compose, inverse, pose, translation
 from specc.model import expr as m
 from specc.model.types import Bool, Pose
+from tests.seeds import drawn
 from tests.strategies import NAMES, SCOPE, Reading, conditions, environments, expressions, values
 
-LAWS = settings(max_examples=40, deadline=None)
+FEW, MANY = 15, 40
+"""Examples of a random test, and of a long one."""
 ARITHMETIC_FAULTS = (ZeroDivisionError, OverflowError, ValueError)
 
 
@@ -33,24 +34,21 @@ def joined(op: str, *operands: m.Expr) -> m.Expr:
     return m.Logic(op, operands, type=Bool())
 
 
-@LAWS
-@given(conditions(2), conditions(2), environments())
+@drawn(conditions(2), conditions(2), environments(), few=FEW, many=MANY)
 def test_de_morgan(a: m.Expr, b: m.Expr, env: Environment) -> None:
     left = negated(joined("and", a, b))
     right = joined("or", negated(a), negated(b))
     assert outcome(left, env) == outcome(right, env)
 
 
-@LAWS
-@given(conditions(2), conditions(2), environments())
+@drawn(conditions(2), conditions(2), environments(), few=FEW, many=MANY)
 def test_a_choice_is_two_implications(a: m.Expr, b: m.Expr, env: Environment) -> None:
     choice = m.Choice(a, b, negated(b), type=Bool())
     as_logic = joined("or", joined("and", a, b), joined("and", negated(a), negated(b)))
     assert outcome(choice, env) == outcome(as_logic, env)
 
 
-@LAWS
-@given(conditions(2), environments())
+@drawn(conditions(2), environments(), few=FEW, many=MANY)
 def test_all_is_not_any_not(body: m.Expr, env: Environment) -> None:
     over = m.Input("c", "b", type=SCOPE.inputs["c", "b"].type)
     every = m.Quantifier("all", "w", over, body, type=Bool())
@@ -58,14 +56,12 @@ def test_all_is_not_any_not(body: m.Expr, env: Environment) -> None:
     assert outcome(every, env) == outcome(negated(some), env)
 
 
-@LAWS
-@given(conditions(3), environments())
+@drawn(conditions(3), environments(), few=FEW, many=MANY)
 def test_conditions_are_truth_values(tree: m.Expr, env: Environment) -> None:
     assert outcome(tree, env) in (True, False, *ARITHMETIC_FAULTS)
 
 
-@LAWS
-@given(expressions(SCOPE.lets["T_c"].type, 2), environments())
+@drawn(expressions(SCOPE.lets["T_c"].type, 2), environments(), few=FEW, many=MANY)
 def test_poses_stay_rigid(tree: m.Expr, env: Environment) -> None:
     X = evaluate(tree, env)
     back = compose(X, inverse(X))
@@ -73,15 +69,13 @@ def test_poses_stay_rigid(tree: m.Expr, env: Environment) -> None:
     assert all(math.dist(a, b) < 1e-6 for a, b in zip(back, identity, strict=True))
 
 
-@LAWS
-@given(values(Pose("B", "E")), values(Pose("E", "K")))
+@drawn(values(Pose("B", "E")), values(Pose("E", "K")), few=FEW, many=MANY)
 def test_the_inverse_of_a_product_is_the_product_of_inverses(X: tuple, Y: tuple) -> None:
     one, other = inverse(compose(X, Y)), compose(inverse(Y), inverse(X))
     assert all(math.dist(a, b) < 1e-9 for a, b in zip(one, other, strict=True))
 
 
-@LAWS
-@given(st.floats(0.01, 3.1), values(Pose("B", "E")))
+@drawn(st.floats(0.01, 3.1), values(Pose("B", "E")), few=FEW, many=MANY)
 def test_near_poses_by_their_angle(turn: float, X: tuple) -> None:
     turned = compose(X, pose((0.0, 0.0, 0.0), (0.0, math.sin(turn / 2), 0.0, math.cos(turn / 2))))
     assert math.isclose(angle(X, turned), turn, rel_tol=1e-6, abs_tol=1e-6)

@@ -3,14 +3,15 @@
 import random
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang import ExprErrors, expression, parse_signature, parse_type, show
 from specc.model.types import Bool
+from tests.seeds import drawn
 from tests.strategies import NAMES, SCOPE, expressions
 
-FUZZ = settings(max_examples=150, deadline=None)
+FEW, MANY = 50, 150
+"""Examples of a random test, and of a long one."""
 
 
 def words(text: str) -> list[str]:
@@ -40,20 +41,17 @@ def complain(text: str, scope_type: object = None) -> None:
         assert expression(show(tree), SCOPE, tree.type) == tree
 
 
-@FUZZ
-@given(texts)
+@drawn(texts, few=FEW, many=MANY)
 def test_random_texts(text: str) -> None:
     complain(text)
 
 
-@FUZZ
-@given(texts)
+@drawn(texts, few=FEW, many=MANY)
 def test_random_texts_where_a_condition_is_expected(text: str) -> None:
     complain(text, Bool())
 
 
-@FUZZ
-@given(expressions(), st.randoms(use_true_random=False))
+@drawn(expressions(), st.randoms(use_true_random=False), few=FEW, many=MANY)
 def test_damaged_expressions(tree: object, chance: random.Random) -> None:
     text = show(tree)
     for _ in range(chance.randint(1, 3)):
@@ -68,8 +66,11 @@ TYPE_WORDS = words(
 )
 
 
-@FUZZ
-@given(st.lists(st.sampled_from(TYPE_WORDS), max_size=20).map(" ".join) | st.text(max_size=40))
+@drawn(
+    st.lists(st.sampled_from(TYPE_WORDS), max_size=20).map(" ".join) | st.text(max_size=40),
+    few=FEW,
+    many=MANY,
+)
 def test_random_types_and_signatures(text: str) -> None:
     for read in (parse_type, parse_signature):
         for given_text in (text, f"({text}) -> int", f"vector[{text}]"):

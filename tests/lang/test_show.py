@@ -1,16 +1,15 @@
 """What is shown reads back as the same tree."""
 
 import pytest
-from hypothesis import given, settings
 
 from specc.lang import expression, show
 from specc.model import expr as m
 from specc.model.types import Bool, Int, Real
+from tests.seeds import drawn
 from tests.strategies import SCOPE, expressions
 
 
-@settings(max_examples=200, deadline=None)
-@given(expressions())
+@drawn(expressions(), few=60, many=200)
 def test_shown_expressions_read_back_as_themselves(tree: m.Expr) -> None:
     assert expression(show(tree), SCOPE, tree.type) == tree
 

@@ -1,7 +1,6 @@
 """Texts of types and signatures: what they mean, and what is said against wrong ones."""
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang import ExprError, TypeNames, parse_signature, parse_type
@@ -24,6 +23,7 @@ from specc.model.types import (
     Vector,
 )
 from specc.model.units import METRE, RADIAN, UNITS, parse_unit
+from tests.seeds import drawn
 
 MODE = Enum("Mode", ("u", "c"))
 
@@ -62,11 +62,11 @@ types = st.recursive(
     lambda inner: inner.map(ListOf),
     max_leaves=3,
 )
-LAWS = settings(max_examples=200, deadline=None)
+FEW, MANY = 60, 200
+"""Examples of a random test, and of a long one."""
 
 
-@LAWS
-@given(types)
+@drawn(types, few=FEW, many=MANY)
 def test_a_type_reads_back_from_its_text(type: Type) -> None:
     assert parse_type(str(type), NAMES) == type
 
@@ -265,8 +265,7 @@ def test_what_is_no_signature(text: str, code: str, marked: str, message: str) -
     assert (e.code, text[e.start : e.end].strip(), e.message) == (code, marked, message)
 
 
-@LAWS
-@given(types, st.sets(st.sampled_from("BEK")))
+@drawn(types, st.sets(st.sampled_from("BEK")), few=FEW, many=MANY)
 def test_what_a_pattern_was_made_from_unifies_with_it(type: Type, opened: set[str]) -> None:
     pattern = substitute(type, {frame: f"?{frame}" for frame in opened})
     bindings: dict[str, str] = {}
@@ -274,8 +273,7 @@ def test_what_a_pattern_was_made_from_unifies_with_it(type: Type, opened: set[st
     assert substitute(pattern, bindings) == type
 
 
-@LAWS
-@given(types, types)
+@drawn(types, types, few=FEW, many=MANY)
 def test_types_without_variables_unify_only_with_what_fits(a: Type, b: Type) -> None:
     assert not has_variables(a)
     assert unify(a, a, {})

@@ -4,7 +4,6 @@ import math
 from fractions import Fraction
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang.literals import unit_error
@@ -20,8 +19,10 @@ from specc.model.units import (
     UnitError,
     parse_unit,
 )
+from tests.seeds import drawn
 
-LAWS = settings(max_examples=200, deadline=None)
+FEW, MANY = 60, 200
+"""Examples of a random test, and of a long one."""
 COHERENT = [unit for unit in UNITS.values() if unit.is_coherent]
 
 
@@ -34,8 +35,7 @@ def units(draw: st.DrawFn) -> Unit:
     return product
 
 
-@LAWS
-@given(units(), units(), units())
+@drawn(units(), units(), units(), few=FEW, many=MANY)
 def test_units_are_a_group(a: Unit, b: Unit, c: Unit) -> None:
     assert a * b == b * a
     assert (a * b) * c == a * (b * c)
@@ -44,16 +44,14 @@ def test_units_are_a_group(a: Unit, b: Unit, c: Unit) -> None:
     assert (a / b) * b == a
 
 
-@LAWS
-@given(units(), st.integers(-3, 3), st.integers(-3, 3))
+@drawn(units(), st.integers(-3, 3), st.integers(-3, 3), few=FEW, many=MANY)
 def test_powers_add_and_multiply(a: Unit, n: int, k: int) -> None:
     assert a**n * a**k == a ** (n + k)
     assert (a**n) ** k == a ** (n * k)
     assert (a**2) ** Fraction(1, 2) == a
 
 
-@LAWS
-@given(units())
+@drawn(units(), few=FEW, many=MANY)
 def test_a_unit_reads_back_from_its_name(unit: Unit) -> None:
     assert parse_unit(str(unit)) == unit
 
@@ -128,8 +126,7 @@ def test_absurd_texts_are_no_units_either(text: str) -> None:
         parse_unit(text)
 
 
-@LAWS
-@given(st.text() | st.text("mskgN*/()1- .", max_size=30))
+@drawn(st.text() | st.text("mskgN*/()1- .", max_size=30), few=FEW, many=MANY)
 def test_random_texts_are_units_or_unit_errors(text: str) -> None:
     try:
         assert parse_unit(text).is_reasonable

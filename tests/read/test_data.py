@@ -1,10 +1,10 @@
 """Data that comes out of a text."""
 
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from specc.read import read_text
+from tests.seeds import drawn
 
 TEXT = st.text(alphabet=st.characters(codec="utf-8", exclude_categories=("C",)), max_size=12)
 SCALARS = st.one_of(
@@ -36,7 +36,7 @@ def _quoted(text: str) -> str:
     return '"' + "".join(escapes.get(char, char) for char in text) + '"'
 
 
-@given(st.dictionaries(TEXT, VALUES, min_size=1, max_size=5))
+@drawn(st.dictionaries(TEXT, VALUES, min_size=1, max_size=5), few=40, many=100)
 def test_values_come_back_as_written(value: dict[str, object]) -> None:
     document = read_text("a.yaml", _flow(value))
     assert document.diagnostics == ()

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from specc.diagnostics.code import all_codes
 from specc.limits import MAX_BYTES
 from specc.read import Document, read_file, read_text
+from tests.seeds import drawn
 
 
 def located(document: Document) -> list[tuple[str, int, int]]:
@@ -143,8 +144,7 @@ def test_encodings(tmp_path: Path) -> None:
 YAMLISH = st.text(alphabet="ab1-:,[]{}&*!|>'\"%@`#?\\~<. \n\t\r", max_size=60)
 
 
-@settings(max_examples=600, deadline=None)
-@given(st.one_of(YAMLISH, st.text(max_size=60)))
+@drawn(st.one_of(YAMLISH, st.text(max_size=60)), few=200, many=600)
 @example("&a [*a, &b {*b : *a}]")
 @example("? - : - ? -")
 @example("\ufeff\ufeff")

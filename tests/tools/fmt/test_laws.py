@@ -4,12 +4,13 @@ from functools import cache
 from typing import Any
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from specc.read import read_file, read_text
 from specc.tools.fmt.tree import parse
 from tests.corpus import CASES, SPECS
+from tests.seeds import drawn
 from tests.tools.fmt.layout import keeps_what_is_written
 
 
@@ -100,8 +101,7 @@ def plain(value: Any, draw: Any, depth: int, flow: bool, anchors: list[str]) -> 
     return "\n" + lines
 
 
-@settings(max_examples=120, deadline=None)
-@given(st.dictionaries(names, data, min_size=1, max_size=4), st.data())
+@drawn(st.dictionaries(names, data, min_size=1, max_size=4), st.data(), few=40, many=120)
 def test_laws_hold_for_any_style(value: dict[str, Any], chosen: st.DataObject) -> None:
     text = plain(value, chosen.draw, 0, False, [])
     assert read_text("a.yaml", text).data == value
@@ -114,8 +114,7 @@ def texts() -> list[str]:
     return [document.source.text for document in documents if document.ok]
 
 
-@settings(max_examples=80, deadline=None)
-@given(st.data())
+@drawn(st.data(), few=25, many=80)
 def test_laws_hold_with_comments_anywhere(chosen: st.DataObject) -> None:
     lines = chosen.draw(st.sampled_from(texts())).split("\n")
     for _ in range(chosen.draw(st.integers(1, 4))):
