@@ -82,7 +82,8 @@ class Theory:
         facts = [*self._conditions.laws, *rounding.facts()]
         facts += [_arrival(atom.variable) for atom in atoms if _is_arrival(atom)]
         self._session, self.context = session, session.context
-        self._solver = z3.Solver(ctx=self.context)
+        # What z3.Solver would ask, too, as there are assumptions; its strategies take time to make.
+        self._solver = z3.SimpleSolver(ctx=self.context)
         self._solver.set("rlimit", MOST_STEPS)
         # Python minds Ctrl-C itself; the solver would only say that it found no answer.
         self._solver.set("ctrl_c", False)
