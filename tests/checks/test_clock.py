@@ -53,7 +53,9 @@ def test_a_sum_is_decided_like_the_time_itself() -> None:
     assert decided(["elapsed + 0.1[s] <= 0.4[s]", "elapsed > 0.35[s]"], Fraction(10)).proved
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(4), 5985851, 204988933], also=range(4, 10), long=120, each=40))
+@pytest.mark.parametrize(
+    "seeds", blocks([*range(4), 5985851, 204988933], also=range(4, 10), long=120, each=40)
+)
 def test_rows_about_the_time_are_proved_or_refuted_as_a_run_has_it(seeds: Seeds) -> None:
     for seed in seeds:
         decided_as_counted(seed)

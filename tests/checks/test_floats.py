@@ -83,7 +83,9 @@ def holding(texts: list[str], world: Environment) -> int | None:
         return None
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(35), 54129723], also=range(35, 90), long=180, each=90))
+@pytest.mark.parametrize(
+    "seeds", blocks([*range(35), 54129723], also=range(35, 90), long=180, each=90)
+)
 def test_what_is_proved_holds_of_floats(seeds: Seeds) -> None:
     for seed in seeds:
         what_is_proved_holds_of_floats(seed)

@@ -115,7 +115,9 @@ def verdicts_agree_with_trying_everything(seed: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(10), 77310195], also=range(10, 25), long=50, each=25))
+@pytest.mark.parametrize(
+    "seeds", blocks([*range(10), 77310195], also=range(10, 25), long=50, each=25)
+)
 def test_every_situation_of_a_witness_is_a_fault(seeds: Seeds) -> None:
     for seed in seeds:
         every_situation_of_a_witness_is_a_fault(seed)

@@ -57,7 +57,9 @@ def tree(rng: random.Random, depth: int) -> Expr:
     return Logic(rng.choice(("and", "or")), parts, type=BOOL)
 
 
-@pytest.mark.parametrize("seeds", blocks([*range(7), 77310443], also=range(7, 20), long=120, each=30))
+@pytest.mark.parametrize(
+    "seeds", blocks([*range(7), 77310443], also=range(7, 20), long=120, each=30)
+)
 def test_verdicts_about_sums_agree_with_trying(seeds: Seeds) -> None:
     for seed in seeds:
         verdicts_about_sums_agree_with_trying(seed)

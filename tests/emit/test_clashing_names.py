@@ -351,8 +351,8 @@ AT_ONCE = {"device": 150, "agent": 150, "subsystem": 150, "parameter": 250}
 """How many names of a kind one file may hold, where the language limits them."""
 
 
-FEW = 12
-"""Every name is tried for two or three kinds; with all of them, for each."""
+FEW = 24
+"""Every name is tried for one or two kinds; with all of them, for each."""
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -96,14 +96,15 @@ def assert_senders_tell_what_is_found(result: Result, found: Exploration) -> Non
         assert not (grounds == "broken" and verdict == "on your word")
 
 
-def test_accepted_cases_have_no_finding() -> None:
+@pytest.mark.parametrize("share", [4, pytest.param(1, marks=pytest.mark.long)])
+def test_accepted_cases_have_no_finding(share: int) -> None:
     """What no check has anything to say of; those with open points are not explored."""
     explored = 0
-    for case in sorted(ACCEPTED.rglob("ok-*.yaml")):
+    for case in sorted(ACCEPTED.rglob("ok-*.yaml"))[::share]:
         result = compile_spec(str(case))
         if result.ok and result.system is not None:
             found = explore(result.proofs, 20_000)
             assert [finding.message for finding in found.findings] == [], case
             assert all(each.complete for each in found.slices), case
             explored += 1
-    assert explored > 50
+    assert explored > 50 / share

@@ -188,9 +188,10 @@ def test_what_is_said_of_societies_holds(seeds: Sequence[int], tmp_path: Path) -
     assert all(total.values()) if 0 in seeds else total["slices"], total
 
 
+@pytest.mark.parametrize("seeds", [range(4, 7), pytest.param(range(8), marks=pytest.mark.long)])
 def test_an_explorer_that_never_loses_anything_is_noticed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    seeds: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Walker, "_lost", lambda *_: ())
     with pytest.raises(AssertionError):
-        judge(range(4, 7), tmp_path)
+        judge(seeds, tmp_path)

@@ -22,7 +22,7 @@ from specc import pipeline
 @pytest.mark.parametrize(
     ("seed", "files"),
     [
-        (1, 40),
+        (1, 25),
         pytest.param(1, 100, marks=pytest.mark.long),
         pytest.param(2, 600, marks=pytest.mark.long),
     ],
@@ -43,13 +43,14 @@ def test_files_are_accepted_or_refused_within_limits(seed: int, files: int, tmp_
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
+@pytest.mark.parametrize("count", [8, pytest.param(30, marks=pytest.mark.long)])
+def test_the_same_seed_gives_the_same_files(count: int, tmp_path: Path) -> None:
     spec = tmp_path / "spec.yaml"
     original = (ROOT / "specs/conveyor_gate.yaml").read_bytes()
 
     def files(seed: int) -> list[bytes]:
         random = Random(seed)
-        return [made(spec, original, random) for _ in range(8)]
+        return [made(spec, original, random) for _ in range(count)]
 
     assert files(3) == files(3) != files(4)
 
@@ -93,11 +94,12 @@ def test_a_specification_is_tried_as_it_is(tmp_path: Path) -> None:
     assert (trial.accepted, trial.codes, trial.fault) == (True, frozenset(), "")
 
 
-def test_files_go_through_what_else_reads_them(tmp_path: Path) -> None:
+@pytest.mark.parametrize("files", [10, pytest.param(25, marks=pytest.mark.long)])
+def test_files_go_through_what_else_reads_them(files: int, tmp_path: Path) -> None:
     folder = next(f for f in beds(ROOT / "specs", tmp_path) if "conveyor" in f.name)
     spec, path, random = folder / "spec.yaml", folder / "fuzzed.yaml", Random(8)
     original = spec.read_bytes()
-    for _ in range(10):
+    for _ in range(files):
         path.write_bytes(made(spec, original, random))
         assert tried_elsewhere(path, spec, random).fault == ""
 

@@ -12,14 +12,17 @@ ROOT = Path(__file__).parents[2]
 
 
 def copied(scratch: Path, *names: str) -> Path:
-    """The directory `scratch`, with files and folders of the working tree in it."""
+    """The directory `scratch`, with files and folders of the working tree in it.
+
+    What Python has compiled of them comes along: it goes by their dates, which are kept.
+    """
     for name in names:
         source, target = ROOT / name, scratch / name
         target.parent.mkdir(parents=True, exist_ok=True)
         if source.is_dir():
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("*.pyc.*"))
         else:
-            shutil.copy(source, target)
+            shutil.copy2(source, target)
     return scratch
 
 

@@ -19,7 +19,7 @@ class Module:
 
     def imports_of(self, known: set[str]) -> Iterator[str]:
         """Those of the `known` modules that it imports: late ones, and for types only, as well."""
-        for node in ast.walk(ast.parse(self.path.read_text(encoding="utf-8"))):
+        for node in _importing(self.path):
             if isinstance(node, ast.Import):
                 yield from {alias.name for alias in node.names} & known
             elif isinstance(node, ast.ImportFrom) and node.module:
@@ -32,7 +32,7 @@ class Module:
         package = self.name.split(".")
         if self.path.name != "__init__.py":
             package = package[:-1]
-        for node in ast.walk(ast.parse(self.path.read_text(encoding="utf-8"))):
+        for node in _importing(self.path):
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names)
             elif isinstance(node, ast.ImportFrom):
@@ -40,6 +40,18 @@ class Module:
                 yield ".".join([*above, *filter(None, [node.module])])
             elif isinstance(node, ast.Call):
                 yield from _imported_by_call(node)
+
+
+@cache
+def _importing(path: Path) -> tuple[ast.Import | ast.ImportFrom | ast.Call, ...]:
+    """What may import something in a module, which is parsed once."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return tuple(
+        node
+        for node in nodes
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+        or (isinstance(node, ast.Call) and any(_imported_by_call(node)))
+    )
 
 
 def _imported_by_call(node: ast.Call) -> Iterator[str]:

@@ -164,7 +164,11 @@ def test_survives_requests_about_broken_and_unknown_files(client: Client, folder
 
 @pytest.mark.parametrize(
     ("seed", "texts"),
-    [(7, 4), *(pytest.param(n, 20, marks=pytest.mark.long) for n in range(8, 14))],
+    [
+        (7, 4),
+        pytest.param(7, 8, marks=pytest.mark.long),
+        *(pytest.param(n, 20, marks=pytest.mark.long) for n in range(8, 14)),
+    ],
 )
 def test_broken_texts_of_the_flagship_raise_nothing(seed: int, texts: int) -> None:
     rng = random.Random(seed)
