@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import patch
 
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from specc_runtime.faults import UndecidedTransition
 
@@ -22,7 +23,6 @@ from specc.tools.witness.subject import Refutation, refutations
 from specc.tools.witness.text import scenario
 from tests.lower.test_law import systems
 
-EXAMPLES = 20
 outcomes: Counter[str] = Counter()
 
 
@@ -51,13 +51,6 @@ def fault_of(text: str, system: System) -> Exception | None:
     return None
 
 
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    phases=(Phase.generate,),
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
-@given(systems(decided=False))
 def check(system: System) -> None:
     for refutation, script in scripts(system):
         outcomes["found" if script else "not found"] += 1
@@ -75,7 +68,13 @@ def check(system: System) -> None:
         assert error.rows == script.rows
 
 
-def test_scenarios_of_random_machines() -> None:
-    check()
+@pytest.mark.parametrize("examples", [8, pytest.param(20, marks=pytest.mark.long)])
+def test_scenarios_of_random_machines(examples: int) -> None:
+    settings(
+        max_examples=examples,
+        deadline=None,
+        phases=(Phase.generate,),
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+    )(given(systems(decided=False))(check))()
     # What is not found is what proofs relate too little for, such as `n ** 1 == n`.
     assert outcomes["found"]
