@@ -14,6 +14,7 @@ from urllib.parse import unquote, urlsplit
 _EXTRAS = {
     "numpy": "run",
     "mujoco": "run",
+    "networkx": "run",
     "pinocchio": "run",
     "rich": "run",
     "ruckig": "run",

@@ -71,6 +71,7 @@ def _text(path: str, changed_ns: int, size: int) -> str:
         return file.read(MOST_BYTES)
 
 
+@lru_cache(maxsize=256)
 def _names(text: str) -> frozenset[str] | None:
     """The names at the top of a module; None where it may define others."""
     tree = ast.parse(text)

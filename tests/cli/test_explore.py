@@ -16,6 +16,7 @@ CASES = ROOT / "tests/explore/cases"
 CONVEYOR = str(ROOT / "specs/conveyor_gate.yaml")
 
 
+@pytest.mark.long
 def test_the_flagship_is_explored_completely(capsys: pytest.CaptureFixture[str]) -> None:
     spec = str(ROOT / "specs/irp_picking.yaml")
     assert main(["explore", spec, "--format", "json"]) == 0

@@ -17,7 +17,7 @@ SPECC = f"{sys.executable} -m specc"
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "a.yaml").write_text(SPEC)
     (tmp_path / "many.yaml").write_text(
-        f"{SPEC}constants: {{{', '.join(f'c{n}: unknown_{n}' for n in range(1500))}}}\n"
+        f"{SPEC}constants: {{{', '.join(f'c{n}: unknown_{n}' for n in range(600))}}}\n"
     )
     return tmp_path
 
@@ -42,15 +42,20 @@ def shell(command: str, folder: Path) -> tuple[int, str]:
 
 @pytest.mark.parametrize(
     ("command", "code"),
-    [
-        ("specc validate a.yaml 2>&-", 0),
-        ("specc validate a.yaml >&-", 0),
-        ("specc validate a.yaml <&-", 0),
-        ("specc validate a.yaml <&- >&- 2>&-", 0),
-        ("specc validate a.yaml 2>/dev/full", 2),
-        ("specc validate a.yaml --format json 2>&-", 0),
-        ("specc validate nothing.yaml 2>/dev/full", 2),
-    ],
+    short(
+        [
+            ("specc validate a.yaml 2>&-", 0),
+            ("specc validate a.yaml >&-", 0),
+            ("specc validate a.yaml <&-", 0),
+            ("specc validate a.yaml <&- >&- 2>&-", 0),
+            ("specc validate a.yaml 2>/dev/full", 2),
+            ("specc validate a.yaml --format json 2>&-", 0),
+            ("specc validate nothing.yaml 2>/dev/full", 2),
+        ],
+        3,
+        4,
+        5,
+    ),
 )
 def test_what_nobody_reads_is_no_fault(command: str, code: int, folder: Path) -> None:
     assert shell(command, folder)[0] == code
@@ -58,7 +63,8 @@ def test_what_nobody_reads_is_no_fault(command: str, code: int, folder: Path) ->
 
 @pytest.mark.parametrize("where", [">&-", ">/dev/full"])
 @pytest.mark.parametrize(
-    "command", ["validate a.yaml --format json", "schema", "explain", "diff a.yaml many.yaml"]
+    "command",
+    short(["explain", "validate a.yaml --format json", "schema", "diff a.yaml many.yaml"], 0, 1),
 )
 def test_data_that_cannot_be_written_is_said(command: str, where: str, folder: Path) -> None:
     (folder / "many.yaml").write_text(SPEC.replace("demo", "other"))

@@ -13,6 +13,8 @@ import pytest
 
 from specc.cli import inspect, main
 from tests.cli.test_interruption import CLEAN, GOOD
+from tests.commands import specc
+from tests.seeds import short
 
 _PLAIN = ("setpriv", "--inh-caps=-all", "--bounding-set=-all")
 """Root without its privileges obeys permissions like everybody else."""
@@ -30,8 +32,8 @@ def plainly(where: Path, *arguments: str) -> tuple[int, str]:
     return done.returncode, done.stderr
 
 
-@pytest.mark.parametrize("command", [("validate",), ("fmt", "--check")])
-def test_what_a_folder_hides_is_told(tmp_path: Path, command: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("command", short([["validate"], ["fmt", "--check"]], 0))
+def test_what_a_folder_hides_is_told(tmp_path: Path, command: list[str]) -> None:
     (tmp_path / "locked").mkdir()
     for name in ("a.yaml", "b.yaml", "locked/c.yaml"):
         (tmp_path / name).write_text(GOOD)
@@ -74,11 +76,13 @@ def test_what_is_no_file_or_too_large(tmp_path: Path, command: tuple[str, ...]) 
         file.write("specc: 1\nsystem: large\n")
         file.truncate(100_000_000)
     for name, code in (("pipe.yaml", "E0002"), ("/dev/zero", "E0002"), ("large.yaml", "E0004")):
-        found, err = plainly(tmp_path, *command, name)
-        assert (found, err.count("error["), f"error[{code}]" in err) == (2, 1, True)
+        done = specc(*command, name, cwd=tmp_path)
+        found = done.stderr.count("error["), f"error[{code}]" in done.stderr
+        assert (done.returncode, *found) == (2, 1, True)
 
 
 def test_a_pipe_in_a_folder_is_passed_over(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.yaml")
     (tmp_path / "a.yaml").write_text(GOOD)
-    assert plainly(tmp_path, "validate", ".") == (0, CLEAN)
+    done = specc("validate", ".", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, CLEAN)

@@ -19,6 +19,7 @@ from specc_runtime.recording.reading import Reading
 from specc.cli.main import main
 from tests.recording.bombs import MAGIC, MB, bombs, channel, chunk, message, recording, schema
 from tests.recording.test_foreign_code import TALK
+from tests.seeds import short
 
 pytestmark = pytest.mark.no_replay
 COMMANDS = [
@@ -43,21 +44,24 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
 
 
-def test_what_unpacks_to_far_more_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+FAR_MORE: dict[str, Callable[[], list[bytes]]] = {
+    "one message": lambda: [chunk(message(1, bytes(60 * MB)))],
+    "nothing": lambda: [chunk(bytes(30 * MB))] * 100,
+    "a list of lists": lambda: [chunk(message(1, b"[" + b"[]," * (2 * MB) + b"0]"))],
+    "small messages": lambda: [chunk(message(1, b"{}") * 20_000)] * 30,
+    "schemas": lambda: [chunk(schema(1, "s", b" " * 30 * MB), schema(2, "s", b" " * 20 * MB))],
+    "names": lambda: [chunk(channel(1, "t" * 10 * MB, 1))] * 6,
+}
+
+
+@pytest.mark.parametrize("name", short(FAR_MORE, 1, 2, 5))
+def test_what_unpacks_to_far_more_is_refused(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     opened = schema(1, "specc.Step.talker.c") + channel(1, "/talker.c", 1)
-    for records in (
-        [chunk(message(1, bytes(60 * MB)))],
-        [chunk(bytes(30 * MB))] * 100,
-        [chunk(message(1, b"[" + b"[]," * (2 * MB) + b"0]"))],
-        [chunk(message(1, b"{}") * 20_000)] * 30,
-        [chunk(schema(1, "s", b" " * 30 * MB), schema(2, "s", b" " * 20 * MB))],
-        [chunk(channel(1, "t" * 10 * MB, 1))] * 6,
-    ):
-        Path("bomb.mcap").write_bytes(recording(opened, *records))
-        assert main(["recover", "bomb.mcap", "--out", "out.mcap"]) == 2
-        told = capsys.readouterr().err
-        assert "bomb.mcap is not read: " in told and "far more than its size" in told
-        assert not Path("out.mcap").exists()
+    Path("bomb.mcap").write_bytes(recording(opened, *FAR_MORE[name]()))
+    assert main(["recover", "bomb.mcap", "--out", "out.mcap"]) == 2
+    told = capsys.readouterr().err
+    assert "bomb.mcap is not read: " in told and "far more than its size" in told
+    assert not Path("out.mcap").exists()
 
 
 def test_what_was_passed_over_stays_so() -> None:

@@ -14,6 +14,7 @@ from specc_runtime.recording.spans import FRAME, MAGIC, Spans
 
 from specc.cli.main import main
 from tests.recording.runs import CONVEYOR, ROOT, messages, specc
+from tests.seeds import short
 
 KEPT = Path(__file__).with_name("conveyor_gate.mcap")
 FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
@@ -71,11 +72,12 @@ def _one_flipped(file: Path, places: list[int], scratch: Path) -> None:
         assert (again, [*once_more.items()]) == (told, [*texts.items()]), place
 
 
-def test_one_flipped_byte(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("many", "heads"), short([(10, 25), (30, 60)], 0))
+def test_one_flipped_byte(many: int, heads: int, tmp_path: Path) -> None:
     data, chance = KEPT.read_bytes(), random.Random(1)
-    anywhere = [chance.randrange(len(data)) for _ in range(30)]
+    anywhere = [chance.randrange(len(data)) for _ in range(many)]
     ends = [0, 7, 9, 20, len(data) - 1, len(data) - 12, len(data) - 30]
-    structural = chance.sample(_structural(data), 60)
+    structural = chance.sample(_structural(data), heads)
     _one_flipped(KEPT, [*anywhere, *ends, *structural], tmp_path)
 
 

@@ -6,6 +6,7 @@ import json
 import re
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
@@ -159,32 +160,35 @@ def _naming(text: str, part: str, name: str) -> str:
     return text.replace(old, new.format(name))
 
 
-@pytest.mark.parametrize("names", short([NAMES[::2], NAMES[1::2]], 0))
+@pytest.mark.parametrize("every", short([5, 1], 0))
 def test_what_a_recording_names_has_to_stand_in_the_specification(
-    names: list[str], cell: Cell, capsys: pytest.CaptureFixture[str]
+    every: int, cell: Cell, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Each of these objects in each of these places."""
-    for part, (old, _) in PLACES.items():
-        assert cell.text.count(old) == 1
-        for name in names:
-            assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
-            told = capsys.readouterr().err
-            assert f"cannot be run: it names {name} as {part}" in told, (part, name, told)
-            assert "cell.yaml does not" in told
+    """Each of these objects in each of these places, or `every` so many in turn."""
+    assert all(cell.text.count(old) == 1 for old, _ in PLACES.values())
+    tried = [*product(PLACES, NAMES)][::every]
+    for part, name in tried:
+        assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
+        told = capsys.readouterr().err
+        assert f"cannot be run: it names {name} as {part}" in told, (part, name, told)
+        assert "cell.yaml does not" in told
     assert len(PLACES) * len(NAMES) > 200
+    assert [{*each} for each in zip(*tried, strict=True)] == [{*PLACES}, {*NAMES}]
     assert not Path("marker").exists() and not Path("scratch").exists()
 
 
+@pytest.mark.parametrize("every", short([4, 1], 0))
 def test_what_is_known_is_foreign_in_every_other_role(
-    cell: Cell, capsys: pytest.CaptureFixture[str]
+    every: int, cell: Cell, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    known = {old.strip('"') for old, _ in PLACES.values() if old.startswith('"own:')}
-    for part, (old, _) in PLACES.items():
-        for name in known - {old.strip('"')}:
-            assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
-            told = capsys.readouterr().err
-            is_named = f"{name} as {part}" in told or "cell.yaml" in told
-            assert "cannot be run: " in told and is_named, (part, name, told)
+    known = sorted({old.strip('"') for old, _ in PLACES.values() if old.startswith('"own:')})
+    pairs = [(p, name) for p, name in product(PLACES, known) if name != PLACES[p][0].strip('"')]
+    for part, name in pairs[::every]:
+        assert cell.package({"cell.yaml": _naming(cell.text, part, name)}) is None
+        told = capsys.readouterr().err
+        is_named = f"{name} as {part}" in told or "cell.yaml" in told
+        assert "cannot be run: " in told and is_named, (part, name, told)
+    assert {part for part, _ in pairs[::every]} == {*PLACES}
 
 
 def test_odd_spellings_are_no_names(cell: Cell, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from tests.recording.runs import CONVEYOR, ROOT, begun, messages, report_of, specc
-from tests.seeds import blocks
+from tests.seeds import blocks, short
 
 FLAGSHIP = ROOT / "specs" / "irp_picking.yaml"
-WHOLE = ("run", CONVEYOR, "--duration", 14)
+WHOLE = ("run", CONVEYOR, "--duration", 10)
 
 
 @pytest.fixture(scope="module")
@@ -28,10 +28,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("seeds", blocks(range(3), long=30, each=10))
+@pytest.mark.parametrize("seeds", blocks(range(2), long=30, each=10))
 def test_a_run_goes_on_as_it_did(seeds: Sequence[int], recorded: Path, tmp_path: Path) -> None:
     for seed in seeds:
-        moment = random.Random(seed).uniform(0.01, 13.9)
+        moment = random.Random(seed).uniform(0.01, 9.9)
         report = tmp_path / "run.json"
         done = specc(*WHOLE, "--from", f"{recorded}/run.mcap@{moment}", "--report", report)
         assert done.returncode == 0, done.stderr
@@ -39,7 +39,8 @@ def test_a_run_goes_on_as_it_did(seeds: Sequence[int], recorded: Path, tmp_path:
         assert "--from" not in done.stderr
 
 
-@pytest.mark.parametrize("at", [pytest.param(0.91, marks=pytest.mark.long), 1.05])
+@pytest.mark.long
+@pytest.mark.parametrize("at", [0.91, 1.05])
 def test_the_flagship_goes_on_with_images_and_worker_threads(at: float, tmp_path: Path) -> None:
     whole = ("run", FLAGSHIP, "--duration", at + 0.2, "--report")
     file = tmp_path / "run.mcap"
@@ -56,7 +57,7 @@ def test_a_continued_run_is_recorded_and_replays(recorded: Path, tmp_path: Path)
     more = ("--from", f"{recorded}/run.mcap@6.5", "--record-exact", "--record", file)
     assert specc(*WHOLE, *more).returncode == 0
     replayed = specc("replay", file, "--spec", CONVEYOR, "--check")
-    assert replayed.returncode == 0 and "belt.c: 160 steps are the same" in replayed.stdout
+    assert replayed.returncode == 0 and "belt.c: 80 steps are the same" in replayed.stdout
     done = specc(*WHOLE, "--from", f"{file}@9.5", "--report", report)
     assert done.returncode == 0, done.stderr
     assert report_of(report) == report_of(recorded / "run.json")
@@ -124,10 +125,10 @@ def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) ->
         parted += [data["time"] for data in told if data != other[data["time"]]]
     assert 6.41 <= min(parted) <= 6.5
     replayed = specc("replay", tmp_path / "b.mcap", "--spec", CONVEYOR)
-    assert replayed.returncode == 0 and "belt.c: 151 steps are the same" in replayed.stdout
+    assert replayed.returncode == 0 and "belt.c: 71 steps are the same" in replayed.stdout
 
 
-@pytest.mark.parametrize("patience", ["1[s]", "4[s]"])
+@pytest.mark.parametrize("patience", short(["1[s]", "4[s]"], 1))
 def test_requirements_over_other_spans_go_on(patience: str, recorded: Path, tmp_path: Path) -> None:
     for past in (("--seed", 5), ("--from", f"{recorded}/run.mcap@6")):
         done = specc(*WHOLE, *past, "--set", f"patience={patience}", "--report", tmp_path / "r")
@@ -158,7 +159,7 @@ def test_what_cannot_be_carried_over_is_told(recorded: Path, tmp_path: Path) -> 
     [
         ("{}/run.mcap", "is not FILE.mcap@SECONDS"),
         ("{}/run.mcap@x", "is not a positive number of seconds"),
-        ("{}/run.mcap@99", "ends at 14 s, before 99 s"),
+        ("{}/run.mcap@99", "ends at 10 s, before 99 s"),
         ("{}/none.mcap@1", "No such file"),
         ("{}/run.json@1", "is no MCAP file"),
     ],
@@ -192,7 +193,7 @@ def test_a_recording_is_not_written_over_while_it_is_read(recorded: Path) -> Non
 def test_a_run_that_was_killed_goes_on_from_its_last_snapshot(tmp_path: Path) -> None:
     cut, mended = tmp_path / "cut.mcap", tmp_path / "mended.mcap"
     process = begun("run", CONVEYOR, "--duration", 1e6, "--seed", 5, "--record", cut)
-    while not (cut.exists() and cut.stat().st_size > 80_000) and process.poll() is None:
+    while not (cut.exists() and cut.stat().st_size > 40_000) and process.poll() is None:
         time.sleep(0.05)
     process.kill()
     process.communicate(timeout=60)

@@ -49,9 +49,8 @@ def test_part_of_a_recording_replays() -> None:
     assert (done.returncode, done.stdout) == (0, "gate.eye: 6 steps are the same\n")
 
 
-@pytest.mark.parametrize(
-    ("exact", "code", "periods"), short([(True, 0, 2), (True, 0, 6), (False, 1, 6)], 0)
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("exact", "code", "periods"), [(True, 0, 6), (False, 1, 6)])
 def test_the_flagship_replays_with_its_images(
     exact: bool, code: int, periods: int, tmp_path: Path
 ) -> None:
@@ -156,7 +155,7 @@ def _parting(one: Path, other: Path) -> tuple[float, str, int]:
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    short(CHANGES, 1, 11),
+    short(CHANGES, 11),
 )
 def test_the_first_step_after_a_change_is_found(
     old: str, new: str, recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

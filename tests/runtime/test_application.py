@@ -12,6 +12,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from specc_runtime.clock import WallClock
 from specc_runtime.interruption import Interruption
@@ -229,6 +230,23 @@ def test_video_shows_the_scene_and_the_states(tmp_path: Path) -> None:
     plain = frame * 0
     drawn = annotated(plain, [("a.c", "S0")])
     assert drawn[:40, :120].max() == 255 and drawn[40:].max() == 0 and plain.max() == 0
+
+
+def test_a_film_that_is_not_finished_shows_what_was_written(tmp_path: Path) -> None:
+    import cv2
+    from specc_runtime.video import Film
+
+    path, rng = tmp_path / "run.mkv", np.random.default_rng(0)
+    film = Film(path, 0.04, (320, 240))
+    for _ in range(40):
+        film.add(rng.integers(0, 256, (240, 320, 3), dtype=np.uint8))
+    (tmp_path / "cut.mkv").write_bytes(path.read_bytes())
+    pictures = cv2.VideoCapture(str(tmp_path / "cut.mkv"))
+    count = 0
+    while pictures.grab():
+        count += 1
+    assert 10 < count <= 40
+    assert film.close() == ""
 
 
 def test_animation_shows_the_same_in_fewer_pictures(

@@ -27,7 +27,8 @@ ROOT = Path(__file__).parents[2]
 ENDLESS = ["--duration", "10000"]
 OLD = '{"spec": "old"}'
 SLOW = "def drive(e):\n    time.sleep(0.005)\n    return 0.1 * e"
-HANGS = "def drive(e):\n    while {}:\n        pass\n    return 0.1 * e"
+HANGS = "def drive(e):\n    while True:\n        pass"
+NAPS = "def drive(e):\n    while True:\n        time.sleep(0.001)"
 IN_C = "def drive(e):\n    time.sleep(1000)\n    return 0.0"
 SWALLOWS = """def drive(e):
     while True:
@@ -195,7 +196,7 @@ def interrupted_twice(process: subprocess.Popen[str]) -> None:
 
 
 def test_a_second_interrupt_waits_for_nothing(tmp_path: Path) -> None:
-    package = hinge(tmp_path, drive=HANGS.format("True"))
+    package = hinge(tmp_path, drive=NAPS)
     patient = SHORT.replace("GRACE_S = 0.5", "GRACE_S = 1000.0")
     with begun(package, *ENDLESS, start=patient) as process:
         interrupted_twice(process)
@@ -292,7 +293,7 @@ def test_a_plant_that_hangs_is_named_and_one_signal_is_enough(
 def test_a_second_interrupt_of_specc_run_names_the_step(tmp_path: Path) -> None:
     """At 10 Hz the step is in a worker thread."""
     spec = SPEC.replace("rate: 100 Hz", "rate: 10 Hz").replace("rate: 50 Hz", "rate: 10 Hz")
-    package = hinge(tmp_path, spec=spec, drive=HANGS.format("True"))
+    package = hinge(tmp_path, spec=spec, drive=NAPS)
     start = SHORT.replace("GRACE_S = 0.5", "GRACE_S = 1000.0").replace(
         "from specc_runtime.main import main", "from specc.cli.main import main"
     )
@@ -305,7 +306,9 @@ def test_a_second_interrupt_of_specc_run_names_the_step(tmp_path: Path) -> None:
     assert fault["message"].startswith("KeyboardInterrupt")
 
 
-@pytest.mark.parametrize("hold", ["def hold(q):\n    while True:\n        pass"])
+@pytest.mark.parametrize(
+    "hold", short([each.replace("drive(e)", "hold(q)") for each in (NAPS, HANGS)], 0)
+)
 def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> None:
     package = hinge(tmp_path, hold=hold)
     with begun(package, "--duration", "0.1") as process:
@@ -317,7 +320,7 @@ def test_a_safe_output_that_is_late_is_replaced(tmp_path: Path, hold: str) -> No
 
 @pytest.mark.parametrize(
     ("drive", "rate"),
-    short(product([HANGS.format("True"), IN_C, SWALLOWS], ["100 Hz", "10 Hz"]), 0, 3),
+    short(product([NAPS, IN_C, SWALLOWS, HANGS], ["100 Hz", "10 Hz"]), 0, 3),
 )
 def test_an_operator_that_hangs_is_named_and_one_signal_is_enough(
     tmp_path: Path, drive: str, rate: str
@@ -452,6 +455,7 @@ def test_what_holds_the_interpreter_is_named(tmp_path: Path) -> None:
     assert process.returncode == -signal.SIGKILL
 
 
+@pytest.mark.long
 def test_a_killed_run_leaves_a_report_and_a_film(tmp_path: Path) -> None:
     import cv2
 
@@ -476,7 +480,7 @@ def _small_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
 
 
-@pytest.mark.parametrize("name", ["run.mp4", "run.webp"])
+@pytest.mark.parametrize("name", short(["run.mp4", "run.webp"], 1))
 def test_a_film_for_which_there_is_no_room_is_told(tmp_path: Path, name: str) -> None:
     package = hinge(tmp_path)
     film = str(tmp_path / name)
@@ -493,7 +497,7 @@ def _closed_output() -> None:
     os.close(1)
 
 
-@pytest.mark.parametrize("before", [None, _closed_output])
+@pytest.mark.parametrize("before", short([None, _closed_output], 0))
 def test_an_output_that_takes_nothing(tmp_path: Path, before: Callable[[], None] | None) -> None:
     package = hinge(tmp_path)
     with (
