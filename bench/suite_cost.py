@@ -155,6 +155,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given.remove("--each")
         os.environ[EACH] = "1"
     os.chdir(ROOT)
+    # As `make test` has it; else each process that a test starts compiles what it imports.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     return int(pytest.main(["-q", "-p", "bench.suite_cost", *(given or ["-m", "not long"])]))
 
 

@@ -13,6 +13,7 @@ from bench.harness.tables import table
 from tests.compiled import anew
 
 
+@pytest.mark.long
 def test_tables_of_processes(tmp_path: Path) -> None:
     text = compile_time.processes(tmp_path, repeats=1)
     assert text.splitlines()[-1].startswith("specc build")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from bench.harness.experience import DATA, PAGE, draw, page
 
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -14,6 +16,7 @@ def test_tables_are_those_of_the_data() -> None:
     assert page(TEXT) == TEXT
 
 
+@pytest.mark.long
 def test_pictures_are_those_of_the_data(tmp_path: Path) -> None:
     draw(tmp_path)
     made = {path.name: path.read_bytes() for path in tmp_path.iterdir()}

@@ -5,10 +5,12 @@ import sys
 
 import cv2
 import numpy as np
+import pytest
 
 from tests.operators.synthetic_camera import NAMES, OBJECTS
 
 
+@pytest.mark.long
 def test_the_script_makes_the_committed_meshes_and_textures(tmp_path):
     (tmp_path / "objects.json").write_text((OBJECTS / "objects.json").read_text())
     subprocess.run([sys.executable, OBJECTS / "make_objects.py", tmp_path], check=True)

@@ -25,7 +25,7 @@ from tests.operators.synthetic_camera import (
 )
 
 P = kinect_intrinsics()
-SCENES = 6, pytest.param(24, marks=pytest.mark.long)
+SCENES = 4, pytest.param(24, marks=pytest.mark.long)
 
 
 def recognise(rgb, depth):

@@ -149,7 +149,8 @@ def met_of(each: Architecture, runs: int, folder: Path) -> int:
     return sum(set(row) == {"met"} for row in verdicts)
 
 
-@ONE_FIRST
+@pytest.mark.long
+@EACH
 def test_its_requirements_see_where_the_task_goes_wrong(
     each: Architecture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

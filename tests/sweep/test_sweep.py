@@ -68,7 +68,7 @@ def test_rows_are_what_single_runs_report_whoever_makes_them(counts: str, tmp_pa
 def test_a_run_that_fails_is_a_row_with_its_reason(mode: str, reason: str, tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     options = ("--set", f"mode={mode},0", "--seeds", "0:1", "--duration", "1", "--limit", "4")
-    done = swept(tmp_path, spec, *options)
+    done = swept(tmp_path, spec, *options, "--workers", "1")
     bad, good = table(tmp_path)
     assert done.returncode == 0
     assert (bad["mode"], bad["success"], bad["reason"]) == (f"{float(mode)}", "false", reason)
@@ -167,24 +167,26 @@ def test_a_run_in_which_nothing_was_decided_is_no_success(tmp_path: Path) -> Non
 def test_a_value_that_is_spelled_otherwise_is_the_same_run(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     for values in ("0.1,2", "0.10,2000[mm]"):
-        swept(tmp_path, spec, "--set", f"level={values}", "--seeds", "0:1", "--duration", "1")
+        more = ("--seeds", "0:1", "--duration", "1", "--workers", "1")
+        swept(tmp_path, spec, "--set", f"level={values}", *more)
     assert len(lines(tmp_path)) == 2
 
 
 def test_more_seeds_and_values_are_added_to_what_is_there(tmp_path: Path) -> None:
     spec = hazards(tmp_path)
-    swept(tmp_path, spec, "--set", "level=1,2", "--seeds", "0:2", "--duration", "1")
+    few = ("--duration", "1", "--workers", "1")
+    swept(tmp_path, spec, "--set", "level=1,2", "--seeds", "0:2", *few)
     before = lines(tmp_path)
-    done = swept(tmp_path, spec, "--set", "level=1:3:3", "--seeds", "0:3", "--duration", "1")
+    done = swept(tmp_path, spec, "--set", "level=1:3:3", "--seeds", "0:3", *few)
     assert "4 of 9 runs are done already" in done.stderr
     assert lines(tmp_path)[:4] == before
     assert len(lines(tmp_path)) == len(table(tmp_path)) == 9
     assert (tmp_path / "out/plots/success.png").exists()
-    swept(tmp_path, spec, "--set", "level=1", "--seeds", "0:1", "--duration", "1")
+    swept(tmp_path, spec, "--set", "level=1", "--seeds", "0:1", *few)
     assert not list((tmp_path / "out/plots").iterdir())
 
 
-@pytest.mark.parametrize("what", ["specification", "cycle_limit", "duration"])
+@pytest.mark.parametrize("what", short(["specification", "cycle_limit", "duration"], 0, 2))
 def test_runs_of_something_else_are_not_mixed(what: str, tmp_path: Path) -> None:
     spec = hazards(tmp_path)
     swept(tmp_path, spec, "--seeds", "0:1", "--duration", "1")
@@ -336,28 +338,30 @@ def test_the_flagship_is_found_with_all_its_files() -> None:
     assert found.files == {str(file.relative_to(specs)): file.read_bytes() for file in files}
 
 
-def test_nothing_outlives_a_sweep_that_is_killed_while_code_is_generated(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sign", short([signal.SIGKILL, signal.SIGTERM], 0))
+def test_nothing_outlives_a_sweep_that_is_killed_while_code_is_generated(
+    sign: signal.Signals, tmp_path: Path
+) -> None:
     spec = hazards(tmp_path)
     options = ("--set", "level=1:400:400", "--seeds", "0:1", "--workers", "2")
-    for sign, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 143)):
-        sweep = subprocess.Popen(
-            command(spec, "--out", "out", *options),
-            cwd=tmp_path,
-            env=environment(tmp_path),
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        while sweep.poll() is None and len(children := _children(sweep.pid)) < 2:
-            time.sleep(0.01)
-        sweep.send_signal(sign)
-        sweep.wait()
-        with Folder(tmp_path / "out", json.loads((tmp_path / "out/sweep.json").read_text())):
-            pass
-        # They hold its standard error, so this waits for their end.
-        _, told = sweep.communicate(timeout=60)
-        assert sweep.returncode == code
-        assert sign == signal.SIGKILL or "Traceback" not in told
-        assert not any(_arguments(Path("/proc", str(child))) for child in children)
+    sweep = subprocess.Popen(
+        command(spec, "--out", "out", *options),
+        cwd=tmp_path,
+        env=environment(tmp_path),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while sweep.poll() is None and len(children := _children(sweep.pid)) < 2:
+        time.sleep(0.01)
+    sweep.send_signal(sign)
+    sweep.wait()
+    with Folder(tmp_path / "out", json.loads((tmp_path / "out/sweep.json").read_text())):
+        pass
+    # They hold its standard error, so this waits for their end.
+    _, told = sweep.communicate(timeout=60)
+    assert sweep.returncode == (-sign if sign == signal.SIGKILL else 128 + sign)
+    assert sign == signal.SIGKILL or "Traceback" not in told
+    assert not any(_arguments(Path("/proc", str(child))) for child in children)
 
 
 def _children(process: int) -> list[int]:
