@@ -112,9 +112,16 @@ def test_bounds_have_to_be_positive() -> None:
 
 
 def test_a_process_that_leaves_its_objects_to_the_system_ends_without_warnings() -> None:
-    code = "import gc, specc_runtime.operators.trajectories as t; kept = t.ruckig; gc.freeze()"
+    code = f"""\
+import gc, sys
+sys.path[:0] = {sys.path!r}
+from specc_runtime.operators.trajectories import ruckig
+round = [ruckig.Trajectory(1)]
+round.append(round)
+gc.freeze()
+"""
     done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path[:0] = {sys.path!r}; {code}"],
+        [sys.executable, "-c", code],
         capture_output=True,
         text=True,
         check=True,
