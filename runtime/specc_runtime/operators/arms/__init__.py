@@ -1,7 +1,8 @@
 """Operators for any arm that has a MuJoCo model (MJCF).
 
 An arm is a value that is loaded once and carries the frames of its base and its tip, so that poses
-of another arm do not fit. A specification declares what it uses, here for seven joints:
+of another arm do not fit. It is a constant of a system, or in a description with parameters memory
+that nothing writes. A specification declares what it uses, here for seven joints:
 
     frames: {B: base, E: tip}
     types:

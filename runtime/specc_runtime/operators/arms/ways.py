@@ -107,9 +107,9 @@ def on_way(
     return Motion(q, (q - motion.q) / period_s)
 
 
-def no_way(X: Array) -> Way:
-    """The way from X (4, 4) to X."""
-    return Way(X.copy(), X.copy(), np.full(1, 1.0 / _SHORTEST_S), np.full(1, _SHORTEST_S**-2))
+def no_way() -> Way:
+    """The way of no length, from the base to the base: what there is before a first way."""
+    return Way(np.eye(4), np.eye(4), np.full(1, 1.0 / _SHORTEST_S), np.full(1, _SHORTEST_S**-2))
 
 
 def _turn(X_0: Array, X_1: Array) -> Array:
