@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable
 from typing import TypeVar
 
 T = TypeVar("T", bound=Hashable)
@@ -50,39 +50,3 @@ def grouped(pairs: Iterable[tuple[T, S]]) -> dict[T, list[S]]:
     for one, other in pairs:
         found.setdefault(one, []).append(other)
     return found
-
-
-def strong_components(following: Mapping[T, Iterable[T]]) -> list[list[T]]:
-    """The strongly connected components of a graph, each before those that it leads to.
-
-    Each node with those that follow it; the algorithm of Kosaraju and Sharir.
-    """
-    before = grouped((there, here) for here, out in following.items() for there in out)
-    found: list[list[T]] = []
-    placed: set[T] = set()
-    for node in reversed(_left(following)):
-        if node not in placed:
-            part = reachable([node], lambda n: (m for m in before.get(n, ()) if m not in placed))
-            placed.update(part)
-            found.append(list(part))
-    return found
-
-
-def _left(following: Mapping[T, Iterable[T]]) -> list[T]:
-    """The nodes in the order in which a search in depth leaves them."""
-    left: list[T] = []
-    met: set[T] = set()
-    for start in following:
-        if start in met:
-            continue
-        met.add(start)
-        way = [(start, iter(following[start]))]
-        while way:
-            for there in way[-1][1]:
-                if there not in met:
-                    met.add(there)
-                    way.append((there, iter(following[there])))
-                    break
-            else:
-                left.append(way.pop()[0])
-    return left

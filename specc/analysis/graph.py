@@ -9,9 +9,9 @@ from specc.frozen import frozen
 from specc.model.fsm import Cause, Transition
 from specc.model.system import Subsystem
 from specc.proof import InputName, RowVerdict
-from specc.reachable import fixpoint, grouped, reachable, strong_components
+from specc.reachable import fixpoint, grouped, reachable
 
-# What a transition graph falls into.
+# What a transition graph falls into. The only door to networkx, which is imported when asked.
 
 
 @frozen
@@ -31,24 +31,31 @@ def components(states: Sequence[str], edges: Iterable[tuple[str, str]]) -> tuple
 
     Edges from or to other states are left out.
     """
+    import networkx
+
     order = {name: index for index, name in enumerate(states)}
-    inside = [(a, b) for a, b in edges if a in order and b in order]
-    following: dict[str, list[str]] = {name: [] for name in states}
-    found = strong_components(following | grouped(inside))
-    part = {name: index for index, names in enumerate(found) for name in names}
-    between = {(part[a], part[b]) for a, b in inside if part[a] != part[b]}
-    left, entered = ({pair[end] for pair in between} for end in (0, 1))
+    graph = networkx.DiGraph()
+    graph.add_nodes_from(states)
+    graph.add_edges_from((a, b) for a, b in edges if a in order and b in order)
+    condensed = networkx.condensation(graph)
     return tuple(
-        Component(tuple(sorted(names, key=order.__getitem__)), index in entered, index in left)
-        for index, names in enumerate(found)
+        Component(
+            tuple(sorted(condensed.nodes[node]["members"], key=order.__getitem__)),
+            condensed.in_degree(node) > 0,
+            condensed.out_degree(node) > 0,
+        )
+        for node in networkx.topological_sort(condensed)
     )
 
 
 def last_components(following: Sequence[Iterable[int]]) -> list[frozenset[int]]:
     """The components of a graph of numbers that no edge leaves, by the smallest number in them."""
-    found = map(frozenset, strong_components(dict(enumerate(following))))
-    last = (part for part in found if all(part.issuperset(following[n]) for n in part))
-    return sorted(last, key=min)
+    import networkx
+
+    graph = networkx.DiGraph()
+    graph.add_nodes_from(range(len(following)))
+    graph.add_edges_from((here, there) for here, out in enumerate(following) for there in out)
+    return sorted(map(frozenset, networkx.attracting_components(graph)), key=min)
 
 
 def all_lead_to(goal: str, edges: Iterable[tuple[str, str]], states: frozenset[str]) -> bool:

@@ -28,7 +28,7 @@ DOORS = {
         "specc_runtime.recording.unpacking",
     },
     "mujoco": {"specc_runtime.operators.arms", "specc_runtime.plants.mujoco"},
-    "networkx": {"specc_runtime.operators.planning"},
+    "networkx": {"specc.analysis.graph", "specc_runtime.operators.planning"},
     "numpy": {"specc_runtime"},
     "orjson": {"specc_runtime.recording.text"},
     "pinocchio": {"specc_runtime.operators.dynamics"},
