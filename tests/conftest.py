@@ -38,6 +38,9 @@ for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
 
 compiled.once()
 
+# Whatever is made while tests are collected stays.
+gc.disable()
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Share out tests of minutes, first in what each worker begins with: short ones end last."""
@@ -60,6 +63,7 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 10, 5)
+    gc.enable()
 
 
 def pytest_runtest_logfinish() -> None:

@@ -2,6 +2,7 @@
 
 import re
 import tokenize
+from functools import cache
 from io import StringIO
 from itertools import islice
 from pathlib import Path
@@ -22,28 +23,35 @@ REASONED = re.compile(
 LONGEST_MODULE = 400
 LARGEST_FILE_KB = 1500
 
-TEXTS = {path.relative_to(ROOT): text for path in tracked_files() if (text := text_of(path))}
-PYTHON = {name: text for name, text in TEXTS.items() if name.suffix == ".py"}
+
+@cache
+def texts() -> dict[Path, str]:
+    """The tracked files that are texts, by their paths in the tree."""
+    return {path.relative_to(ROOT): text for path in tracked_files() if (text := text_of(path))}
 
 
-def places(pattern: re.Pattern[str], texts: dict[Path, str]) -> list[str]:
+def of_python() -> dict[Path, str]:
+    return {name: text for name, text in texts().items() if name.suffix == ".py"}
+
+
+def places(pattern: re.Pattern[str], within: dict[Path, str]) -> list[str]:
     """`file:line: match` of every match of the pattern."""
     return [
         f"{name}:{text.count(chr(10), 0, match.start()) + 1}: {match.group()}"
-        for name, text in texts.items()
+        for name, text in within.items()
         for match in pattern.finditer(text)
     ]
 
 
 @pytest.mark.parametrize("pattern", [MACHINE_PATH, UNFINISHED, CONFLICT], ids=lambda p: p.pattern)
 def test_no_text_has(pattern: re.Pattern[str]) -> None:
-    assert places(pattern, TEXTS) == []
+    assert places(pattern, texts()) == []
 
 
 def test_relative_paths_stay_inside_the_project() -> None:
     leaving = [
         f"{name}: {match.group()}"
-        for name, text in TEXTS.items()
+        for name, text in texts().items()
         for match in RELATIVE_PATH.finditer(text)
         if not (ROOT / name.parent / match.group()).resolve().is_relative_to(ROOT)
     ]
@@ -53,7 +61,7 @@ def test_relative_paths_stay_inside_the_project() -> None:
 def test_checks_are_switched_off_only_with_a_code_and_a_reason() -> None:
     bare = [
         f"{name}:{number}: {line.strip()}"
-        for name, text in PYTHON.items()
+        for name, text in of_python().items()
         for number, line in enumerate(text.splitlines(), start=1)
         if SWITCHED_OFF.search(line) and not REASONED.search(line)
     ]
@@ -61,7 +69,7 @@ def test_checks_are_switched_off_only_with_a_code_and_a_reason() -> None:
 
 
 def test_every_module_says_what_it_is() -> None:
-    assert [str(name) for name, text in PYTHON.items() if not begins_with_a_text(text)] == []
+    assert [str(name) for name, text in of_python().items() if not begins_with_a_text(text)] == []
 
 
 def begins_with_a_text(module: str) -> bool:
@@ -77,7 +85,7 @@ def begins_with_a_text(module: str) -> bool:
 def test_modules_are_short() -> None:
     long = {
         str(name): lines
-        for name, text in PYTHON.items()
+        for name, text in of_python().items()
         if name.parts[0] in {"specc", "runtime"}
         and (lines := len(text.splitlines())) > LONGEST_MODULE
     }

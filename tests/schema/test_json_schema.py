@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from specc.read import read_file
 from specc.schema.json_schema import json_schema
 from tests.house.tree import ROOT
 
-SCHEMA = json_schema()
+schema = cache(json_schema)
 SUBSYSTEM = """
 specc: 1
 subsystem:
@@ -30,22 +31,22 @@ def data_of(text: str, path: Path) -> Any:
 
 
 def refusals(data: Any) -> list[str]:
-    found = jsonschema.Draft202012Validator(SCHEMA).iter_errors(data)
+    found = jsonschema.Draft202012Validator(schema()).iter_errors(data)
     return ["/".join(map(str, error.absolute_path)) for error in found]
 
 
-def objects(schema: Any) -> list[dict[str, Any]]:
+def objects(part: Any) -> list[dict[str, Any]]:
     """Every part of a schema that describes a mapping with known keys."""
-    if isinstance(schema, list):
-        return [found for item in schema for found in objects(item)]
-    if not isinstance(schema, dict):
+    if isinstance(part, list):
+        return [found for item in part for found in objects(item)]
+    if not isinstance(part, dict):
         return []
-    below = [found for item in schema.values() for found in objects(item)]
-    return [schema, *below] if isinstance(schema.get("properties"), dict) else below
+    below = [found for item in part.values() for found in objects(item)]
+    return [part, *below] if isinstance(part.get("properties"), dict) else below
 
 
 def test_schema_is_one() -> None:
-    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    jsonschema.Draft202012Validator.check_schema(schema())
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,7 @@ def test_schema_refuses(old: str, new: str, refused: str, tmp_path: Path) -> Non
 def test_every_key_is_described() -> None:
     silent = [
         key
-        for mapping in objects(SCHEMA)
+        for mapping in objects(schema())
         for key, value in mapping["properties"].items()
         if not _described(value)
     ]
@@ -77,7 +78,7 @@ def test_every_key_is_described() -> None:
 
 def _described(value: dict[str, Any]) -> bool:
     if "$ref" in value:
-        value = SCHEMA["$defs"][value["$ref"].rpartition("/")[2]]
+        value = schema()["$defs"][value["$ref"].rpartition("/")[2]]
     parts = [value, *value.get("anyOf", ())]
     return any("description" in part or "$ref" in part for part in parts)
 
@@ -86,4 +87,4 @@ def test_command_prints_the_schema() -> None:
     printed = subprocess.run(
         [sys.executable, "-m", "specc", "schema"], cwd=ROOT, capture_output=True, check=True
     ).stdout
-    assert json.loads(printed) == SCHEMA
+    assert json.loads(printed) == schema()
