@@ -226,7 +226,7 @@ def said_of(seeds: Sequence[int], folder: Path) -> Counter[str]:
     return said
 
 
-@pytest.mark.parametrize("seeds", blocks(FAILING, long=120, each=30))
+@pytest.mark.parametrize("seeds", blocks(FAILING[:2], also=FAILING[2:], long=120, each=30))
 def test_what_is_said_of_random_requirements_holds(seeds: Sequence[int], tmp_path: Path) -> None:
     said = said_of(seeds, tmp_path)
     assert said["proved"]

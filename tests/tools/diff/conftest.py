@@ -17,17 +17,24 @@ Reader = Callable[[str], System]
 Differ = Callable[[str, str], Comparison]
 
 
-@pytest.fixture
-def read(tmp_path: Path) -> Reader:
-    def reader(text: str) -> System:
-        path = tmp_path / "spec.yaml"
-        path.write_text(text, encoding="utf-8")
-        result = read_spec(str(path))
-        assert result.ok, [d.message for d in result.diagnostics]
-        assert result.system is not None
-        return result.system
+def system_of(text: str, folder: Path) -> System:
+    path = folder / "spec.yaml"
+    path.write_text(text, encoding="utf-8")
+    result = read_spec(str(path))
+    assert result.ok, [d.message for d in result.diagnostics]
+    assert result.system is not None
+    return result.system
 
-    return reader
+
+@pytest.fixture(scope="session")
+def base(tmp_path_factory: pytest.TempPathFactory) -> System:
+    """What most texts are compared with."""
+    return system_of(BASE, tmp_path_factory.mktemp("base"))
+
+
+@pytest.fixture
+def read(tmp_path: Path, base: System) -> Reader:
+    return lambda text: base if text == BASE else system_of(text, tmp_path)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from specc.lang.evaluate import Environment, evaluate
@@ -168,13 +168,17 @@ def condition_of(system: System) -> Expr:
     return next(c.when for c in subsystem.conditions if c.name == "asked")
 
 
-@settings(
-    max_examples=50,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
-@given(first=conditions(), second=conditions())
-def test_verdicts_agree_with_all_worlds(first: str, second: str, read: Reader) -> None:
+@pytest.mark.parametrize("examples", [15, pytest.param(50, marks=pytest.mark.long)])
+def test_verdicts_agree_with_all_worlds(examples: int, read: Reader) -> None:
+    @settings(max_examples=examples, deadline=None)
+    @given(conditions(), conditions())
+    def agree(first: str, second: str) -> None:
+        verdicts_agree_with_all_worlds(first, second, read)
+
+    agree()
+
+
+def verdicts_agree_with_all_worlds(first: str, second: str, read: Reader) -> None:
     """Equal exactly where no world tells the conditions apart; a witness tells them apart."""
     old, new = read(asked_if(first)), read(asked_if(second))
     a, b = condition_of(old), condition_of(new)

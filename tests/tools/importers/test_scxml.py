@@ -220,12 +220,19 @@ def test_an_initial_state_inside_another_is_said_to_be_so(workshop: Workshop) ->
     ]
 
 
-@settings(max_examples=60, deadline=None)
-@given(states=charts())
-def test_rows_do_what_an_interpreter_of_charts_does(
-    states: list[list[Move]], tmp_path_factory: pytest.TempPathFactory
+@pytest.mark.parametrize("examples", [20, pytest.param(60, marks=pytest.mark.long)])
+def test_rows_do_what_an_interpreter_of_charts_does(examples: int, workshop: Workshop) -> None:
+    @settings(max_examples=examples, deadline=None)
+    @given(charts())
+    def agree(states: list[list[Move]]) -> None:
+        rows_do_what_an_interpreter_of_charts_does(states, workshop)
+
+    agree()
+
+
+def rows_do_what_an_interpreter_of_charts_does(
+    states: list[list[Move]], workshop: Workshop
 ) -> None:
-    workshop = Workshop(tmp_path_factory.mktemp("chart"))
     found = workshop.compile(workshop.scxml(written(states)))
     machine = chart(found)
     assert not {"E0601", "E0602", "E0603"} & {d.code for d in found.diagnostics}
