@@ -371,13 +371,14 @@ def _children(process: int) -> list[int]:
     return [int(pid) for pid in pids if "spawn_main" in _arguments(Path("/proc", pid))]
 
 
-def test_a_file_that_is_changed_meanwhile_changes_no_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", ["0:4", pytest.param("0:8", marks=pytest.mark.long)])
+def test_a_file_that_is_changed_meanwhile_changes_no_run(seeds: str, tmp_path: Path) -> None:
     shutil.copytree(ROOT / "specs/plants", tmp_path / "plants")
     spec = Path(shutil.copy(GATE, tmp_path))
     model = tmp_path / "plants/conveyor_gate.xml"
     text = model.read_text(encoding="utf-8")
     assert 'timestep="0.002"' in text
-    options = ("--seeds", "0:4", "--duration", "4", "--workers", "1")
+    options = ("--seeds", seeds, "--duration", "4", "--workers", "1")
     sweep = subprocess.Popen(command(spec, "--out", "out", *options), cwd=tmp_path)
     while sweep.poll() is None and len(lines(tmp_path)) < 2:
         time.sleep(0.01)
