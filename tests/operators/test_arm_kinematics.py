@@ -15,6 +15,8 @@ from specc_runtime.examination import same
 from specc_runtime.operators.arms.kinematics import (
     direct_kinematics,
     inverse_kinematics,
+    inverse_kinematics_of_axis,
+    inverse_kinematics_of_point,
     jacobian,
     nearby_kinematics,
 )
@@ -117,6 +119,41 @@ def test_the_jacobian_is_the_derivative_of_the_pose(arm: Arm) -> None:
         turn = slope[:3, :3] @ R.T
         assert slope[:3, 3] == pytest.approx(J[:3, k], abs=1e-8)
         assert [turn[2, 1], turn[0, 2], turn[1, 0]] == pytest.approx(J[3:, k], abs=1e-8)
+
+
+def test_an_arm_with_five_joints_gets_its_axis_there_and_one_with_four_its_point(
+    file: Path,
+) -> None:
+    five = load_arm(str(file), "link2", "flange", 5)
+    four = load_arm(str(file), "base", "link4", 4)
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        a, b = rng.uniform(five.lower, five.upper, (2, 5))
+        X = direct_kinematics(five, a)
+        X[:3, :3] = X[:3, :3] @ turned(rng.uniform(-3.0, 3.0))
+        q = inverse_kinematics_of_axis(five, X, b)
+        assert q is not None
+        reached = direct_kinematics(five, q)
+        assert reached[:3, 2:] == pytest.approx(X[:3, 2:], abs=3e-6)
+        p = direct_kinematics(four, rng.uniform(four.lower, four.upper))[:3, 3]
+        q = inverse_kinematics_of_point(four, p, four.start[four.positions])
+        assert q is not None
+        assert direct_kinematics(four, q)[:3, 3] == pytest.approx(p, abs=2e-6)
+
+
+def turned(angle: float) -> np.ndarray:
+    """A rotation (3, 3) about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def test_an_axis_turns_round_to_the_opposite(arm: Arm) -> None:
+    X = direct_kinematics(arm, panda.HOME)
+    X[:3, :3] = X[:3, :3] @ np.diag((1.0, -1.0, -1.0))
+    X[:3, 3] = (0.4, 0.0, 0.6)
+    q = inverse_kinematics_of_axis(arm, X, panda.HOME)
+    assert q is not None
+    assert direct_kinematics(arm, q)[:3, 2:] == pytest.approx(X[:3, 2:], abs=3e-6)
 
 
 def test_a_pose_out_of_reach_has_no_joint_positions(arm: Arm) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice
+from math import atan2, hypot, pi
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ MOST_STEPS = 40
 MOST_SEEDS = 48
 _LEAST_DAMPING = 1e-9
 _LONGEST_STEP = 0.6  # rad or m, of any joint
+_POSE, _AXIS, _POINT = 6, 5, 3  # components of e, in E: the last one is the turn about z
 _PATIENCE = 8  # steps, in which the square of the error must at least halve
 
 
@@ -67,17 +69,28 @@ def inverse_kinematics(arm: Arm, X_BE: Array, q_p: Array) -> Array | None:
         X_BE: (4, 4), homogeneous, metres.
         q_p: (n,) previous joint positions, rad or m.
     """
-    for seed in islice(_seeds(arm, q_p), MOST_SEEDS):
-        q = nearby_kinematics(arm, X_BE, seed)
-        if q is not None:
-            return _unwound(arm, q, q_p)
-    return None
+    return _searched(arm, X_BE, q_p, _POSE)
+
+
+def inverse_kinematics_of_axis(arm: Arm, X_BE: Array, q_p: Array) -> Array | None:
+    """As `inverse_kinematics` for the position and the z axis of the tip; its turn about z is free.
+
+    What an arm with five joints can be asked for, and any arm whose tool is round.
+    """
+    return _searched(arm, X_BE, q_p, _AXIS)
+
+
+def inverse_kinematics_of_point(arm: Arm, p_B: Array, q_p: Array) -> Array | None:
+    """As `inverse_kinematics` for the position p_B (3,), m, of the tip; its orientation is free."""
+    X_BE = np.eye(4)
+    X_BE[:3, 3] = p_B
+    return _searched(arm, X_BE, q_p, _POINT)
 
 
 def nearby_kinematics(arm: Arm, X_BE: Array, q_p: Array) -> Array | None:
     """As `inverse_kinematics`, but from q_p only: what a way is followed by, which must not jump.
 
-    With e (6,) the way to X_BE, metres, and its turn, rad, a step is
+    With e (6,) the way to X_BE, metres, and the turn, rad, in the axes of the tip, a step is
 
         dq = (J^T J + w I)^-1 J^T e,    w = |e|^2 / 2 + 1e-9,
 
@@ -85,7 +98,7 @@ def nearby_kinematics(arm: Arm, X_BE: Array, q_p: Array) -> Array | None:
     m long in each joint. It ends where |e| is less than `NEAR`, and gives up after `MOST_STEPS`
     steps, or where |e|^2 has not halved in 8. Nearby poses take 0.15 ms on a processor of 2020.
     """
-    q, distance = _descended(arm, X_BE, q_p)
+    q, distance = _descended(arm, X_BE, q_p, _POSE)
     return q if distance < NEAR else None
 
 
@@ -94,12 +107,20 @@ def closest_kinematics(arm: Arm, X_BE: Array, q_p: Array) -> Array:
 
     A servo that follows them goes as near to a pose out of reach as the ranges of joints let it.
     """
-    q, _ = _descended(arm, X_BE, q_p)
+    q, _ = _descended(arm, X_BE, q_p, _POSE)
     return q
 
 
-def _descended(arm: Arm, X_BE: Array, q_p: Array) -> tuple[Array, float]:
-    """The nearest positions on the way from q_p, and |e| there."""
+def _searched(arm: Arm, X_BE: Array, q_p: Array, parts: int) -> Array | None:
+    for seed in islice(_seeds(arm, q_p), MOST_SEEDS):
+        q, distance = _descended(arm, X_BE, seed, parts)
+        if distance < NEAR:
+            return _unwound(arm, q, q_p)
+    return None
+
+
+def _descended(arm: Arm, X_BE: Array, q_p: Array, parts: int) -> tuple[Array, float]:
+    """The nearest positions on the way from q_p, and |e| there, of its first components."""
     R_WB, p_WB = _base(arm)
     R_WE, p_WE = R_WB @ X_BE[:3, :3], R_WB @ X_BE[:3, 3] + p_WB
     q = best = np.clip(q_p, arm.lower, arm.upper)
@@ -107,7 +128,8 @@ def _descended(arm: Arm, X_BE: Array, q_p: Array) -> tuple[Array, float]:
     for _ in range(MOST_STEPS):
         data = arm.at(q)
         mujoco.mj_kinematics(arm.model, data)
-        e = _error(data, arm.tip, R_WE, p_WE)
+        R, p = _frame(data, arm.tip)
+        e = _error(R.T @ R_WE, R.T @ (p_WE - p), parts)
         square = float(e @ e)
         if square < min(errors, default=np.inf):
             best = q
@@ -115,7 +137,9 @@ def _descended(arm: Arm, X_BE: Array, q_p: Array) -> tuple[Array, float]:
         stalls = len(errors) > _PATIENCE and square > 0.5 * errors[-1 - _PATIENCE]
         if square < NEAR**2 or stalls:
             break
-        step = _step(arm, q, _jacobian(arm, data), e, 0.5 * square + _LEAST_DAMPING)
+        J_W = _jacobian(arm, data)
+        J = np.vstack((R.T @ J_W[:3], R.T @ J_W[3:]))[:parts]
+        step = _step(arm, q, J, e, 0.5 * square + _LEAST_DAMPING)
         q = np.clip(q + step, arm.lower, arm.upper)
     return best, min(errors) ** 0.5
 
@@ -143,14 +167,22 @@ def _jacobian(arm: Arm, data: Any) -> Array:
     return whole[:, arm.velocities]
 
 
-def _error(data: Any, tip: Place, R_WE: Array, p_WE: Array) -> Array:
-    """(6,) from where the tip is: the way to the goal, and the shortest turn, axis times angle."""
-    R, p = _frame(data, tip)
+def _error(R: Array, p: Array, parts: int) -> Array:
+    """The first components of e: the way p (3,) to the goal, and the turn to its rotation R.
+
+    A pose needs the shortest turn, axis times angle. An axis needs the shortest turn that brings
+    z to where it is to be, which is about an axis across z.
+    """
+    if parts == _AXIS:
+        x, y, z = R[:, 2].tolist()
+        across = hypot(x, y)
+        share = atan2(across, z) / across if across > 0.0 else 0.0
+        return np.array((*p, -y * share, x * share) if across or z > 0.0 else (*p, pi, 0.0))
     e, turn = np.empty(6), np.empty(4)
-    e[:3] = p_WE - p
-    mujoco.mju_mat2Quat(turn, (R_WE @ R.T).ravel())
+    e[:3] = p
+    mujoco.mju_mat2Quat(turn, R.ravel())
     mujoco.mju_quat2Vel(e[3:], turn, 1.0)
-    return e
+    return e[:parts]
 
 
 def _step(arm: Arm, q: Array, J: Array, e: Array, damping: float) -> Array:
