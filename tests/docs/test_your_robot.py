@@ -18,6 +18,7 @@ import specc_runtime
 from tests.commands import modules_of, specc
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "your_robot.md"
+EXAMPLE = DOCUMENT.parents[1] / "specs" / "examples" / "panda_bin.yaml"
 TEXT = DOCUMENT.read_text(encoding="utf-8")
 FILE = re.compile(r"^`(?P<path>[\w/.]+)`:\n\n```\w+\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -44,6 +45,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_block_is_a_file_or_a_command() -> None:
     assert len(FENCES.findall(TEXT)) == len(FILE.findall(TEXT)) + len(CONSOLE.findall(TEXT))
+
+
+def test_what_is_shown_of_the_example_is_in_it() -> None:
+    """Lines of the specification, deeper than the text around them; commands are of `specc`."""
+    section = TEXT.split("\n## ")[1]
+    shown = [line.strip() for line in re.findall(r"^ {8}(.+)$", section, re.MULTILINE)]
+    text = EXAMPLE.read_text(encoding="utf-8")
+    assert f"It has {len(text.splitlines())} lines" in section
+    missing = [line for line in shown if line not in text]
+    assert all(line.startswith("specc ") for line in missing), missing
+    assert len(shown) > len(missing) > 0
 
 
 def test_the_commands_answer_as_shown(folder: Path) -> None:

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, field
-from functools import lru_cache
-from os import stat
 from os.path import isfile
 from typing import Any, TypeAlias
 
@@ -104,12 +102,6 @@ def load_arm(model: str, base: str, tip: str, n: int) -> Arm:
     """
     if not isfile(model):
         raise FileNotFoundError(f"no MJCF file {model}")
-    return _loaded(model, stat(model).st_mtime_ns, base, tip, n)
-
-
-@lru_cache(maxsize=32)
-def _loaded(model: str, _changed_ns: int, base: str, tip: str, n: int) -> Arm:
-    """The same for whoever asks: a model may take a second, and an arm never changes."""
     try:
         compiled = mujoco.MjModel.from_xml_path(model)
     except ValueError as error:
