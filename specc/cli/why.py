@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from argparse import Namespace
 from collections.abc import Iterator
 from typing import Any
@@ -118,6 +119,7 @@ class _Answer:
             elapsed_s,
             is_exact=self._told.get("exact") == "true",
             array=lambda value: called("stepping", "array", value),
+            folder=os.path.dirname(self._spec),
         )
         failed = bool(step.get("fault"))  # what was asked before it failed is not recorded
         cause = _cause(behaviour, moment) if failed else str(step.get("cause", ""))

@@ -295,3 +295,41 @@ def test_an_operator_is_asked_once_and_gives_what_its_type_says(
         import asked_by_why  # type: ignore[import-not-found]  # a module of this test
 
         assert set(asked_by_why.calls) == {0.5} and (truth is None or len(asked_by_why.calls) == 1)
+
+
+READING = """specc: 1.1
+system: reading
+files: {limit: limit.txt}
+operators: {read: {signature: "(path: file) -> real", python: "read_by_why:read"}}
+agents:
+  a:
+    real_receptors: {eye: {y: {d: real}}}
+    virtual_receptors:
+      eye:
+        rate: 10 Hz
+        x: {R: {d: real}}
+        conditions: {terminal: {far: x.R.d > read(limit)}}
+        behaviours: {wait: {terminal: far}}
+        states: {S0: wait}
+        initial_state: S0
+        transitions: [[S0, terminal, always, S0]]
+"""
+
+
+def test_files_are_those_beside_the_specification(tmp_path: Path) -> None:
+    """Wherever the command is typed."""
+    (tmp_path / "read_by_why.py").write_text(
+        "def read(path):\n    return float(open(path).read())\n"
+    )
+    (tmp_path / "limit.txt").write_text("2.5")
+    (tmp_path / "spec.yaml").write_text(READING)
+    with modules_of(tmp_path):
+        system = compile_spec(str(tmp_path / "spec.yaml")).system
+        assert system is not None
+        (subsystem,) = system.subsystems
+        when = subsystem.state("S0").behaviour.terminal.when
+        step = {**_STEP, "x": {"R": {"d": 3.0}}}
+        moment = Moment(
+            system, subsystem, step, {}, 0.1, is_exact=True, array=list, folder=str(tmp_path)
+        )
+        assert moment.truth(when) is True

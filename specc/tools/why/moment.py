@@ -136,14 +136,17 @@ class Moment:
         *,
         is_exact: bool,
         array: Callable[[Value], Any],
+        folder: str = "",
     ) -> None:
         """`step` is what a message says; `memory` that of the step before; None: not known.
 
-        `array` makes what operators take of a vector or a pose.
+        `array` makes what operators take of a vector or a pose; `folder` is that of the
+        specification, from which its files are named.
         """
         self.subsystem = subsystem
         self._system, self._step, self._memory = system, step, memory
         self._elapsed_s, self._is_exact, self._array = elapsed_s, is_exact, array
+        self._folder = folder
         self._counted = 0
         self._results: dict[tuple[str, str], Value] = {}
         """Of operators, by their names and arguments."""
@@ -201,7 +204,7 @@ class Moment:
     def _environment(self, variant: int) -> Environment:
         """What was recorded, or another variant of what it may have been."""
         values = {c.name: c.value for c in (*self._system.constants, *self.subsystem.constants)}
-        files, folder = dict(self._system.files), os.path.dirname(self._system.file)
+        files = dict(self._system.files)
         operators = {o.name: self._called(o) for o in self._system.operators}
         env = Environment(
             inputs=_Lazy(self._input),
@@ -210,7 +213,7 @@ class Moment:
             memory=_Lazy(lambda name: self._remembered(name, variant)),
             lets=_Lazy(lambda name: evaluate(self.subsystem.let(name).value, env)),
             constants=_Lazy(lambda name: evaluate(values[name], env)),
-            files=_Lazy(lambda name: os.path.join(folder, files[name])),
+            files=_Lazy(lambda name: os.path.join(self._folder, files[name])),
             clock=_Lazy(self._clock),
             operators=operators,
             count=self._count,
