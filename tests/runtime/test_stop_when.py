@@ -136,3 +136,6 @@ def test_a_sweep_stops_its_runs(tmp_path: Path) -> None:
     assert told["success"] == "true"
     other = specc(*asked, "--stop-when", "belt.drive.v_p > 2[rad/s]")
     assert "has runs with another stop_when" in other.stderr
+    never = specc(*asked[:-1], tmp_path / "n", "--stop-when", "belt.drive.v_p > 2.0[rad/s]")
+    assert "1 not successful: never held: belt.drive.v_p > 2.0[rad/s]" in never.stdout
+    assert "--stop-when 'belt.drive.v_p > 2.0[rad/s]' --seed 0" in never.stdout
