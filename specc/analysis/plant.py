@@ -62,7 +62,8 @@ def plant_model(system: System) -> Model | ModelError | None:
         return None
     base = os.path.dirname(plant.place.file)
     try:
-        return read_model(os.path.join(base, plant.model), Reach(system.folders))
+        path = os.path.normpath(os.path.join(base, plant.model))  # a folder may be to come
+        return read_model(path, Reach(system.folders))
     except ModelError as error:
         return error
 
