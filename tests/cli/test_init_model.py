@@ -159,6 +159,8 @@ def test_what_is_written_of_an_arm_with_servos(tmp_path: Path) -> None:
     assert "camera: hand eye, image: rgb" in text
     assert 'hand_eye: {y: {image: "image[24, 32, 3]"}}' in text
     assert "sensors: [tip_force]" in text
+    assert "through: identity" in text
+    assert "S0" not in text
     assert 'force: "vector[3, N]"' in text
 
 
@@ -194,6 +196,9 @@ def test_a_model_inside_the_project_stays_where_it_is(tmp_path: Path) -> None:
     model = at(tmp_path / "plants/robot.xml", arm(SERVOS))
     assert main(["init", str(tmp_path), "--model", str(model)]) == 0
     assert "model: plants/robot.xml" in (tmp_path / "arm.yaml").read_text()
+    at(tmp_path / "pyproject.toml", "")
+    assert main(["init", str(tmp_path / "a new/folder"), "--model", str(model)]) == 0
+    assert "model: ../../plants/robot.xml" in (tmp_path / "a new/folder/arm.yaml").read_text()
     assert sorted(p.name for p in tmp_path.rglob("*.xml")) == ["robot.xml"]
 
 

@@ -82,7 +82,7 @@ def document(robot: Robot, system: str, plant: str, command: str) -> str:
         *parts.remarks,
     ]
     data: dict[str, Data] = {
-        "specc": "1.1",
+        "specc": "1.2",
         "system": system,
         "title": f"Holds the pose of {pose(robot.facts)}",
         **parts.named(),
@@ -255,7 +255,6 @@ class _Agent:
             "c": draft.outputs,
             "E": {key: _type(value) for key, value in draft.device["x"].items()},
         }
-        functions: dict[str, Data] = {"move": draft.move, "tell": draft.tell}
         lines = [line for note in dict.fromkeys(draft.notes) for line in _wrapped(note, 8)]
         title = _moved(group, self._robot.facts)
         data: dict[str, Data] = {"title": title, "rate": rate(self._period), "x": x, "y": y}
@@ -263,20 +262,16 @@ class _Agent:
             data["memory"] = draft.memory
         if draft.let:
             data["let"] = draft.let
-        data |= {"functions": functions, **_one_state("move", ["move", "tell"])}
+        data["through"] = {**draft.move, **draft.tell}
         return noted(data, lines)
 
     # Receptors.
 
     def _sensing(self, sensed: _Sensed) -> Data:
-        sent: dict[str, Data] = {f"y.c.{name}": f"x.R.{name}" for name in sensed.elements}
         return {
             "title": sensed.receptor.title,
             "rate": self._rate(_SEEN_S if sensed.receptor.camera else _SENSED_S),
-            "x": {"R": sensed.buffer},
-            "y": {"c": sensed.buffer},
-            "functions": {"tell": sent},
-            **_one_state("tell", ["tell"]),
+            "through": "identity",
         }
 
     def _bound(self, element: Element, receptor: Receptor) -> Data:
@@ -333,14 +328,6 @@ def _moved(group: Group, facts: Facts) -> str:
     joints = list(dict.fromkeys(facts.joints[j].name for a in group.actuators for j, _ in a.joints))
     shown = ", ".join(joints) if len(joints) < 3 else f"{joints[0]} to {joints[-1]}"
     return _clean(f"Moves {shown}" + (f" ({len(joints)} joints)" if len(joints) > 2 else ""))
-
-
-def _one_state(name: str, functions: list[str]) -> dict[str, Data]:
-    return {
-        "behaviours": {name: {"functions": functions, "terminal": "never"}},
-        "states": {"S0": name},
-        "initial_state": "S0",
-    }
 
 
 def _rough(far: float) -> str:
