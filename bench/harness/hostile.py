@@ -68,6 +68,25 @@ def _described() -> Files:
     return {MAIN: written(spec | {"specc": 1.2}), "described.yaml": written(described)}
 
 
+def _listed() -> Files:
+    """A description that uses ten files of 2000 frames each, used 130 times."""
+    spec = small()
+    agent = spec["agents"]["a"]
+    listed = {
+        f"frames{i}.yaml": written({"specc": 1.2, "frames": {f"F{i}_{j}": "" for j in range(2000)}})
+        for i in range(10)
+    }
+    described = {
+        "specc": 1.2,
+        "use": [*listed],
+        "parameters": {"n": "int"},
+        "subsystem": agent["virtual_effectors"]["m"],
+    }
+    used = {f"m{i}": {"use": "described.yaml", "with": {"n": i + 1}} for i in range(130)}
+    agent["virtual_effectors"] |= used
+    return {MAIN: written(spec | {"specc": 1.2}), "described.yaml": written(described), **listed}
+
+
 def _formulas() -> Files:
     """Most of a megabyte of requirements."""
     spec = small()
@@ -165,6 +184,7 @@ HOSTILE: dict[str, Callable[[], Files]] = {
     "quantifiers": _quantifiers,
     "interfaces": _interfaces,
     "definitions used often": _described,
+    "files used often": _listed,
     "a model": _model,
     "paths of a model": _paths,
     "1 MB of formulas": _formulas,

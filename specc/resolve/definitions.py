@@ -248,6 +248,7 @@ class Definitions:
     def absorb(self, other: Definitions, findings: Findings) -> None:
         """Take in the definitions of a file that this one uses."""
         self.broken |= other.broken
+        self.frame_titles |= other.frame_titles
         for label, place in other.places.items():
             kind, name = label.split(" ", 1)
             if self.claim(kind, name, place, findings):
@@ -261,8 +262,6 @@ class Definitions:
             self.add(theirs[name])
         else:
             getattr(self, f"{kind}s")[name] = theirs[name]
-        if kind == "frame":
-            self.frame_titles |= other.frame_titles
         if kind == "type" and name in other.type_traces:
             self.type_traces[name] = other.type_traces[name]
 

@@ -139,10 +139,16 @@ class Library:
             if other.path not in self._known:
                 inner = replace(self, _using=(*self._using, file.path))
                 self._known[other.path] = inner.definitions(other)
-            own.made_from += self._known[other.path].made_from
-            own.absorb(self._known[other.path], self.findings)
+            known = self._known[other.path]
+            own.made_from += known.made_from
+            if self._is_allowed(1 + len(known.places) // _NAMES_OF_A_PART, where.place):
+                own.absorb(known, self.findings)
+            else:
+                self.findings.unread = True
 
     def _frames(self, file: Loaded, own: Definitions) -> None:
+        if not self._are_allowed("frames", file, own):
+            return
         for name, title in file.spec.frames.items():
             if own.claim("frame", name, file.top["frames"][name].key, self.findings):
                 own.frames.setdefault(name, name)
@@ -229,23 +235,28 @@ class Library:
 
     def _are_allowed(
         self,
-        section: Literal["types", "operators", "files", "constants"],
+        section: Literal["frames", "types", "operators", "files", "constants", "interfaces"],
         file: Loaded,
         own: Definitions,
     ) -> bool:
         """Whether the definitions of a section may be given their meaning once more.
 
-        A description has them again each time that it is used. Reports the first section that has
-        no allowance; its names are broken.
+        A description has them again each time that it is used. The names of a section that has no
+        allowance are broken.
         """
         defined = getattr(file.spec, section)
+        if self._is_allowed(sum(map(_parts, defined.values())), file.top[section].key):
+            return True
+        own.broken |= defined.keys()
+        return False
+
+    def _is_allowed(self, parts: int, where: Place) -> bool:
+        """Whether so many parts are allowed; reports the first ones that are not."""
         is_first = left("parts") >= 0
-        if spend("parts", sum(map(_parts, defined.values()))):
+        if spend("parts", parts):
             return True
         if is_first:
-            where = file.top[section].key
             self.findings.report("E0017", OUT_OF_PARTS, where, help=DESCRIBE_LESS)
-        own.broken |= defined.keys()
         return False
 
     def _in_system(
@@ -269,6 +280,8 @@ class Library:
         return os.path.relpath(path, self.base).replace(os.sep, "/")
 
     def _interfaces(self, file: Loaded, own: Definitions) -> None:
+        if not self._are_allowed("interfaces", file, own):
+            return
         for name, definition in file.spec.interfaces.items():
             where = file.top["interfaces"][name]
             if own.claim("interface", name, where.key, self.findings):
@@ -316,6 +329,10 @@ _SECTIONS = (
     "constants",
     "parameters",
 )
+
+
+_NAMES_OF_A_PART = 8
+"""Of another file: taking in so many costs what giving one part a meaning does."""
 
 
 def _parts(definition: object) -> int:

@@ -154,6 +154,7 @@ def test_chains_of_deep_lets_are_followed(
     [
         ("interfaces", "E0237", "more than 60,000 parts"),
         ("definitions used often", "E0017", "more than 60,000 parts"),
+        ("files used often", "E0017", "more than 60,000 parts"),
         ("quantifiers", "E0334", "takes more than 500,000 steps"),
         ("1 MB of formulas", "E0017", "more than 60,000 parts"),
         pytest.param(
