@@ -7,6 +7,7 @@ import shlex
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,10 +76,10 @@ def _new(options: Namespace) -> list[Path]:
     name = system if options.agent is None else _legal(options.agent)
     robot = _robot(name, _facts(path), model, options)
     text = document(robot, system, plant, _command(path))
-    with placing() as put:
-        put(copies)
+    with placing() as new:
+        new.put(copies)
         _refuse_errors(_checked(spec, text), ())
-        put({spec: text})
+        new.put({spec: text})
     _warn(robot)
     return [spec, *copies]
 
@@ -141,13 +142,13 @@ def _added(options: Namespace) -> list[Path]:
         text = added(read.source.text, read.data, robot, plant, _command(path))
     except LayoutError:
         raise Refused(_not_added(spec, name)) from None
-    with placing() as put:
-        put(copies)
+    with placing() as new:
+        new.put(copies)
         after = _checked(spec, text)
         if not {*_agents(before), name} <= _agents(after):
             raise Refused(_not_added(spec, name))
         _refuse_errors(after, before.diagnostics)
-        rewrite(str(spec), text)
+        new.keep(partial(rewrite, str(spec), text))
     _warn(robot)
     return [spec, *copies]
 

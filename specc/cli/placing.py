@@ -11,32 +11,31 @@ from specc.cli.interruption import held, terminable
 
 Content = str | Path
 """Of a new file: its text, or the file that it is a copy of."""
-Put = Callable[[Mapping[Path, Content]], None]
+Files = Mapping[Path, Content]
 
 
 class Taken(OSError):
     """There is something at a place already; the message names it."""
 
 
-@contextmanager
-def placing() -> Iterator[Put]:
-    """A function that writes new files; those that it wrote stay unless anything is raised.
+class Placing:
+    """New files that may be taken away again. Ctrl-C and SIGTERM wait during each call."""
 
-    The first file of each call comes last: where that is, all are. Ctrl-C and SIGTERM wait while
-    files are written, and raise KeyboardInterrupt between two calls.
+    def __init__(self) -> None:
+        self._made: list[Path] = []
 
-    Raises:
-        Taken: a file is there already.
-        OSError: the system refuses.
-    """
-    made: list[Path] = []
+    def put(self, files: Files) -> None:
+        """Write new files; the first one comes last: where that is, all are.
 
-    def put(files: Mapping[Path, Content]) -> None:
+        Raises:
+            Taken: a file is there already.
+            OSError: the system refuses.
+        """
         refuse_taken(files)
         with held():
             for place in files:
-                _make_folders(place.parent, made)
-            made.extend(files)
+                _make_folders(place.parent, self._made)
+            self._made.extend(files)
             with ExitStack() as stack:
                 # They are renamed in the opposite order, when all are written.
                 for place, content in files.items():
@@ -44,16 +43,33 @@ def placing() -> Iterator[Put]:
                     data = content.encode() if isinstance(content, str) else content.read_bytes()
                     aside.write_bytes(data)
 
+    def keep(self, then: Callable[[], None]) -> None:
+        """Do the last step, which needs the files: unless it raises, they stay whatever comes."""
+        with held():
+            then()
+            self._made.clear()
+
+    def take_away(self) -> None:
+        """Remove files and folders, the last first; a folder that others use by now stays."""
+        with held():
+            for place in reversed(self._made):
+                with suppress(OSError):
+                    place.rmdir() if place.is_dir() else place.unlink(missing_ok=True)
+
+
+@contextmanager
+def placing() -> Iterator[Placing]:
+    """New files, which are taken away if anything is raised, KeyboardInterrupt of SIGTERM too."""
+    new = Placing()
     with terminable():
         try:
-            yield put
+            yield new
         except BaseException:
-            with held():
-                _take_away(made)
+            new.take_away()
             raise
 
 
-def refuse_taken(files: Mapping[Path, Content]) -> None:
+def refuse_taken(files: Files) -> None:
     """Raise Taken if any of the files is there."""
     taken = [str(place) for place in files if place.exists() or place.is_symlink()]
     if taken:
@@ -73,10 +89,3 @@ def _make_folders(folder: Path, made: list[Path]) -> None:
     for each in reversed(missing):
         each.mkdir()
         made.append(each)
-
-
-def _take_away(made: list[Path]) -> None:
-    """Files and folders, the last first; a folder that somebody else has used meanwhile stays."""
-    for place in reversed(made):
-        with suppress(OSError):
-            place.rmdir() if place.is_dir() else place.unlink(missing_ok=True)

@@ -36,8 +36,8 @@ def init(options: Namespace) -> int:
     files = sorted(filter(Path.is_file, source.rglob("*")), key=lambda path: path.suffix != ".yaml")
     places = {target / path.relative_to(source): path for path in files}
     try:
-        with placing() as put:
-            put(places)
+        with placing() as new:
+            new.put(places)
     except OSError as error:
         streams.say(f"specc: {reason(error)}; nothing was written")
         return 2
