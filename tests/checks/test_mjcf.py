@@ -10,8 +10,12 @@ import pytest
 from specc_runtime.plants.mujoco.library import mujoco
 
 from specc.mjcf import Model, ModelError, read_model
+from tests.scenarios.runs import INSTALLED, SPECS
 
-PLANTS = Path(__file__).resolve().parents[2] / "specs" / "plants"
+PLANTS = [
+    pytest.param(path, marks=[INSTALLED] if "../models/" in path.read_text() else [], id=path.stem)
+    for path in sorted((SPECS / "plants").glob("*.xml"))
+]
 
 SENSORS = """
 <touch name="s1" site="p"/> <accelerometer name="s2" site="p"/> <velocimeter name="s3" site="p"/>
@@ -89,7 +93,7 @@ def test_every_kind_of_joint_and_many_sensors(tmp_path: Path) -> None:
     assert sizes_in(path) == as_mujoco_reads(path)
 
 
-@pytest.mark.parametrize("path", sorted(PLANTS.glob("*.xml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", PLANTS)
 def test_plants(path: Path) -> None:
     read, built = sizes_in(path), as_mujoco_reads(path)
     if "<attach " not in path.read_text():
@@ -157,7 +161,6 @@ SET_BY_CLASSES = """
   </actuator>
 </mujoco>
 """
-PLANTS = sorted(Path("specs/plants").glob("*.xml"))
 
 
 @pytest.mark.parametrize("text", [WORLD, SET_BY_CLASSES, *PLANTS], ids=str)

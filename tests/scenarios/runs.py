@@ -9,11 +9,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import pytest
+
 from tests.commands import specc
 
 ROOT = Path(__file__).parents[2]
 SPECS = ROOT / "specs"
 FLAGSHIP = SPECS / "irp_picking.yaml"
+INSTALLED = pytest.mark.skipif(
+    not (ROOT / "models/.ready").exists(),
+    reason="the robot models of wheels are not installed: make models",
+)
 
 Change = tuple[str, str]
 """A text of the flagship and what stands in its place."""

@@ -8,17 +8,13 @@ from pathlib import Path
 import pytest
 
 from specc.cli.main import main
-from tests.scenarios.runs import ROOT, SPECS
+from tests.scenarios.runs import INSTALLED, SPECS
 from tests.sweep.runs import swept, table
 
 EXAMPLES = sorted((SPECS / "examples").glob("*.yaml"))
 SEEDS = 20
 LIMIT_S = 60
 EACH = pytest.mark.parametrize("spec", EXAMPLES, ids=lambda spec: spec.stem)
-INSTALLED = pytest.mark.skipif(
-    not (ROOT / "models/.ready").exists(),
-    reason="the robot models of wheels are not installed: make models",
-)
 
 
 @EACH
