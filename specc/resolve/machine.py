@@ -143,11 +143,22 @@ class MachineResolver:
             for target in targets_of(named, self.expressions.groups)
         ]
         if not made:
-            message = f"function `{name}` assigns nothing yet"
-            self._open("O0204", message, at, "add a target, e.g. `y.c.T_c: ...`")
+            message, help_text = self._assigns_nothing(name)
+            self._open("O0204", message, at, help_text)
         found = tuple(assignment for assignment in made if assignment)
         whole = bool(found) and len(found) == len(made)
         return Function(name, found, item.title, trace_of(item), at.key, whole)
+
+    def _assigns_nothing(self, name: str) -> tuple[str, str]:
+        """What is said of a function without targets, and the way out."""
+        through = self.definition.through
+        if through is None or through.rule is None:
+            return f"function `{name}` assigns nothing yet", "add a target, e.g. `y.c.T_c: ...`"
+        message = f"`through: {through.rule}` passes nothing on yet"
+        return message, (
+            "add elements to its device, or to both sides of its own, by the same names; a control "
+            "subsystem has one side only, so write targets there"
+        )
 
     def _assignment(self, target: str, item: AssignmentDef, at: Where) -> Assignment | None:
         peer, name, found = self._target(target, at)

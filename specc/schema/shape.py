@@ -148,6 +148,9 @@ class _Check:
             words = f"version {value!r} of the specification language is not supported"
             return self._tell("E0105", words, route, f"write `specc: {kind.values[-1]}`")
         names = [str(one) for one in kind.values]
+        if len(names) == 1:
+            words = f"{_name(route)}{_shown(value)} is not `{names[0]}`"
+            return self._refuse(words, f"write `{names[0]}`", route)
         close = nearest(value, names) if isinstance(value, str) else []
         listed = ", ".join(f"`{name}`" for name in names)
         hint = f"did you mean `{close[0]}`?" if close else "write one of them"
@@ -187,7 +190,8 @@ class _Check:
         made = {}
         for name, one in data.items():
             if name in known:
-                at = route if name == OTHERS else route_below(data, name, route)
+                is_here = name == OTHERS or (name == part.short and data is not value)
+                at = route if is_here else route_below(data, name, route)
                 made[known[name].attribute] = self.value(known[name].kind, one, at)
         return part(given=frozenset(data), **made)
 

@@ -627,6 +627,16 @@ def test_what_a_group_names(text: str, found: list[str] | None, tmp_path: Path) 
         assert [each.name for each in group.actuators] == found
 
 
+def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path) -> None:
+    tendon = '<fixed name="t"><joint joint="j1" coef="1"/><joint joint="j3" coef="1"/></fixed>'
+    text = arm('<motor name="m" tendon="t"/>', ("j1", "j2", "j3"))
+    text = text.replace("</mujoco>", f"<tendon>{tendon}</tendon></mujoco>")
+    facts = modelled.facts_of(str(at(tmp_path / "robot.xml", text)))
+    with pytest.raises(NoGroup, match="no actuator moves only joints from j1 to j1"):
+        grouped(facts, {"g": "j1..j1"})
+    assert len(grouped(facts, {"g": "j1..j3"})) == 1
+
+
 def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
     motors = "".join(f'<motor name="m{i}" joint="j1"/>' for i in range(3))
     text = arm(motors, ("j1", "j2", "j3"))

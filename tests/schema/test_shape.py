@@ -150,8 +150,8 @@ def test_a_mistyped_key_is_not_missing_as_well() -> None:
         ),
         (
             {"elements": {"T": 5}},
-            ("elements", "T", "type"),
-            "`elements.T.type`: expected text, found the number 5",
+            ("elements", "T"),
+            "`elements.T`: expected text, found the number 5",
         ),
     ],
 )

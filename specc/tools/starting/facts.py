@@ -141,7 +141,7 @@ def _asked(path: str) -> dict[str, Any]:
             )
         except subprocess.TimeoutExpired:
             raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s") from None
-    if done.returncode < 0 and signal.Signals(-done.returncode).name == "SIGXCPU":
+    if -done.returncode == getattr(signal, "SIGXCPU", None):
         raise NoFacts(f"MuJoCo was not done with the model after {_SECONDS} s")
     if done.returncode or not done.stdout:
         if b"No module named" in done.stderr and b"specc_runtime" in done.stderr:

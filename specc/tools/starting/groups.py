@@ -104,7 +104,11 @@ def _between(first: str, last: str, facts: Facts) -> list[Actuator]:
     names = [joint.name for joint in facts.joints]
     if first in names and last in names:
         low, high = sorted((names.index(first), names.index(last)))
-        return [a for a in order if all(low <= joint <= high for joint, _ in a.joints)]
+        found = [a for a in order if all(low <= joint <= high for joint, _ in a.joints)]
+        if not found:
+            moved = "; name the actuators, which move joints beside these as well"
+            raise NoGroup(f"no actuator moves only joints from {first} to {last}{moved}")
+        return found
     return order[min(places) : max(places) + 1]
 
 
