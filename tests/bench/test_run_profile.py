@@ -87,6 +87,7 @@ def test_watched_methods_are_put_back() -> None:
     assert watch.calls["work"] == 1
 
 
+@pytest.mark.long
 def test_profile_of_a_short_run(tmp_path: Path) -> None:
     package = building.generate(building.FLAGSHIP, tmp_path)
     digest = RecordDigest.__call__

@@ -30,8 +30,9 @@ def test_the_benchmark_of_contracts_runs_the_flagship(flagship: Path) -> None:
     assert steps["irp.m"] == 10
 
 
+@pytest.mark.long
 def test_tables_of_a_short_run(flagship: Path) -> None:
-    text = step_cost.with_operators(flagship, duration_s=0.25, budget_s=0.0)
+    text = step_cost.with_operators(flagship, duration_s=0.3, budget_s=0.0)
     assert [line.split()[0] for line in text.splitlines()[3:]] == [
         "irp.c",
         "irp.g",

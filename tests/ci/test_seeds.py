@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.commands import alone
 
 ROOT = Path(__file__).parents[2]
@@ -48,12 +50,23 @@ def outcome(folder: Path, seed: str) -> str:
     return done.stdout
 
 
+def drawn(told: str) -> list[str]:
+    """The examples of hypothesis."""
+    return re.findall("drawn: .*", told)
+
+
 def test_seeds_follow_from_the_text_and_what_fails_is_named(tmp_path: Path) -> None:
-    fixed, one, again = (outcome(tmp_path, text) for text in ("", "a1", "a1"))
+    fixed, one = (outcome(tmp_path, text) for text in ("", "a1"))
     assert "random tests: fixed seeds" in fixed and "it failed at seed 1000\n" in fixed
     first = re.search(r"random tests: seeds from (\d+) on, of SPECC_SEED=a1\n", one)
     assert first and f"it failed at seed {first[1]}\n" in one
     command = r"SPECC_SEED=a1 \.venv/bin/pytest '\S*test_random\.py::test_seeds\[\d+-\d+\]'"
     assert len(re.findall(command, one)) == 2 and "[fixed]" not in one
-    drawn = [re.findall("drawn: .*", told) for told in (fixed, one, again)]
-    assert drawn[0] != drawn[1] == drawn[2]
+    assert drawn(fixed) != drawn(one)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", ["", "a1"])
+def test_the_same_text_gives_the_same_examples(seed: str, tmp_path: Path) -> None:
+    one, again = (outcome(tmp_path, seed) for _ in range(2))
+    assert drawn(one) == drawn(again) != []

@@ -78,6 +78,7 @@ def answer(command: str, folder: Path) -> str:
     scripts = str(Path(sys.executable).parent)
     environment = {**os.environ, "PATH": os.pathsep.join((scripts, os.environ["PATH"]))}
     environment.pop("PYTHONPATH", None)
+    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # those of our own tests
     return subprocess.run(
         command,
         shell=True,

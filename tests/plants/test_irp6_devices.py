@@ -85,6 +85,7 @@ def test_fingers_move_together(plant):
     assert left == pytest.approx(right, abs=2e-5)
 
 
+@pytest.mark.long
 def test_a_stalled_gripper_presses_with_the_current_above_free_running(plant):
     """40 N at 100 mA, which hold a box and cancel in its force on the whole hand."""
     plant.reset(0)

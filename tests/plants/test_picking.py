@@ -107,7 +107,8 @@ def test_a_scene_without_room_is_refused(plant, monkeypatch):
 @pytest.mark.parametrize(("seed", "name"), short(enumerate(OBJECTS), 0))
 def test_a_scripted_pick_is_judged_as_picked(plant, seed, name):
     placed(plant, seed)
-    report = pick(plant, PickJudge(plant), name)
+    judge = PickJudge(plant)
+    report = pick(plant, judge, name)
     assert report["object"] == name
     assert report["picked"]
     assert report["lift_height_m"] == pytest.approx(0.215, abs=0.005)
@@ -115,6 +116,11 @@ def test_a_scripted_pick_is_judged_as_picked(plant, seed, name):
     assert 1.5 < report["max_force_N"] < 5.0
     assert 0.005 < report["finger_clearance_m"] < 0.03
     assert report["simulated_s"] == pytest.approx(plant.time_s)
+    following = judge.end_cycle()
+    assert following["object"] is None
+    assert not following["picked"]
+    assert following["position_error_mm"] is None
+    assert following["simulated_s"] == 0.0
 
 
 def test_lifting_an_empty_hand_is_not_picking(plant):
@@ -147,14 +153,3 @@ def test_the_error_is_that_of_the_last_estimate_before_the_fingers_close(plant):
     assert report["object"] == "sen"
     assert report["position_error_mm"] == pytest.approx(5.0)
     assert report["rotation_error_deg"] == pytest.approx(np.degrees(np.arccos(0.6)))
-
-
-def test_the_next_cycle_begins_with_nothing(plant):
-    placed(plant, 1)
-    judge = PickJudge(plant)
-    pick(plant, judge, "mnich")
-    report = judge.end_cycle()
-    assert report["object"] is None
-    assert not report["picked"]
-    assert report["position_error_mm"] is None
-    assert report["simulated_s"] == 0.0

@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 from collections import defaultdict
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -42,11 +41,6 @@ def report_of(file: Path) -> dict[str, Any]:
 
 def messages(file: Path) -> dict[str, list[tuple[Any, Any]]]:
     """The messages of a finished recording by topic, each with its record and its data."""
-    return _messages(file, file.stat().st_mtime_ns)
-
-
-@lru_cache(maxsize=2)
-def _messages(file: Path, _changed_ns: int) -> dict[str, list[tuple[Any, Any]]]:
     found = defaultdict(list)
     with file.open("rb") as opened:
         for _, channel, message in make_reader(opened, validate_crcs=True).iter_messages():

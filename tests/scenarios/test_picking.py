@@ -13,8 +13,8 @@ from tests.sweep.runs import swept, table
 
 def test_a_beginning_without_faults_is_the_same_with_worker_and_with_operators_examined() -> None:
     """The short form of the tests below, in which the objects are seen and the arm moves."""
-    code, threaded = run(FLAGSHIP, "--seed", "0", "--duration", "0.6")
-    _, inline = run(FLAGSHIP, "--seed", "0", "--duration", "0.6", "--inline", "--check-operators")
+    code, threaded = run(FLAGSHIP, "--seed", "0", "--duration", "0.45")
+    _, inline = run(FLAGSHIP, "--seed", "0", "--duration", "0.45", "--inline", "--check-operators")
     assert (code, threaded["faults"], inline["faults"]) == (0, [], [])
     assert threaded["records_sha256"] == inline["records_sha256"]
     assert {"S1", "S2"} <= set(threaded["subsystems"]["irp.c"]["states_visited"])

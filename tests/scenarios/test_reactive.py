@@ -10,6 +10,7 @@ import pytest
 from specc.cli.main import main
 from tests.scenarios.architectures import FOLDER
 from tests.scenarios.runs import ROOT, run
+from tests.seeds import short
 
 PAGE = (ROOT / "docs/architectures.md").read_text(encoding="utf-8")
 SPEC = FOLDER / "reactive.yaml"
@@ -27,20 +28,23 @@ def ages_ms(capsys: pytest.CaptureFixture[str]) -> dict[str, int]:
     return {row["reader"].split(".")[0]: round(1000 * row["age_s"]) for row in told}
 
 
-def violated(*options: str) -> list[str]:
+def violated(*options: str, seconds: int = 20) -> list[str]:
     """The constants in the requirements that a run violates."""
-    _, report = run(SPEC, "--duration", "20", *options)
+    _, report = run(SPEC, "--duration", str(seconds), *options)
     found = [r["that"] for r in report["requirements"] if r["verdict"] == "violated"]
     return [name for name in LIMITS.values() if any(f"({name}," in that for that in found)]
 
 
-def test_each_reacts_within_the_age_of_what_it_acts_on(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("seconds", short([8, 20], 0))
+def test_each_reacts_within_the_age_of_what_it_acts_on(
+    seconds: int, capsys: pytest.CaptureFixture[str]
+) -> None:
     ages = ages_ms(capsys)
     assert ages["blind"] < ages["wary"] < ages["guided"]
     rows = [f"| `{rover}` |.* | {LEAST_MS[rover]} ms | {age} ms |" for rover, age in ages.items()]
     assert all(re.search(row.replace("|", r"\|"), PAGE) for row in rows)
     exact = [f"--set={LIMITS[rover]}={age}[ms]" for rover, age in ages.items()]
-    assert violated(*exact) == []
+    assert violated(*exact, seconds=seconds) == []
 
 
 @pytest.mark.long

@@ -15,6 +15,7 @@ from specc_runtime.options import Options
 from specc_runtime.session import Session
 
 from specc import output, pipeline
+from tests.seeds import short
 from tests.sweep.runs import GATE, HAZARDS, environment
 
 
@@ -109,7 +110,7 @@ def test_a_run_ends_when_the_input_does(tmp_path: Path) -> None:
     assert process.wait(timeout=60) == 0
 
 
-@pytest.mark.parametrize("how", ["forks", "another program"])
+@pytest.mark.parametrize("how", short(["forks", "another program"], 0))
 def test_a_run_and_what_it_started_end_when_the_process_is_killed(tmp_path: Path, how: str) -> None:
     start = {
         "forks": "os.fork()",
