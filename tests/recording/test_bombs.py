@@ -85,7 +85,8 @@ def test_the_budget_is_that_of_the_whole_file(monkeypatch: pytest.MonkeyPatch) -
     """Passes share it: what is looked for in vain is not looked for again and again."""
     opened = schema(1, "specc.Snapshot") + channel(1, "/snapshot", 1)
     texts = [b'{"tick":%d,"time":%d.0,"a":[%b0]}' % (i, i, b"0," * 10_000) for i in range(100)]
-    monkeypatch.setattr("specc_runtime.recording.budget._FREE", 30_000_000)
+    for name, work in (("_FREE", 30_000_000), ("_PER_BYTE", 200)):
+        monkeypatch.setattr(f"specc_runtime.recording.budget.{name}", work)
     chunks = [chunk(*(message(1, text) for text in texts))] * 4
     Path("run.mcap").write_bytes(recording(opened, *chunks))
     budget = snapshots.Budget(Path("run.mcap"))

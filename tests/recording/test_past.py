@@ -52,6 +52,7 @@ def test_the_flagship_goes_on_with_images_and_worker_threads(at: float, tmp_path
     assert "--from" not in done.stderr
 
 
+@pytest.mark.no_replay("replayed here")
 def test_a_continued_run_is_recorded_and_replays(recorded: Path, tmp_path: Path) -> None:
     file, report = tmp_path / "b.mcap", tmp_path / "c.json"
     more = ("--from", f"{recorded}/run.mcap@6.5", "--record-exact", "--record", file)
@@ -63,6 +64,7 @@ def test_a_continued_run_is_recorded_and_replays(recorded: Path, tmp_path: Path)
     assert report_of(report) == report_of(recorded / "run.json")
 
 
+@pytest.mark.no_replay("replayed here")
 def test_a_run_that_was_repeated_from_its_start_replays(recorded: Path, tmp_path: Path) -> None:
     file = tmp_path / "b.mcap"
     told = ("run", CONVEYOR, "--duration", 2, "--from", f"{recorded}/run.mcap@0.5")
@@ -90,12 +92,16 @@ TALK = """agents:
 """
 
 
+@pytest.mark.no_replay("replayed here")
 @pytest.mark.parametrize(
     ("old", "new", "words"),
-    [
-        ("agents:\n", TALK, "belt.c: 40 steps are the same"),
-        ("running", "going", "belt.c differs first at 5 s (stamp 100), in running: state\n"),
-    ],
+    short(
+        [
+            ("agents:\n", TALK, "belt.c: 40 steps are the same"),
+            ("running", "going", "belt.c differs first at 5 s (stamp 100), in running: state\n"),
+        ],
+        0,
+    ),
 )
 def test_a_continued_run_is_replayed_with_another_specification(
     old: str, new: str, words: str, recorded: Path, tmp_path: Path
@@ -110,6 +116,7 @@ def test_a_continued_run_is_replayed_with_another_specification(
     assert replayed.returncode in (0, 1) and words in replayed.stdout, replayed.stderr
 
 
+@pytest.mark.no_replay("replayed here")
 def test_changed_constants_hold_from_there_on(recorded: Path, tmp_path: Path) -> None:
     more = ("--from", f"{recorded}/run.mcap@6.41", "--record", tmp_path / "b.mcap")
     done = specc(*WHOLE, *more, "--set", "cruise=0.4[rad/s]")
@@ -232,6 +239,7 @@ def test_what_is_recorded_names_no_code_of_its_own(tmp_path: Path) -> None:
     assert "--from: the specification goes on from 2 s" in done.stderr
 
 
+@pytest.mark.no_replay("replayed here")
 def test_a_fault_is_met_again(tmp_path: Path) -> None:
     (tmp_path / "plants").symlink_to(CONVEYOR.parent / "plants")
     (tmp_path / "pyproject.toml").write_text(f"[tool.specc]\nallow = ['{CONVEYOR.parent}']\n")

@@ -157,6 +157,7 @@ def _parting(one: Path, other: Path) -> tuple[float, str, int]:
     ("old", "new"),
     short(CHANGES, 11),
 )
+@pytest.mark.no_replay("replayed here")
 def test_the_first_step_after_a_change_is_found(
     old: str, new: str, recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

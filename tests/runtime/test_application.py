@@ -23,6 +23,7 @@ from specc_runtime.session import Session
 
 from tests.commands import forgotten
 from tests.runtime.tiny import Node, system
+from tests.seeds import short
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -300,7 +301,7 @@ def test_video_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixt
         assert "cannot write" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM], 0))
 def test_interrupt_ends_cleanly_with_the_report(tmp_path: Path, number: signal.Signals) -> None:
     head = "def slow(node):\n    time.sleep(0.002)\n    return 0"
     folder = package(tmp_path, "endless", "Node('a', 1, (), slow), Node('b', 50, ('a',))", head)
