@@ -6,7 +6,10 @@ which stands for any frame (see `specc.lang.unify`).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import field
+from itertools import count
+from zlib import crc32
 
 from specc.frozen import frozen
 from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN, SECOND, Unit
@@ -14,8 +17,9 @@ from specc.model.units import DIMENSIONLESS, METRE, NEWTON, NEWTON_METRE, RADIAN
 Frame = str
 
 
-MARKS = range(1_000_003, 100_000_000, 7_919)
-"""Those of parameters, in their order."""
+def marks() -> Iterator[int]:
+    """Those of parameters, in their order: large numbers whose sums and products all differ."""
+    return (2**32 + crc32(str(number).encode()) for number in count())
 
 
 class OpenSize(int):
@@ -29,7 +33,7 @@ class OpenSize(int):
     mark: int
 
     def __new__(cls, mark: int, name: str) -> OpenSize:
-        made = super().__new__(cls, 11 + mark // MARKS.step % 7)
+        made = super().__new__(cls, 11 + mark % 7)
         made.mark, made.name = mark, name
         return made
 

@@ -15,7 +15,7 @@ from specc.limits import MAX_EXPRESSION_PARTS, OUT_OF_PARTS, spend
 from specc.model.expr import ConstantRef, Expr, Number, mapped
 from specc.model.system import Constant, NamedType, Operator, Outside
 from specc.model.trace import Trace
-from specc.model.types import MARKS, Frame, Int, OpenSize, Type
+from specc.model.types import Frame, Int, OpenSize, Type, marks
 from specc.resolve.context import Findings, Where
 from specc.resolve.groups import Groups
 from specc.schema.files import TypeDef
@@ -109,7 +109,7 @@ def may_be_size(kind: str) -> bool:
 def open_sizes(parameters: Mapping[str, str]) -> dict[str, int]:
     """Sizes in a description that are not given: each equals itself alone."""
     named = (name for name, kind in parameters.items() if may_be_size(kind))
-    return {name: OpenSize(mark, name) for name, mark in zip(named, MARKS, strict=False)}
+    return {name: OpenSize(mark, name) for name, mark in zip(named, marks(), strict=False)}
 
 
 def sizes_met(signature: str, types: Mapping[str, TypeDef]) -> set[str]:

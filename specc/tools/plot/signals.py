@@ -135,6 +135,10 @@ def _unknown(system: System, name: str, known: Sequence[str]) -> str:
     if owner is None:
         close = nearest(name, [*known, *owners]) or nearest(".".join(name.split(".")[:2]), owners)
         hint = f"did you mean {' or '.join(close)}?" if close else _listed("there are", owners)
+        devices = (device.qualified_name for device in system.devices)
+        device = next((d for d in devices if f"{name}.".startswith(f"{d}.")), None)
+        if device is not None:
+            return f"{device} is a device; recordings have the buffers of its subsystem; {hint}"
         return f"there is no signal {name}; {hint}"
     rest = name.removeprefix(f"{owner.qualified_name}.")
     if rest in {let.name for let in owner.lets}:

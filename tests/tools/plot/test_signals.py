@@ -78,6 +78,7 @@ def test_numbers_of_values() -> None:
         ("abc", "there is no signal abc; there are irp.c, "),
         ("irp.m.x.c.T_s", "irp.m has no x.c.T_s; did you mean irp.m.x.c.T_d"),
         ("irp.m.x.c", "irp.m has no x.c; "),
+        ("irp.E.m.x.c_d", "irp.E.m is a device; recordings have the buffers of its subsystem; did"),
         ("irp.m.T_c", "irp.m.T_c is a let, and recordings have none"),
         ("irp.m.x.E.m_m[6]", "has no [6]; it has [0], [1], "),
         ("irp.m.x.E.m_m.x", "irp.m.x.E.m_m of type vector[6, rad] has no .x; it has [0], "),
