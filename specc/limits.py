@@ -61,7 +61,8 @@ ALLOWED: dict[Work, int] = {
 }
 """Steps of a run: comparisons of names; steps of proofs, about 1 us each; parts of expressions and
 declarations, each time that they are given a meaning or written out for many, or in the place of
-names; steps and items of constants that are computed; letters of Python modules that are parsed.
+names, and the names of a file for each one that uses it, eight to a part; steps and items of
+constants that are computed; letters of Python modules that are parsed.
 """
 
 OUT_OF_PARTS = f"written out, all of this together has more than {ALLOWED['parts']:,} parts"

@@ -188,7 +188,8 @@ class Constants:
             return "not", *parts
         # Order, repetition and brackets of operands say nothing.
         inside = (p[1] if isinstance(p, tuple) and p[0] == formula.op else (p,) for p in parts)
-        return formula.op, frozenset(chain.from_iterable(inside))
+        found = frozenset(chain.from_iterable(inside))
+        return (formula.op, found) if len(found) > 1 else next(iter(found))
 
 
 class Meaning:

@@ -58,11 +58,14 @@ def test_a_constant_may_take_the_name_of_a_part(differ: Differ) -> None:
         assert found == changes
 
 
-def test_order_and_brackets_say_nothing(differ: Differ) -> None:
+def test_order_brackets_and_repetition_say_nothing(differ: Differ) -> None:
     p, q = (f"state(cart.c) == {state}" for state in ("going", "idle"))
     first = required("", f"within(5[s], {p} or ({q} or {p}))")
     assert differ(first, required("", f"within(5[s], {q} or {p})")).differences == ()
     assert differ(first, required("", f"within(5[s], {q} and {p})")).differences
+    once = required("", f"within(5[s], within(1[s], {p}))")
+    w = f"within(1[s], {p})"
+    assert differ(once, required("", f"within(5[s], {w} and ({w} or {w}))")).differences == ()
     twice = required("", f"within(5[s], not (not within(1[s], {p})))")
     assert differ(twice, required("", f"within(5[s], not within(1[s], {p}))")).differences
 
