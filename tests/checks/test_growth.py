@@ -69,7 +69,7 @@ def calls(folder: Path, name: str, size: int) -> int:
 LINES = [name for name in GROWING if name not in SQUARES]
 
 
-@pytest.mark.parametrize("name", short(LINES, *range(0, len(LINES), 6)))
+@pytest.mark.parametrize("name", short(LINES, *range(0, len(LINES), 8)))
 def test_calls_grow_with_the_list(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

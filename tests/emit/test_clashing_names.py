@@ -358,13 +358,13 @@ AT_ONCE = {"device": 150, "agent": 150, "subsystem": 150, "parameter": 250}
 """How many names of a kind one file may hold, where the language limits them."""
 
 
-FEW = 24
-"""Every name is tried for one or two kinds; with all of them, for each."""
+FEW = 12
+"""Every name is tried for about one kind; with all of them, for each."""
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", list(KINDS)[::2])
 def test_names_of_generated_code_work(kind: str, tmp_path: Path) -> None:
-    start = list(KINDS).index(kind) % FEW
+    start = list(KINDS).index(kind) // 2 % FEW
     names_work(kind, tuple(every_name()[start::FEW]), tmp_path)
 
 

@@ -25,7 +25,7 @@ REFUSED = {"irp_picking_as_published.yaml"}
 
 
 @pytest.mark.parametrize(
-    ("steps", "share"), [(20, 3), pytest.param(400, 1, marks=pytest.mark.long)]
+    ("steps", "share"), [(20, 6), pytest.param(400, 1, marks=pytest.mark.long)]
 )
 def test_written_specifications(steps: int, share: int) -> None:
     without_classes = 0
