@@ -94,7 +94,7 @@ class Library:
         own = Definitions(frames=dict(frames or {}), has_points=file.spec.specc > 1)
         own.sizes = open_sizes(file.spec.parameters) if sizes is None else sizes
         if self.findings.kept is not None:
-            own.made_from = repr((file.path, frames, sizes, _defined_in(file)))
+            own.made_from = _digest((file.path, frames, sizes, _defined_in(file)))
         self._use_others(file, own)
         self._frames(file, own)
         self._types(file, own)
@@ -342,6 +342,13 @@ def _parts(definition: object) -> int:
     if isinstance(definition, TypeDef):
         return 1 + len(definition.fields or ()) + (definition.type or "").count(",")
     return 1
+
+
+def _digest(data: object) -> str:
+    """Short for data that are written alike: texts may be long, and many uses keep them."""
+    from hashlib import sha256  # for editors only
+
+    return sha256(repr(data).encode(errors="backslashreplace")).hexdigest()
 
 
 def _defined_in(file: Loaded) -> list[object]:
