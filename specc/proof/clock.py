@@ -240,7 +240,9 @@ class Timer:
         """Whether the condition holds, over some periods."""
         step_s = self._numbering.exact_period_s
         assert step_s is not None  # `turns` looked
-        time_s = float(early * step_s), float(late * step_s)
+        # Rounded once, as the float of a fraction is.
+        up, down = step_s.numerator, step_s.denominator
+        time_s = early * up / down, late * up / down
         values: dict[int, Range] = {}
         for number in steps:
             operation, parts = self._steps[number]
