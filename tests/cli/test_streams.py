@@ -17,7 +17,7 @@ SPECC = f"{sys.executable} -m specc"
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "a.yaml").write_text(SPEC)
     (tmp_path / "many.yaml").write_text(
-        f"{SPEC}constants: {{{', '.join(f'c{n}: unknown_{n}' for n in range(600))}}}\n"
+        f"{SPEC}constants: {{{', '.join(f'c{n}: unknown_{n}' for n in range(1000))}}}\n"
     )
     return tmp_path
 
