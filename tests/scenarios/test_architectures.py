@@ -101,7 +101,8 @@ def test_the_page_says_what_is_so(each: Architecture) -> None:
     assert f"({each.finds})" in said
 
 
-@ONE_FIRST
+@pytest.mark.long
+@EACH
 def test_nothing_is_found_in_it(each: Architecture, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate", "--strict", str(each.path)]) == 0
     told = explored(each.path, each.budget, capsys)
