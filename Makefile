@@ -62,7 +62,7 @@ check: $(READY)
 build: $(READY)
 	$(BIN)/specc build $(SPECS)
 
-bench: $(READY)
+bench: $(READY) $(MODELS)
 	@set -e; for benchmark in $(BENCHMARKS); do \
 	    echo "== $$benchmark"; $(BIN)/python $$benchmark; done
 

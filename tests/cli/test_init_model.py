@@ -644,6 +644,14 @@ def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path)
     assert len(grouped(facts, {"g": "j1..j3"})) == 1
 
 
+@pytest.mark.parametrize("text", ["j2", "j2..j2", "j1..j2"])
+def test_a_joint_without_an_actuator_is_no_group(text: str, tmp_path: Path) -> None:
+    model = arm('<motor name="m" joint="j1"/>', ("j1", "j2", "j3"))
+    facts = modelled.facts_of(str(at(tmp_path / "robot.xml", model)))
+    with pytest.raises(NoGroup, match="no actuator moves joint j2$"):
+        grouped(facts, {"g": text})
+
+
 def test_actuators_of_one_joint_are_no_chain(tmp_path: Path) -> None:
     motors = "".join(f'<motor name="m{i}" joint="j1"/>' for i in range(3))
     text = arm(motors, ("j1", "j2", "j3"))

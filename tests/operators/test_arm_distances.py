@@ -84,7 +84,40 @@ def test_links_that_collide_with_each_other_are_kept_apart_unless_they_are_neigh
         for a in range(1, 8)
         for b in range(a + 2, 8)
     )
-    assert clearance(arm, panda.HOME, 5.0) <= apart
+    near = [distance(arm, panda.HOME, f"link{k}", "finger", 5.0) for k in range(1, 7)]
+    assert clearance(arm, panda.HOME, 5.0) == pytest.approx(min(apart, *near))
     folded = panda.HOME.copy()
     folded[3] = panda.LOWER[3]
     assert clearance(arm, folded, 5.0) < clearance(arm, panda.HOME, 5.0)
+
+
+def test_pairs_that_the_model_excludes_are_left_out(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    path = tmp_path_factory.mktemp("arm") / "panda.xml"
+    text = panda.model().replace('contype="0"', 'contype="1"', 1)
+    bodies = [*(f"link{k}" for k in range(1, 8)), "finger"]
+    pairs = [f'<exclude body1="{a}" body2="{b}"/>' for a in bodies for b in bodies if a > b]
+    path.write_text(text.replace("</mujoco>", f"<contact>{''.join(pairs)}</contact></mujoco>"))
+    arm = load_arm(str(path), "base", "flange", 7)
+    assert distance(arm, panda.HOME, "link5", "link7", 5.0) < 0.0
+    assert clearance(arm, panda.HOME, 5.0) == 5.0
+
+
+def test_of_overlaps_the_deepest_counts(tmp_path: Path) -> None:
+    path = tmp_path / "press.xml"
+    path.write_text("""\
+<mujoco>
+  <worldbody>
+    <geom name="shallow" size="0.1" pos="0 0 0"/>
+    <geom name="deep" size="0.1" pos="0 0 0.02"/>
+    <body name="ram"><joint type="slide" axis="0 0 1"/>
+      <geom name="ram" type="box" size="0.1 0.1 0.1"/></body>
+  </worldbody>
+</mujoco>
+""")
+    arm = load_arm(str(path), "world", "ram", 1)
+    q = np.array([0.02])
+    deep = distance(arm, q, "deep", "ram", 1.0)
+    assert deep == pytest.approx(-0.2)
+    assert clearance(arm, q, 1.0) == deep

@@ -26,9 +26,11 @@ MOTORS = "".join(f'<motor name="m{k}" joint="q{k}"/>' for k in range(1, N + 1))
 vectors = st.lists(st.floats(-2.0, 2.0), min_size=N, max_size=N).map(np.array)
 
 
-def file(folder: Path, **how: bool) -> str:
+def file(folder: Path, by: str = "", **how: bool) -> str:
+    """The arm with motors; `by` has attributes of its joints."""
     path = folder / "panda.xml"
-    path.write_text(panda.model(drives=f"<actuator>{MOTORS}</actuator>", **how))
+    text = panda.model(drives=f"<actuator>{MOTORS}</actuator>", **how)
+    path.write_text(text.replace('<joint name="q', f'<joint {by} name="q'))
     return str(path)
 
 
@@ -59,8 +61,11 @@ def test_inverse_dynamics_is_that_of_pinocchio(
     assert gravity_compensation(arm, q) == pytest.approx(gravity, abs=1e-9)
 
 
-def test_a_weight_that_the_model_compensates_is_not_compensated_again(tmp_path: Path) -> None:
-    arm = load_arm(file(tmp_path, weightless=True), "base", "flange", N)
+@pytest.mark.parametrize("by", ["", 'actuatorgravcomp="true"'])
+def test_a_weight_that_the_model_compensates_is_not_compensated_again(
+    by: str, tmp_path: Path
+) -> None:
+    arm = load_arm(file(tmp_path, by, weightless=True), "base", "flange", N)
     assert gravity_compensation(arm, panda.HOME) == pytest.approx(np.zeros(N), abs=1e-9)
 
 

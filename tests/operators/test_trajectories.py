@@ -106,6 +106,21 @@ def test_a_trajectory_comes_back_from_its_bytes(stops: bool) -> None:
         decode_trajectory(bytes(8 * 8))
 
 
+def test_a_start_that_exceeds_a_bound_comes_back_within_it_and_arrives() -> None:
+    start = State(np.zeros(3), 3.0 * V, np.zeros(3))
+    way = planned(start, np.ones(3), V, A, J)
+    v = np.array([state.v for state in followed(way, way.duration_s + T)])
+    back = np.argmax(np.all(np.abs(v) <= V * (1 + 1e-9), axis=1))
+    assert 0 < back < len(v) - 1
+    assert np.all(np.abs(v[back:]) <= V * (1 + 1e-9))
+    assert np.array_equal(sampled(way, way.duration_s).q, np.ones(3))
+
+
+def test_numbers_without_a_trajectory_are_told() -> None:
+    with pytest.raises(ValueError, match="there is no trajectory"):
+        planned(resting(np.zeros(3)), np.full(3, np.inf), V, A, J)
+
+
 def test_bounds_have_to_be_positive() -> None:
     with pytest.raises(ValueError, match="have to be positive"):
         planned(resting(np.zeros(3)), np.ones(3), V, A, 0.0 * J)

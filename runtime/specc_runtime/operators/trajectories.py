@@ -96,7 +96,8 @@ def planned(start: State, goal: Array, v_max: Array, a_max: Array, j_max: Array)
         v_max, a_max, j_max: (n,), rad/s, rad/s2, rad/s3, positive.
 
     Raises:
-        ValueError: a bound is not positive.
+        ValueError: a bound is not positive; or Ruckig finds no trajectory, as where numbers are not
+            finite or differ by many orders of magnitude.
     """
     request = _request(start, a_max, j_max)
     request.target_position, request.max_velocity = goal, v_max

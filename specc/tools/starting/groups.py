@@ -106,8 +106,8 @@ def _between(first: str, last: str, facts: Facts) -> list[Actuator]:
         low, high = sorted((names.index(first), names.index(last)))
         found = [a for a in order if all(low <= joint <= high for joint, _ in a.joints)]
         if not found:
-            moved = "; name the actuators, which move joints beside these as well"
-            raise NoGroup(f"no actuator moves only joints from {first} to {last}{moved}")
+            wider = "; name the actuators themselves, which move other joints, too"
+            raise NoGroup(f"no actuator moves only joints from {first} to {last}{wider}")
         return found
     return order[min(places) : max(places) + 1]
 
@@ -124,6 +124,8 @@ def _places(name: str, facts: Facts) -> list[int]:
     if not places:
         if name in facts.refused:
             raise NoGroup(f"{name} cannot be held: {facts.refused[name]}")
+        if joints:
+            raise NoGroup(f"no actuator moves joint {name}")
         known = [a.name for a in facts.actuators] + [j.name for j in facts.joints if j.name]
         close = hint(name, known) if len(known) < 60 else ""
         raise NoGroup(f"no actuator, and no joint with one, is called {name}; {close}".rstrip("; "))

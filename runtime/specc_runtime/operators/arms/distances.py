@@ -39,7 +39,8 @@ def clearance(arm: Arm, q: Array, most_m: float) -> float:
     """The distance in m of what the arm moves to the rest and to itself; most_m if it is larger.
 
     The rest is what does not move against the base. Left out are pairs that MuJoCo never lets
-    collide: neighbours, pairs that the model excludes, and those of other groups of contacts.
+    collide: neighbours, pairs that the model excludes, and geoms whose masks (contype, conaffinity)
+    do not meet, even where the model names them as a pair of contacts.
     """
     return _smallest(arm, q, _pairs(arm), most_m)
 
@@ -49,7 +50,9 @@ def _smallest(arm: Arm, q: Array, pairs: Pairs, most_m: float) -> float:
     mujoco.mj_kinematics(arm.model, data)
     least = most_m
     for one, other in pairs:
-        least = min(least, mujoco.mj_geomDistance(arm.model, data, one, other, least, None))
+        # No bound below zero: MuJoCo would not look for deeper overlaps.
+        bound = max(least, 0.0)
+        least = min(least, mujoco.mj_geomDistance(arm.model, data, one, other, bound, None))
     return float(least)
 
 

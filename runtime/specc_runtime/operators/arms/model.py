@@ -98,7 +98,7 @@ def load_arm(model: str, base: str, tip: str, n: int) -> Arm:
     Raises:
         FileNotFoundError: no such file.
         ValueError: MuJoCo rejects the file; base or tip is not in it; there are not n joints
-            between them, or one of them is neither a hinge nor a slide.
+            between them, or none, or one of them is neither a hinge nor a slide.
     """
     if not isfile(model):
         raise FileNotFoundError(f"no MJCF file {model}")
@@ -157,6 +157,8 @@ def _between(model: Any, base: Place, tip: Place) -> Indices:
 
 def _check(model: Any, joints: Indices, where: str, n: int) -> None:
     names = [model.joint(joint).name or f"number {joint}" for joint in joints]
+    if not names:
+        raise ValueError(f"there are no joints {where}")
     if len(names) != n:
         raise ValueError(f"expected {n} joints {where}, found {len(names)}: {', '.join(names)}")
     for joint, name in zip(joints, names, strict=True):
