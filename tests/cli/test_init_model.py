@@ -648,7 +648,7 @@ def test_joints_that_one_actuator_moves_with_others_are_no_group(tmp_path: Path)
 def test_a_joint_without_an_actuator_is_no_group(text: str, tmp_path: Path) -> None:
     model = arm('<motor name="m" joint="j1"/>', ("j1", "j2", "j3"))
     facts = modelled.facts_of(str(at(tmp_path / "robot.xml", model)))
-    with pytest.raises(NoGroup, match="no actuator moves joint j2$"):
+    with pytest.raises(NoGroup, match=r"no actuator moves joint j2$"):
         grouped(facts, {"g": text})
 
 

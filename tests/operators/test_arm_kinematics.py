@@ -205,6 +205,7 @@ def test_an_arm_takes_as_many_positions_as_it_has_joints(arm: Arm) -> None:
         ("base", "flange", 6, "expected 6 joints between 'base' and 'flange', found 7: q1, q2"),
         ("base", "finger", 7, "found 8: q1, q2, q3, q4, q5, q6, q7, finger"),
         ("base", "tool", 7, "neither a site nor a body 'tool'"),
+        ("base", "flang", 7, "nor a body 'flang'; did you mean flange?"),
         ("flange", "base", 7, "has to hang from its base"),
         ("link7", "flange", 0, "no joints between 'link7' and 'flange'"),
     ],

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from os.path import isfile
 from typing import Any, TypeAlias
 
@@ -139,7 +140,11 @@ def _place(model: Any, name: str) -> Place:
         if number >= 0:
             body = int(model.site_bodyid[number]) if kind == "site" else number
             return Place(kind, number, body)
-    raise ValueError(f"the model has neither a site nor a body '{name}'")
+    names = [model.site(i).name for i in range(model.nsite)]
+    names += [model.body(i).name for i in range(model.nbody)]
+    close = " or ".join(get_close_matches(name, names))
+    asked = f"; did you mean {close}?" if close else ""
+    raise ValueError(f"the model has neither a site nor a body '{name}'{asked}")
 
 
 def _between(model: Any, base: Place, tip: Place) -> Indices:
