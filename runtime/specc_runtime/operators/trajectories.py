@@ -19,6 +19,9 @@ Axes are anything with n components: joints, or the one share of a straight way,
           encode: "specc_runtime.operators.trajectories:encode_trajectory"
           decode: "specc_runtime.operators.trajectories:decode_trajectory"
     operators:
+      resting:
+        signature: "(q: vector[7, rad]) -> State"
+        python: "specc_runtime.operators.trajectories:resting"
       planned:
         signature: >-
           (start: State, goal: vector[7, rad], v_max: vector[7, rad/s], a_max: vector[7, rad/s**2],
