@@ -22,6 +22,13 @@ def test_it_is_short(spec: Path) -> None:
     assert len(spec.read_text(encoding="utf-8").splitlines()) < 200
 
 
+@EACH
+def test_the_line_that_an_error_shows_without_the_wheels_says_how_to_get_them(spec: Path) -> None:
+    lines = spec.read_text(encoding="utf-8").splitlines()
+    (line,) = (each for each in lines if each.startswith("  model: "))
+    assert line.endswith("make models")
+
+
 @INSTALLED
 @EACH
 def test_it_is_valid(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
