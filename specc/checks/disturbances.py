@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import replace
+from fractions import Fraction
 from itertools import combinations
 from math import inf
 
 from specc.analysis import Facts
+from specc.analysis.rates import base_tick
 from specc.diagnostics import Diagnostic, Related
+from specc.diagnostics.phrases import ms
 from specc.model.task import Disturbance, Draw
 from specc.source import Place
 
@@ -124,6 +127,28 @@ def _joint(draw: Draw) -> str:
     return draw.name.partition(".")[0]
 
 
+# A disturbance repeats at times at which something is stepped.
+
+
+def repetitions_are_apart(facts: Facts) -> Iterator[Diagnostic]:
+    """W0519."""
+    task, timed = facts.system.task, facts.rates.timed
+    repeated = [each.every for each in task.disturbances if each.every] if task else []
+    if not repeated or not timed:
+        return
+    tick_s = base_tick(1 / s.rate_hz for s in timed)
+    for every in repeated:
+        if 0 < min(value for value, _ in every.values) < tick_s * _ROUNDING:
+            message = f"a disturbance begins again after {ms(tick_s)} at the earliest"
+            place = replace(every.place, part="value")
+            note = "the plant is disturbed at ticks, which are that far apart"
+            help = f"make `every` {ms(tick_s)} or longer"
+            yield Diagnostic(_CODE, message, place, note, help=help)
+
+
+_ROUNDING = 1 - Fraction(1, 10**9)  # values are rounded
+
+
 # Two disturbances do not do the same at the same time.
 
 
@@ -209,4 +234,4 @@ def _least_s(each: Disturbance) -> float:
     return min((value for value, _ in each.lasts.values), default=inf) if each.lasts else inf
 
 
-CHECKS = (draws_vary, disturbances_do, disturbances_differ)
+CHECKS = (draws_vary, disturbances_do, repetitions_are_apart, disturbances_differ)

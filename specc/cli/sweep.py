@@ -357,7 +357,7 @@ def _again(options: Namespace, setting: Setting, seed: int) -> Iterator[str]:
         if value and value != "auto":
             yield f"--{name.removesuffix('_s').replace('_', '-')}"
             if value is not True:
-                yield f"{value:g}" if isinstance(value, float) else str(value)
+                yield str(value).removesuffix(".0") if isinstance(value, float) else str(value)
     yield from ("--seed", str(seed))
 
 

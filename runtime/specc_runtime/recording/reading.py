@@ -117,7 +117,7 @@ class Reading:
         while begin + FRAME.size <= end:
             file.seek(begin)
             kind, length = FRAME.unpack(head := file.read(FRAME.size))
-            if length > LARGEST_BYTES or kind == 0:  # which is no kind of record
+            if length > LARGEST_BYTES or not any(head):  # zeros are no record
                 self.damaged += 1  # the start of the next record is unknown
                 return
             if kind == Opcode.DATA_END:
