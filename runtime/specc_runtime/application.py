@@ -109,8 +109,10 @@ class _Attempt:
         session = _session(options, system, plant, self._clock, interruption, recorder)
         if recorder is not None:
             recorder.report = session.report
-        for lost in kept.go_on(session, system) if kept else ():
-            say(f"--from: {lost}")
+        if kept:
+            for lost in kept.go_on(session, system):
+                say(f"--from: {lost}")
+            session.stop_from(kept.until_s)
         _accompany(self._companions, session, options, system, plant, self._clock)
         if options.report is not None:
             self._companions.append(Keeper(session.report, options.report, self._clock))

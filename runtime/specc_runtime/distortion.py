@@ -18,7 +18,8 @@ class Distortion:
 
     def numbers(self, exact: Any) -> Any:
         """The measured numbers (n,); infinite ones, of range finders, stay infinite."""
-        distorted = np.asarray(self.scale) * exact + np.asarray(self.bias)
+        with np.errstate(over="ignore", invalid="ignore"):  # 0 times an infinite one is replaced
+            distorted = np.asarray(self.scale) * exact + np.asarray(self.bias)
         return np.where(np.isinf(exact), exact, distorted)
 
     def value(self, exact: Any) -> Any:
@@ -54,8 +55,9 @@ def joined(
     if not any(found):
         return None
     scale, bias = np.ones(1), np.zeros(1)
-    for factors in found[0]:
-        scale = scale * factors
-    for added in found[1]:
-        bias = bias + added
+    with np.errstate(over="ignore"):  # what is too large is refused as a sample
+        for factors in found[0]:
+            scale = scale * factors
+        for added in found[1]:
+            bias = bias + added
     return Distortion(tuple(scale.tolist()), tuple(bias.tolist()))

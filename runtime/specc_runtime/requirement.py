@@ -57,6 +57,8 @@ class Requirement:
         self._lasts = lasts
         self.holds = False
         """Whether it is met at the last tick that is judged."""
+        self.asked_from = 0
+        """The first tick that `held_first` may be."""
         self.held_first: int | None = None
         """The first tick judged in this run at which it is met."""
         self._worst = TRUE
@@ -79,7 +81,7 @@ class Requirement:
         if found is None:
             return
         self.holds = found[0][0]
-        if self.holds and self.held_first is None:
+        if self.holds and self.held_first is None and self._count >= self.asked_from:
             self.held_first = self._count
         if (self._lasts or not self._count) and self._count >= self._history:
             self._judge(found, self._earlier[max(-1 - self.formula.delay, -len(self._earlier))])

@@ -152,6 +152,11 @@ class Session:
         self._disturbances.push_again()
         return [*lost, *dict.fromkeys(values.lost)]
 
+    def stop_from(self, time_s: float) -> None:
+        """Ask the formula that ends the run, if there is one, from that simulated time on."""
+        if (stop := self._account.stop) is not None:
+            stop.asked_from = math.ceil(time_s / self._system.tick_s - _ROUNDING)
+
     def go_to(self, time_s: float, tick_s: float) -> None:
         """Run to the first moment from then on that is a tick for a base tick of `tick_s`, too.
 

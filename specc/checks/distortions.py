@@ -46,7 +46,8 @@ def _errors(
             help = "name an element of which numbers are measured"
             yield Diagnostic("E0517", message, place, related=related, help=help)
         elif (units := _units(known, facts)) is not None:
-            yield from _fitting(word, element, draws, units, place)
+            of = f"`{element}`, before its `through`," if known.binding.through else f"`{element}`"
+            yield from _fitting(word, of, draws, units, place)
 
 
 def _no_numbers(bound: BoundElement) -> str | None:
@@ -74,10 +75,10 @@ def _units(bound: BoundElement, facts: Facts) -> Units | None:
 
 
 def _fitting(
-    word: str, element: str, draws: Sequence[Draw], units: Units, at: Place
+    word: str, of: str, draws: Sequence[Draw], units: Units, at: Place
 ) -> Iterator[Diagnostic]:
     if len(draws) not in (1, len(units)):
-        message = f"{counted(len(units), 'number')} of `{element}` cannot be {word} by {len(draws)}"
+        message = f"{counted(len(units), 'number')} of {of} cannot be {word} by {len(draws)}"
         help = (
             "give one number for all, or one for each; one that is drawn is `[[least, greatest]]`"
         )
@@ -88,7 +89,7 @@ def _fitting(
         draw = draws[0 if several else index]
         if wanted is not None and (given := draw.misfit(wanted)):
             mixed = several and len(set(units)) > 1
-            name = f"number {index} of `{element}`" if len(units) > 1 else f"`{element}`"
+            name = f"number {index} of {of}" if len(units) > 1 else of
             help = f"write a number with that unit, e.g. `0.1[{wanted}]`"
             help = "their units differ: give one number for each" if mixed else help
             place = replace(draw.place, part="value")

@@ -17,7 +17,17 @@ from specc_runtime.recording.budget import Unusable
 from specc_runtime.recording.reading import Reading
 
 from specc.cli.main import main
-from tests.recording.bombs import MAGIC, MB, bombs, channel, chunk, message, recording, schema
+from tests.recording.bombs import (
+    MAGIC,
+    MB,
+    bombs,
+    channel,
+    chunk,
+    message,
+    metadata,
+    recording,
+    schema,
+)
 from tests.recording.test_foreign_code import TALK
 from tests.seeds import short
 
@@ -78,6 +88,15 @@ def test_no_record_is_looked_for_behind_zeros() -> None:
     Path("odd.mcap").write_bytes(MAGIC + bytes(9 * 1000) + recording()[len(MAGIC) :])
     reading = Reading(Path("odd.mcap"))
     assert list(reading) == []
+    assert reading.damaged == 1
+
+
+def test_a_damaged_kind_loses_its_record_only() -> None:
+    """A kind that became zero too: the length still tells where the next record starts."""
+    damaged, behind = b"\0" + metadata("damaged", {})[1:], metadata("behind", {})
+    Path("odd.mcap").write_bytes(recording(damaged, behind))
+    reading = Reading(Path("odd.mcap"))
+    assert [type(record).__name__ for record in reading] == ["Metadata", "Attachment", "Metadata"]
     assert reading.damaged == 1
 
 

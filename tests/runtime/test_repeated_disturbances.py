@@ -221,3 +221,12 @@ def test_errors_of_one_element_join() -> None:
     assert Distortion((2.0,), (1.0,)).value(3) == 7.0
     for other in ("text", True, None, [["a"]]):
         assert Distortion((2.0,)).value(other) == other
+
+
+def test_errors_of_infinite_and_huge_numbers_warn_of_nothing() -> None:
+    with np.errstate(all="raise"):
+        nothing = Distortion((0.0,), (1.0,)).value(np.array([3.0, np.inf]))
+        huge = joined([(1e300,), (1e300,)], [])
+        assert huge is not None
+        assert (nothing.tolist(), huge.value(2.0)) == ([1.0, np.inf], np.inf)
+        assert Distortion((1e300,)).value(1e300) == np.inf

@@ -113,7 +113,7 @@ def test_an_empty_formula_is_refused() -> None:
 
 
 def test_a_run_goes_on_from_one_that_was_stopped(tmp_path: Path) -> None:
-    """As one that never was; and a formula that held before its beginning does not end it."""
+    """As one that never was; and a formula that held before the moment does not end it."""
     file = tmp_path / "run.mcap"
     ran(tmp_path, PASSING, "--record", file)
     again = tmp_path / "again.json"
@@ -124,6 +124,9 @@ def test_a_run_goes_on_from_one_that_was_stopped(tmp_path: Path) -> None:
     assert report_of(again) == report_of(whole)
     report, _ = ran(tmp_path, "state(gate.c) == opening", "--from", f"{file}@2")
     assert report["stop_when"]["met_s"] == pytest.approx(2.25)
+    for other in ((), ("--set", "cruise=0.5[rad/s]")):
+        report, _ = ran(tmp_path, "state(gate.c) == opening", "--from", f"{file}@2.3", *other)
+        assert report["stop_when"]["met_s"] == pytest.approx(2.3)
 
 
 def test_a_sweep_stops_its_runs(tmp_path: Path) -> None:
@@ -136,6 +139,8 @@ def test_a_sweep_stops_its_runs(tmp_path: Path) -> None:
     assert told["success"] == "true"
     other = specc(*asked, "--stop-when", "belt.drive.v_p > 2[rad/s]")
     assert "has runs with another stop_when" in other.stderr
-    never = specc(*asked[:-1], tmp_path / "n", "--stop-when", "belt.drive.v_p > 2.0[rad/s]")
+    asked = (*asked[:4], "--duration", "2.0000001", "--out", tmp_path / "n")
+    never = specc(*asked, "--stop-when", "belt.drive.v_p > 2.0[rad/s]")
     assert "1 not successful: never held: belt.drive.v_p > 2.0[rad/s]" in never.stdout
-    assert "--stop-when 'belt.drive.v_p > 2.0[rad/s]' --seed 0" in never.stdout
+    again = "--duration 2.0000001 --stop-when 'belt.drive.v_p > 2.0[rad/s]' --seed 0"
+    assert again in never.stdout
