@@ -1,7 +1,7 @@
 """Whether `specc init --model` makes of each model a specification that holds its pose at once.
 
-    python bench/models.py                           those of specs/plants
-    python bench/models.py arm.xml gripper.xml base.xml
+    python bench/from_models.py                           those of specs/plants
+    python bench/from_models.py arm.xml gripper.xml base.xml
 
 Nothing that is written is edited. A joint may go 0.05 rad or 5 mm from its start in the 5 s of a
 run. Joints without an actuator are left out.
