@@ -1,7 +1,8 @@
 """What each folder of tests takes: CPU seconds, with those of child processes, and memory.
 
-CPU seconds of imports, collection and pytest's own work are in the row `rest`. Left out: time that
-tests wait, processes that a test does not wait for, and the memory of child processes.
+CPU seconds of imports, collection, pytest's own work and the end of the session are in the row
+`rest`. Left out: time that tests wait, processes that a test does not wait for, and the memory of
+child processes.
 
     python bench/suite_cost.py                       what `make test` runs
     python bench/suite_cost.py -m "" tests/explore   other arguments of pytest: the long ones too
@@ -73,9 +74,12 @@ class Meter:
     """Of all workers."""
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+    def pytest_runtest_protocol(
+        self, item: pytest.Item, nextitem: pytest.Item | None
+    ) -> Generator[None, object, object]:
         peak_mb(anew=True)
         item.stash[BEGUN] = cpu_s()
+        item.stash[IS_LAST] = nextitem is None
         return (yield)
 
     @pytest.hookimpl(wrapper=True)
@@ -83,9 +87,11 @@ class Meter:
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         report = yield
+        # What ends with the session, such as a server, is not for the last of those that used it.
+        if call.when != "teardown" or not item.stash[IS_LAST]:
+            item.stash[TAKEN] = cpu_s() - item.stash[BEGUN], peak_mb()
         if call.when == "teardown":
-            cost = cpu_s() - item.stash[BEGUN], peak_mb()
-            report.user_properties.append(("cost", cost))
+            report.user_properties.append(("cost", item.stash[TAKEN]))
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -115,6 +121,8 @@ class Meter:
 
 
 BEGUN = pytest.StashKey[float]()
+IS_LAST = pytest.StashKey[bool]()
+TAKEN = pytest.StashKey[tuple[float, float]]()
 EACH = "SPECC_COST_OF_EACH_TEST"
 
 
