@@ -95,19 +95,28 @@ class _Unfolding:
         if isinstance(value, dict):
             return self._mapping(kind, value, route, indices)
         if isinstance(value, list):
-            kinds = _of_items(kind, len(value))
-            items = enumerate(zip(kinds, value, strict=True))
-            return [self.value(k, one, (*route, n), indices) for n, (k, one) in items]
+            return self._list(kind, value, route, indices)
         if isinstance(value, str) and indices:
             form = kind.role.form if isinstance(kind, Text) and kind.role else ""
             return self._filled(value, indices, route, padded=form in _EXPRESSIONS)
         return value
+
+    def _list(self, kind: Kind, value: list[Any], route: Route, indices: Indices) -> list[Any]:
+        kinds = _of_items(kind, len(value))
+        for index, (inner, one) in enumerate(zip(kinds, value, strict=True)):
+            if isinstance(one, dict) and FOR in one and FOR in _keys(inner):
+                words = "an item of a list has no name, so there is nothing for `for` to count"
+                at = (*route, index, FOR)
+                self.tell("E0108", words, at, "write `for` below a name", is_key=True)
+        items = enumerate(zip(kinds, value, strict=True))
+        return [self.value(k, one, (*route, n), indices) for n, (k, one) in items]
 
     def _mapping(self, kind: Kind, value: dict[Any, Any], route: Route, indices: Indices) -> Any:
         made: dict[Any, Any] = {}
         routes: dict[Any, Route] = {}
         for key, one in value.items():
             inner, is_chosen = _below(kind, key)
+            inner = _shortened(inner, one) if isinstance(one, dict) else inner
             at = route_below(value, key, route)
             copies: Iterator[tuple[Any, Any]]
             is_many = isinstance(one, dict) and FOR in one and FOR in _keys(inner)
@@ -281,10 +290,13 @@ _OPERATIONS: dict[type[ast.operator], Callable[[int, int], int]] = {
 
 
 def _shortened(kind: Kind, value: Any) -> Kind:
-    """The kind of a scalar that stands for a mapping or a list."""
+    """The kind of a scalar or a mapping that stands for a mapping or a list."""
     if isinstance(value, str) and isinstance(kind, type) and kind.short:
         return bare(kind.keys[kind.short].kind)
-    return bare(kind.item) if isinstance(value, str) and isinstance(kind, Several) else kind
+    if not isinstance(kind, Several):
+        return kind
+    is_alone = isinstance(value, dict) and dict in kind.how.alone
+    return bare(kind.item) if is_alone or isinstance(value, str) else kind
 
 
 def _below(kind: Kind, key: Any) -> tuple[Kind, bool]:

@@ -41,6 +41,23 @@ def test_parts_inside_parts_unfold_with_both_indices() -> None:
     assert made["a_2"]["real_effectors"]["w22"]["x"]["v"]["title"] == "22"
 
 
+def test_numbers_of_disturbances_unfold_below_names_only() -> None:
+    """A number that stands for a list of numbers too; an item of a list has no name to count."""
+
+    def unfold(disturbance: object) -> tuple[object, list[str]]:
+        data = {"task": {"disturb": [disturbance]}}
+        made, found = unfolded(data, SpecFile, "f.yaml")
+        return made["task"]["disturb"][0], [str(fault.primary.route[-1]) for fault in found]
+
+    of_each = {"for": {"i": "1..2"}, "is": "0.1[m]"}
+    for verb in ("shift", "bias", "scale"):
+        made, found = unfold({verb: {"a_{i}.s": of_each}})
+        one, two = ({"for": {"i": i}, "is": "0.1[m]"} for i in (1, 2))
+        assert (made, found) == ({verb: {"a_1.s": one, "a_2.s": two}}, [])
+    for verb in ("push", "bias"):
+        assert unfold({verb: {"b": [of_each, "0", "0"]}})[1] == ["for"]
+
+
 def test_columns_of_expressions_stay_where_they_are() -> None:
     text = "x.a_{i % 2 + 1}.e + x.b{i}c.e in {u, k} and v in {i}"
     control = {"let": {"v": text}}
