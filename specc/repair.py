@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from specc.diagnostics import Diagnostic
+from specc.diagnostics import Diagnostic, Edit
 from specc.diagnostics.report import Change, Repair
 from specc.frozen import frozen
 from specc.model.expr import Node
 from specc.model.fsm import Behaviour, State, Transition
 from specc.model.system import System
-from specc.source import Place
+from specc.source import Place, Route
 
 
 @frozen
@@ -79,22 +79,25 @@ def _start(change: Change) -> int:
 # What stands there after a repair is not wrong in the same way.
 
 
+_Text = tuple[str, Route, str]
+
+
 def is_wrong_again(repaired: Iterable[Diagnostic], after: Iterable[Diagnostic]) -> bool:
     """Whether a finding says of a text that was written by repairs what they were to repair.
 
     A text inside `for` is that of many copies, and may be right in some of them.
     """
-    edits = [(found.code, edit) for found in repaired if found.fix for edit in found.fix.edits]
+    texts: dict[_Text, list[tuple[str, Edit]]] = defaultdict(list)
+    for found in repaired:
+        for edit in found.fix.edits if found.fix else ():
+            place = edit.place
+            texts[place.file, place.route, place.part].append((found.code, edit))
     written = set()
-    for code, edit in edits:
-        place = edit.place
-        before = (
-            len(other.text) - len(other.old)
-            for _, other in edits
-            if (other.place.file, other.place.route) == (place.file, place.route)
-            and (other.place.start or 0) < (place.start or 0)
-        )
-        written.add((code, place.file, place.route, (place.start or 0) + sum(before)))
+    for (file, route, _), edits in texts.items():
+        moved = 0
+        for code, edit in sorted(edits, key=lambda one: one[1].place.start or 0):
+            written.add((code, file, route, (edit.place.start or 0) + moved))
+            moved += len(edit.text) - len(edit.old)
     places = ((found.code, found.primary) for found in after)
     return any((code, at.file, at.route, at.start or 0) in written for code, at in places)
 

@@ -1,7 +1,9 @@
 """`--fix`: what it mends, that it mends no more, and that twice is once."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -11,7 +13,7 @@ from specc.cli import main
 from specc.diagnostics import Diagnostic, Edit, Fix, surely_meant
 from specc.diagnostics.renaming import reworded
 from specc.diagnostics.report import Change, Repair, resolve
-from specc.repair import repaired
+from specc.repair import is_wrong_again, repaired
 from specc.source import Place, SourceFile, Sources, Span
 from tests.policy.specs import write
 
@@ -304,6 +306,24 @@ def test_only_the_stretches_of_repairs_change(
         at = end
     assert result.text == expected + text[at:]
     assert len(result.made) + len(result.refused) == len(repairs)
+
+
+def test_what_is_wrong_again_is_found_where_repairs_moved_it() -> None:
+    """In a text each repair moves what stands behind it; no other text, and no key, is moved."""
+
+    def at(start: int | None, code: str = "E0201", route: str = "a", part: str = "value") -> Any:
+        return Diagnostic(code, "m", Place("a.yaml", (route,), part, start, None))
+
+    def slip(start: int, old: str, new: str) -> Diagnostic:
+        found = at(start)
+        return replace(found, fix=Fix("t", (Edit(found.primary, new, old),)))
+
+    name = replace(at(None, part="key"), fix=Fix("t", (Edit(at(None, part="key").primary, "k"),)))
+    slips = [slip(10, "countrr", "count"), slip(0, "count", "counter"), name]
+    assert is_wrong_again(slips, [at(12)])
+    assert is_wrong_again(slips, [at(0)])
+    for elsewhere in (at(10), at(12, "E0202"), at(12, route="b")):
+        assert not is_wrong_again(slips, [elsewhere])
 
 
 def test_a_fix_over_several_files_is_no_repair() -> None:
