@@ -254,10 +254,10 @@ class Executor:
         """Distort what is measured for an element of a device from now on, or not any more."""
         if element not in self._sensors:
             return
-        if hasattr(self._plant, "distort"):
-            cast(Distortable, self._plant).distort(element, distortion)
-        else:
+        if shortcomings(self._plant, Distortable):
             self._sensors[element].distortion = distortion
+        else:
+            cast(Distortable, self._plant).distort(element, distortion)
 
     def wait(self) -> None:
         """Wait for the steps that are under way, which become visible when they are due."""

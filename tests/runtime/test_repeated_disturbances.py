@@ -151,6 +151,7 @@ def test_it_is_wrong_before_it_is_converted(
 PLANT = """
 import numpy as np
 class Rig:
+    distort = 0.1  # of its own, which is not the method of that name
     def reset(self, seed): self.n = 0
     def sample(self, name): return {"d": 2.0, "v": np.array([1.0, 2.0])}[name.rpartition(".")[2]]
     def actuate(self, name, value): pass
