@@ -24,6 +24,7 @@ def flagship(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return building.generate(building.FLAGSHIP, tmp_path_factory.mktemp("generated"))
 
 
+@pytest.mark.long
 def test_the_benchmark_of_contracts_runs_the_flagship(flagship: Path) -> None:
     run_s, samples_s, steps = contract_cost._run(flagship, 0.02)
     assert run_s > samples_s > 0.0

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.commands import alone
 
 ROOT = Path(__file__).parents[2]
@@ -28,6 +30,7 @@ def spent_s() -> float:
     return sum(os.times()[2:4])
 
 
+@pytest.mark.long
 def test_cpu_time_of_children_and_memory_of_a_worker_are_told(tmp_path: Path) -> None:
     before_s = spent_s()
     (tmp_path / "test_spends.py").write_text(SPENDS, encoding="utf-8")

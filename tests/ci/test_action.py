@@ -57,6 +57,7 @@ def test_findings_are_annotations_and_fail_the_step(repository: Path) -> None:
     assert "2 files checked: 1 error" in (repository.parent / "summary").read_text()
 
 
+@pytest.mark.long
 def test_paths_and_arguments_are_one_a_line(repository: Path) -> None:
     assert validate(repository, paths="a spec.yaml").returncode == 0
     done = validate(repository, paths="a spec.yaml\n\n", arguments="--strict\n--ignore\nW0611\n")

@@ -55,6 +55,7 @@ def drawn(told: str) -> list[str]:
     return re.findall("drawn: .*", told)
 
 
+@pytest.mark.long
 def test_seeds_follow_from_the_text_and_what_fails_is_named(tmp_path: Path) -> None:
     fixed, one = (outcome(tmp_path, text) for text in ("", "a1"))
     assert "random tests: fixed seeds" in fixed and "it failed at seed 1000\n" in fixed

@@ -96,6 +96,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return scratch
 
 
+@pytest.mark.long
 def test_a_row_and_a_line_are_all_there_is_to_write(copy: Path) -> None:
     tests = ["test_demo.py", "tests/docs/test_language.py::test_the_table_of_functions_is_complete"]
     done = in_copy(copy, "pytest", "-q", *tests, "tests/lang/test_codes.py")

@@ -73,6 +73,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copied(tmp_path_factory.mktemp("copy"), *COPIED)
 
 
+@pytest.mark.long
 def test_a_check_its_page_and_its_case_are_all_there_is_to_write(copy: Path) -> None:
     module, page = copy / "specc/checks/timing.py", copy / "specc/diagnostics/codes/W0489.md"
     case = copy / "tests/cases/structure/W0489-rate.yaml"

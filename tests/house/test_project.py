@@ -92,6 +92,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out / "site"
 
 
+@pytest.mark.long
 def test_wheel_finds_its_own_templates_and_specs(installed: Path) -> None:
     program = (
         "from specc.resources import specs_dir, templates_dir\n"

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 DRAWN = """
 from hypothesis import HealthCheck, Phase, given, settings
@@ -32,6 +34,7 @@ drawn(systems(decided=False), of_system, 8)
 """
 
 
+@pytest.mark.long
 def test_examples_do_not_depend_on_the_hashes_of_texts() -> None:
     started = [
         subprocess.Popen(

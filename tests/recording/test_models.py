@@ -154,6 +154,7 @@ def _ball(count: int) -> tuple[Array, Array]:
     return corners.reshape(-1, 3), np.concatenate((one, other))
 
 
+@pytest.mark.long
 def test_large_meshes_get_coarser() -> None:
     corners, triangles = _ball(300)
     assert len(triangles) > 15 * MOST_TRIANGLES

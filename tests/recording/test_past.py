@@ -197,6 +197,7 @@ def test_a_recording_is_not_written_over_while_it_is_read(recorded: Path) -> Non
     assert file.stat().st_size == size
 
 
+@pytest.mark.long
 def test_a_run_that_was_killed_goes_on_from_its_last_snapshot(tmp_path: Path) -> None:
     cut, mended = tmp_path / "cut.mcap", tmp_path / "mended.mcap"
     process = begun("run", CONVEYOR, "--duration", 1e6, "--seed", 5, "--record", cut)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from specc_runtime.faults import UndecidedTransition
 
 from specc.pipeline import compile_spec
@@ -12,6 +13,7 @@ from tests.witness.runs import ROOT, run, states_of, written
 SPEC = ROOT / "specs" / "irp_picking_as_published.yaml"
 
 
+@pytest.mark.long
 def test_every_overlap_runs(tmp_path: Path) -> None:
     told = [d for d in compile_spec(str(SPEC)).diagnostics if d.code == "E0602"]
     scenarios = written(SPEC, tmp_path / "out", "--code", "E0602")

@@ -106,6 +106,7 @@ def test_a_table_is_never_replaced(head: str, tmp_path: Path) -> None:
     assert mine.read_text() == f"{head}\n0,1\n" and [*tmp_path.iterdir()] == [mine]
 
 
+@pytest.mark.long
 def test_settings_of_matplotlib_in_the_working_folder_change_nothing(tmp_path: Path) -> None:
     """A new process, because matplotlib reads them when it is imported."""
     with_them, without = tmp_path / "a", tmp_path / "b"
@@ -134,6 +135,7 @@ def test_settings_of_matplotlib_are_those_of_nobody(
     assert mpl.rcParams["font.size"] == 30.0
 
 
+@pytest.mark.long
 def test_many_states_are_one_collection_and_the_longest_have_names() -> None:
     """Drawing time would otherwise go with the number of different states."""
     spans = [(i * 1.0, i + 1.0, f"s{i}") for i in range(900)] + [(900.0, 1200.0, "long")]
