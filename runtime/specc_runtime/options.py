@@ -98,7 +98,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--record-exact", action="store_true", help="all as it is, to replay all of it")
     words = "images in a recording for looking (default: small)"
     add("--record-images", choices=("small", "full", "none"), help=words)
-    add("--video", metavar="FILE.mp4", type=Path, help="film the scene; FILE.webp for pages")
+    add(
+        "--video",
+        metavar="FILE.mp4",
+        type=Path,
+        help="film the scene (FILE.webp for pages); slow, see --fps and --size",
+    )
     add(
         "--camera",
         metavar="NAME",
